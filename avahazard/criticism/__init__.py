@@ -1,0 +1,1 @@
+"""Scores of a model against the measurements, and where it fails."""

@@ -1,0 +1,1 @@
+"""Frequency of volumes and bounds of the runout."""

@@ -1,0 +1,1 @@
+"""Paths, profiles, events and speeds: what was recorded, checked on the way in."""

@@ -1,0 +1,36 @@
+"""Errors that a user can mend: one message, one hint, and the rows at fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+class AvahazardError(Exception):
+    """The data or the database do not allow what was asked (exit status 1)."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+
+@dataclass(frozen=True, slots=True)
+class RowProblem:
+    """One rejected value: where it stands and what would be accepted."""
+
+    file: str
+    line: int
+    column: str
+    value: str
+    accepted: str
+
+
+class RejectedRows(AvahazardError):
+    """A file holds rows that cannot be taken; every one is listed."""
+
+    def __init__(self, problems: Sequence[RowProblem]) -> None:
+        n = len(problems)
+        rows = "1 value is" if n == 1 else f"{n} values are"
+        super().__init__(f"{rows} not acceptable; nothing was imported.", "Mend the rows above and import again.")
+        self.problems = tuple(problems)

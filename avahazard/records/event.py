@@ -1,0 +1,54 @@
+"""A recorded avalanche, and the speeds measured along it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from avahazard.records.path import Covariate
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One recorded avalanche, complete: defaults are filled in when it is read.
+
+    Either `path_id` is set and the stop is `runout_x_m` or `runout_elevation_m` (both
+    None only when `left_profile`), or `fall_height_m` and `runout_length_m` are set and
+    there is no profile. `date` is ISO text, `YYYY` or `YYYY-MM-DD`. `release_elevation_m`
+    None means the path's own, else the top of its profile. `runout_sigma_m` is the
+    standard deviation of the record in the coordinate that was recorded; `volume_rel_sigma`
+    that of log volume.
+    """
+
+    event_id: str
+    path_id: str | None = None
+    date: str | None = None
+    runout_elevation_m: float | None = None
+    runout_x_m: float | None = None
+    runout_sigma_m: float = 10.0
+    left_profile: bool = False
+    release_elevation_m: float | None = None
+    volume_m3: float | None = None
+    deposit_length_m: float | None = None
+    deposit_width_m: float | None = None
+    deposit_thickness_m: float | None = None
+    volume_rel_sigma: float = 0.5
+    fall_height_m: float | None = None
+    runout_length_m: float | None = None
+    covariates: Mapping[str, Covariate] = field(default_factory=dict)
+
+    @property
+    def year(self) -> int | None:
+        """Calendar year of the event, None without a date."""
+        return int(self.date[:4]) if self.date else None
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """One measured speed; exactly one of `x_m`, `elevation_m` is set."""
+
+    event_id: str
+    speed_m_s: float
+    speed_sigma_m_s: float
+    x_m: float | None = None
+    elevation_m: float | None = None

@@ -1,0 +1,47 @@
+"""An avalanche path and the points of its profile."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Covariate = float | str
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """What is known of a path apart from its profile (contract, section 1)."""
+
+    path_id: str
+    name: str | None = None
+    location: str | None = None
+    orientation: str | None = None
+    section: str | None = None
+    catchment_ha: float | None = None
+    release_elevation_m: float | None = None
+    observed_from: int | None = None
+    observed_to: int | None = None
+    observed_below_m: float | None = None
+    covariates: Mapping[str, Covariate] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """Points along a path: `x_m` rises strictly from the top, all arrays `[n_points]`.
+
+    Coordinates are either `easting_m`, `northing_m` in `crs`, or `lon`, `lat`, or absent.
+    """
+
+    path_id: str
+    x_m: Floats
+    y_m: Floats
+    land_cover: tuple[str, ...] | None = None
+    easting_m: Floats | None = None
+    northing_m: Floats | None = None
+    crs: str | None = None
+    lon: Floats | None = None
+    lat: Floats | None = None

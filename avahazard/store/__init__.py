@@ -1,0 +1,1 @@
+"""The database: tables, sessions, repositories; the only place with SQL."""

@@ -1,0 +1,1 @@
+"""The use cases, which join the parts; also the Python API."""
