@@ -1,0 +1,74 @@
+# Targets for people: setup demo test lint test-slow bench worlds. For maintainers: lock.
+VENV := .venv
+BENCH := .bench-venv
+PYTHON := $(VENV)/bin/python
+PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
+
+# The first of these that is Python 3.11 or later and can make a virtual environment.
+CANDIDATES := python3 python3.13 python3.12 python3.11 python
+define find_python
+python=; for name in $(CANDIDATES); do \
+  if "$$name" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' \
+    >/dev/null 2>&1; then python="$$name"; break; fi; \
+done; \
+if [ -z "$$python" ]; then \
+  echo "No Python 3.11 or later with its venv module was found (tried: $(CANDIDATES))." >&2; \
+  echo "Install one, on Debian: apt-get install python3 python3-venv" >&2; exit 1; \
+fi
+endef
+
+.PHONY: setup demo test lint test-slow bench worlds lock
+
+setup: $(VENV)/.installed
+
+demo: setup
+	$(VENV)/bin/avahazard demo
+
+# Work goes by whole files, so that the two workers seldom compile the same kernel.
+test: setup
+	$(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --durations 10 \
+	  --cov --cov-report term
+
+lint: setup
+	$(PYTHON) -m ruff check .
+	$(PYTHON) -m ruff format --check .
+	$(PYTHON) -m mypy
+	$(VENV)/bin/lint-imports
+
+test-slow: setup
+	$(PYTHON) -m pytest -m slow --durations 10
+
+bench: $(BENCH)/.installed
+	$(BENCH)/bin/python benchmarks/run.py
+
+worlds: setup
+	$(PYTHON) benchmarks/worlds.py
+
+# $(1): environment, $(2): lock. The package comes last, without anything that is not locked.
+define install
+@set -e; \
+if ! $(1)/bin/python -c 'import pip' >/dev/null 2>&1; then \
+  $(find_python); \
+  echo "Making $(1) with $$("$$python" --version)"; \
+  "$$python" -m venv --clear $(1); \
+fi; \
+echo "Installing $(2) into $(1)"; \
+$(1)/bin/python $(PIP_INSTALL) --require-hashes -r $(2); \
+$(1)/bin/python $(PIP_INSTALL) --no-deps --no-build-isolation --editable .; \
+touch $@
+endef
+
+$(VENV)/.installed: requirements.lock pyproject.toml
+	$(call install,$(VENV),requirements.lock)
+
+# The rivals that we measure against stay out of the users' environment.
+$(BENCH)/.installed: requirements-bench.lock pyproject.toml
+	$(call install,$(BENCH),requirements-bench.lock)
+
+# Needs uv on the PATH. Versions already locked stay unless pyproject.toml rules them out.
+COMPILE := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+  --no-emit-index-url --no-emit-find-links --no-header
+lock:
+	$(COMPILE) --extra dev --output-file requirements.lock pyproject.toml
+	$(COMPILE) --extra dev --constraint requirements.lock \
+	  --output-file requirements-bench.lock pyproject.toml benchmarks/requirements.in

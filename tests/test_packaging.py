@@ -1,0 +1,72 @@
+"""The wheel works outside the checkout, with its migrations and its demo data inside."""
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+
+import pytest
+
+import avahazard
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ("avahazard", "migrations", "data", "pyproject.toml", "README.md", "LICENSE")
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    done = subprocess.run(
+        [str(part) for part in command], cwd=cwd, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from a source archive that is built from a copy of the tree."""
+    tree = tmp_path_factory.mktemp("tree")
+    for name in SOURCES:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, tree / name)
+    run(sys.executable, "-m", "build", "--no-isolation", ".", cwd=tree)
+    (built,) = (tree / "dist").glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Commands of a new environment with the wheel; the dependencies are borrowed from ours."""
+    home = tmp_path_factory.mktemp("installed")
+    venv.create(home, with_pip=False)
+    paths = {"base": str(home), "platbase": str(home)}
+    packages = Path(sysconfig.get_path("purelib", "venv", paths))
+    (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    binaries = Path(sysconfig.get_path("scripts", "venv", paths))
+    run(
+        *(sys.executable, "-m", "pip", "--python", binaries / "python"),
+        *("install", "--no-deps", "--no-index", wheel),
+        cwd=home,
+    )
+    return binaries
+
+
+def test_package_comes_from_the_wheel(scripts: Path, tmp_path: Path) -> None:
+    printed = run(
+        scripts / "python", "-c", "import avahazard; print(avahazard.__file__)", cwd=tmp_path
+    )
+    assert Path(printed.strip()).is_relative_to(scripts.parent)
+
+
+def test_version(scripts: Path, tmp_path: Path) -> None:
+    assert avahazard.__version__ in run(scripts / "avahazard", "--version", cwd=tmp_path)
+
+
+def test_init_runs_the_migrations_in_the_wheel(scripts: Path, tmp_path: Path) -> None:
+    run(scripts / "avahazard", "init", cwd=tmp_path)
+    assert (tmp_path / "avahazard.db").stat().st_size > 0
+    run(scripts / "avahazard", "db", "check", cwd=tmp_path)
