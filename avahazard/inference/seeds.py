@@ -1,0 +1,30 @@
+"""Random generators keyed by what is computed, so that any number of workers gives the same bits."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+
+def seed_sequence(seed: int, *key: str | int) -> np.random.SeedSequence:
+    """The seed sequence of one piece of work, such as ``(seed, "metropolis", path_id, chain)``.
+
+    Strings are hashed with SHA-256, not with Python's salted ``hash``. Type and order of the parts
+    of the key matter: ``1`` and ``"1"`` are different work.
+    """
+    return np.random.SeedSequence(seed, spawn_key=tuple(_word(part) for part in key))
+
+
+def generator(seed: int, *key: str | int) -> np.random.Generator:
+    """The random generator of one piece of work; see `seed_sequence`.
+
+    >>> bool(generator(7, "F", 1).random() == generator(7, "F", 1).random())
+    True
+    """
+    return np.random.default_rng(seed_sequence(seed, *key))
+
+
+def _word(part: str | int) -> int:
+    text = f"{type(part).__name__}:{part}"
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
