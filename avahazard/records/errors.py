@@ -27,10 +27,13 @@ class RowProblem:
 
 
 class RejectedRows(AvahazardError):
-    """A file holds rows that cannot be taken; every one is listed."""
+    """Files hold rows that cannot be taken; every one is listed."""
 
     def __init__(self, problems: Sequence[RowProblem]) -> None:
         n = len(problems)
         rows = "1 value is" if n == 1 else f"{n} values are"
-        super().__init__(f"{rows} not acceptable; nothing was imported.", "Mend the rows above and import again.")
+        super().__init__(
+            f"{rows} not acceptable; nothing was imported.",
+            "Mend the rows above and import again.",
+        )
         self.problems = tuple(problems)

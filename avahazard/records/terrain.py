@@ -1,0 +1,83 @@
+"""Whether a recorded place can be found on the raw points of its profile."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avahazard.records.event import Event, Speed
+from avahazard.records.path import Path, Profile
+
+Fault = tuple[str, float, str]  # column, value, what would be accepted
+
+# Elevations read from another map than the profile differ by about this much.
+MAP_TOLERANCE_M = 30.0
+
+
+def stop_fault(event: Event, profile: Profile) -> Fault | None:
+    """Return what is wrong with the stop of `event`, None when it is one place on `profile`.
+
+    Outside the profile is accepted within three standard deviations of the record, and
+    for events that left it.
+    """
+    if event.left_profile:
+        return None
+    slack = 3.0 * event.runout_sigma_m
+    if event.runout_x_m is not None:
+        first, last = float(profile.x_m[0]), float(profile.x_m[-1])
+        if not first - slack <= event.runout_x_m <= last + slack:
+            accepted = f"{first:g} to {last:g} (the profile), or left_profile 1"
+            return "runout_x_m", event.runout_x_m, accepted
+    elif event.runout_elevation_m is not None:
+        elevation = event.runout_elevation_m
+        if on_counter_slope(elevation, profile):
+            return (
+                "runout_elevation_m",
+                elevation,
+                "runout_x_m too: the profile rises again, and reaches this elevation at two places",
+            )
+        low, high = float(profile.y_m.min()), float(profile.y_m.max())
+        if not low - slack <= elevation <= high + slack:
+            accepted = f"{low:g} to {high:g} (the profile), or left_profile 1"
+            return "runout_elevation_m", elevation, accepted
+    return None
+
+
+def release_fault(record: Event | Path, profile: Profile) -> Fault | None:
+    """Return what is wrong with the release elevation of an event or a path."""
+    release = record.release_elevation_m
+    if release is None:
+        return None
+    low, high = float(profile.y_m.min()), float(profile.y_m.max())
+    if not low - MAP_TOLERANCE_M <= release <= high + MAP_TOLERANCE_M:
+        return "release_elevation_m", release, f"{low:g} to {high:g} (the profile)"
+    if isinstance(record, Event) and record.runout_x_m is None and not record.left_profile:
+        stop = record.runout_elevation_m
+        if stop is not None and stop > release + 3.0 * record.runout_sigma_m:
+            return "release_elevation_m", release, f"an elevation above the runout at {stop:g}"
+    return None
+
+
+def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
+    """Return what is wrong with the place of `speed`."""
+    if speed.x_m is not None:
+        first, last = float(profile.x_m[0]), float(profile.x_m[-1])
+        if not first <= speed.x_m <= last:
+            return "x_m", speed.x_m, f"{first:g} to {last:g} (the profile)"
+    elif speed.elevation_m is not None:
+        if on_counter_slope(speed.elevation_m, profile):
+            return (
+                "elevation_m",
+                speed.elevation_m,
+                "x_m too: the profile rises again, and reaches this elevation at two places",
+            )
+        low, high = float(profile.y_m.min()), float(profile.y_m.max())
+        if not low - MAP_TOLERANCE_M <= speed.elevation_m <= high + MAP_TOLERANCE_M:
+            return "elevation_m", speed.elevation_m, f"{low:g} to {high:g} (the profile)"
+    return None
+
+
+def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
+    """Tell whether the profile reaches `elevation_m` on both sides of its lowest point."""
+    lowest = int(np.argmin(profile.y_m))
+    beyond = float(profile.y_m[lowest:].max())
+    return float(profile.y_m[lowest]) < elevation_m <= beyond
