@@ -2,7 +2,7 @@
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
-PIP_INSTALL = -m pip install --quiet --disable-pip-version-check
+PIP_INSTALL = -m pip install -qq --disable-pip-version-check
 
 # The first of these that is Python 3.11 or later and can make a virtual environment.
 CANDIDATES := python3 python3.13 python3.12 python3.11 python

@@ -1,0 +1,157 @@
+"""Runout of a given volume: draws of friction from P[μ|V], and what they say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Literal
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.hazard.runout_curve import RunoutCurve, pieces
+from avahazard.physics.block import NOT_RELEASED
+from avahazard.physics.constants import KEEPS_NAN
+
+Floats = NDArray[np.float64]
+Distribution = Literal["lognormal", "normal"]
+
+QUANTILES = (0.05, 0.5, 0.95)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Mean and quantiles in m; None where they lie beyond the end of the profile.
+
+    A quantile is a run among those drawn, never a value between two. The mean is that of the runs
+    that stopped on the profile; it is None as soon as one of the quantiles is.
+    """
+
+    mean: float | None
+    q05: float | None
+    q50: float | None
+    q95: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class RunoutBounds:
+    """What draws of friction make of one volume on one path.
+
+    `n_draws` were drawn. `n_nonpositive` of them had μ ≤ 0, which the normal distribution allows
+    and no block can have: they are in none of the other numbers. `p_left_profile` and
+    `p_not_released` are shares of the rest; a block that was not released counts as stopped at its
+    release. Runs that left the profile are beyond every stop: highest in `x`, lowest in
+    `elevation`.
+    """
+
+    x: Spread
+    elevation: Spread
+    p_left_profile: float
+    p_not_released: float
+    n_draws: int
+    n_nonpositive: int
+
+
+def runout_bounds(
+    curve: RunoutCurve,
+    friction: Floats,
+    scatter: Floats,
+    distribution: Distribution,
+    n_draws: int,
+    rng: np.random.Generator,
+) -> RunoutBounds:
+    """Draw frictions over the posterior, run each down the path, and sum up (Ancey 2005, § 3).
+
+    `friction` and `scatter` `[n_posterior]`: posterior draws of the law at the volume in question.
+    lognormal: μ = friction · exp(scatter · z); normal: μ = friction + scatter · z; z ~ N(0, 1).
+    Every posterior draw has its equal part of the `n_draws` frictions, so the spread holds the
+    natural variability and the uncertainty of the parameters. With one posterior draw it holds
+    the natural variability alone, with `scatter` 0 the uncertainty of the parameters alone.
+    """
+    x, y, status_counts = draw_runouts(curve, friction, scatter, distribution, n_draws, rng)
+    n = len(x)
+    left = int(np.count_nonzero(np.isinf(x)))
+    return RunoutBounds(
+        x=_spread(x),
+        elevation=_spread(y),
+        p_left_profile=left / n if n else 0.0,
+        p_not_released=int(status_counts[NOT_RELEASED]) / n if n else 0.0,
+        n_draws=n_draws,
+        n_nonpositive=n_draws - n,
+    )
+
+
+def draw_runouts(
+    curve: RunoutCurve,
+    friction: Floats,
+    scatter: Floats,
+    distribution: Distribution,
+    n_draws: int,
+    rng: np.random.Generator,
+) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Stops x and elevation (m) of the draws with μ > 0, and their number by status `[3]`.
+
+    Arguments as for `runout_bounds`. Both arrays are `[n_positive]`; a run that left the profile
+    is (+inf, -inf).
+    """
+    location = np.log(friction) if distribution == "lognormal" else np.asarray(friction, np.float64)
+    ends = np.arange(1, len(location) + 1) * n_draws // len(location)
+    rows, status = pieces(curve)
+    x, y = np.empty(n_draws), np.empty(n_draws)
+    kernel = _draw_lognormal if distribution == "lognormal" else _draw_normal
+    sd = np.asarray(scatter, np.float64)
+    counts = np.zeros(3, dtype=np.int64)
+    n = kernel(rng, rows, status, location, sd, ends, curve.mu_min, 1 / curve.mu_step, x, y, counts)
+    return x[:n], y[:n], counts
+
+
+@njit(inline="always")
+def _look_up(rows, mu, mu_min, per_step):  # type: ignore[no-untyped-def]
+    """Row of the piece that holds μ, and μ in steps of the grid."""
+    t = (mu - mu_min) * per_step
+    return int(min(max(2.0 * t + 1.0, 0.0), len(rows) - 1.0)), t
+
+
+@njit(cache=True, fastmath=KEEPS_NAN)
+def _draw_lognormal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, counts):  # type: ignore[no-untyped-def]
+    i = 0
+    for p in range(len(location)):
+        while i < ends[p]:
+            mu = np.exp(location[p] + sd[p] * rng.standard_normal())
+            k, t = _look_up(rows, mu, mu_min, per_step)
+            x[i] = rows[k, 0] + rows[k, 1] * t
+            y[i] = rows[k, 2] + rows[k, 3] * t
+            counts[status[k]] += 1
+            i += 1
+    return i
+
+
+@njit(cache=True, fastmath=KEEPS_NAN)
+def _draw_normal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, counts):  # type: ignore[no-untyped-def]
+    i = 0
+    n = 0
+    for p in range(len(location)):
+        while i < ends[p]:
+            mu = location[p] + sd[p] * rng.standard_normal()
+            i += 1
+            if mu > 0.0:
+                k, t = _look_up(rows, mu, mu_min, per_step)
+                x[n] = rows[k, 0] + rows[k, 1] * t
+                y[n] = rows[k, 2] + rows[k, 3] * t
+                counts[status[k]] += 1
+                n += 1
+    return n
+
+
+def _spread(values: Floats) -> Spread:
+    """Summary of stops `[n]`, infinite where the profile was left."""
+    if not len(values):
+        return Spread(None, None, None, None)
+    # np.quantile mixes neighbours, and inf - inf is nan: take the order statistics themselves
+    ranks = [ceil(q * len(values)) - 1 for q in QUANTILES]
+    quantiles = np.partition(values, ranks)[ranks]
+    known = np.isfinite(quantiles)
+    mean = float(values[np.isfinite(values)].mean()) if known.all() else None
+    q05, q50, q95 = (float(q) if ok else None for q, ok in zip(quantiles, known, strict=True))
+    return Spread(mean, q05, q50, q95)

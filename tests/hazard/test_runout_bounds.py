@@ -1,0 +1,117 @@
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+
+from avahazard.hazard.runout_bounds import Distribution, draw_runouts, runout_bounds
+from avahazard.hazard.runout_curve import RunoutCurve
+from tests.hazard.conftest import JUMPS
+from tests.hazard.naive import naive_stop
+
+
+@pytest.mark.parametrize("distribution", ["lognormal", "normal"])
+@pytest.mark.parametrize("n_draws", [3, 2000, 2003])
+def test_draws_equal_the_twin(curve: RunoutCurve, distribution: Distribution, n_draws: int) -> None:
+    rng = np.random.default_rng(5)
+    friction = rng.uniform(0.2, 0.6, 7)
+    scatter = rng.uniform(0.1, 0.3, 7)
+    x, y, counts = draw_runouts(
+        curve, friction, scatter, distribution, n_draws, np.random.default_rng(9)
+    )
+    z = np.random.default_rng(9).standard_normal(n_draws)
+    owner = [p for p in range(7) for _ in range(p * n_draws // 7, (p + 1) * n_draws // 7)]
+    if distribution == "lognormal":
+        mu = friction[owner] * np.exp(scatter[owner] * z)
+    else:
+        mu = friction[owner] + scatter[owner] * z
+    stops = np.array([naive_stop(curve, m, JUMPS) for m in mu if m > 0])
+    np.testing.assert_allclose(x, stops[:, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(y, stops[:, 1], rtol=1e-9, atol=1e-9)
+    assert counts.sum() == len(stops)
+    assert counts[1] == np.isinf(stops[:, 0]).sum()
+
+
+def bounds(curve: RunoutCurve, friction: float, scatter: float, distribution: Distribution):
+    return runout_bounds(
+        curve,
+        np.array([friction]),
+        np.array([scatter]),
+        distribution,
+        200_000,
+        np.random.default_rng(3),
+    )
+
+
+def test_quantiles_are_the_runouts_of_the_quantiles_of_friction(curve: RunoutCurve) -> None:
+    found = bounds(curve, 0.45, 0.1, "lognormal")
+    assert found.p_left_profile == 0
+    z95 = 1.6448536
+    slow, middle, fast = (naive_stop(curve, 0.45 * np.exp(0.1 * z), JUMPS) for z in (z95, 0, -z95))
+    assert (found.x.q05, found.x.q50, found.x.q95) == pytest.approx(
+        (slow[0], middle[0], fast[0]), abs=3
+    )
+    assert (found.elevation.q05, found.elevation.q50, found.elevation.q95) == pytest.approx(
+        (fast[1], middle[1], slow[1]), abs=3
+    )
+    assert found.x.mean is not None
+    assert slow[0] < found.x.mean < fast[0]
+
+
+def test_a_quantile_beyond_the_profile_is_unknown_and_so_is_the_mean(curve: RunoutCurve) -> None:
+    found = bounds(curve, 0.25, 0.2, "lognormal")
+    # left below 0.195, the middle between the last left node and the first stop
+    expected = NormalDist().cdf(np.log(0.195 / 0.25) / 0.2)
+    assert found.p_left_profile == pytest.approx(expected, abs=0.003)
+    assert found.x.q95 is None
+    assert found.x.q50 is not None
+    assert found.x.mean is None
+    assert found.elevation.q05 is None
+    assert found.elevation.q95 is not None
+    assert found.elevation.mean is None
+
+
+def test_the_mean_is_over_the_stops_while_few_leave(curve: RunoutCurve) -> None:
+    friction, scatter = np.array([0.29]), np.array([0.2])
+    x, _, _ = draw_runouts(curve, friction, scatter, "lognormal", 50_000, np.random.default_rng(4))
+    found = runout_bounds(curve, friction, scatter, "lognormal", 50_000, np.random.default_rng(4))
+    assert 0.01 < found.p_left_profile < 0.04
+    assert found.x.mean == pytest.approx(x[np.isfinite(x)].mean())
+
+
+def test_everything_leaves(curve: RunoutCurve) -> None:
+    found = bounds(curve, 0.12, 0.01, "lognormal")
+    assert found.p_left_profile == 1
+    assert found.x.q05 is None
+    assert found.x.mean is None
+
+
+def test_normal_friction_counts_the_draws_that_no_block_can_have(curve: RunoutCurve) -> None:
+    found = bounds(curve, 0.45, 0.3, "normal")
+    assert found.n_draws == 200_000
+    assert found.n_nonpositive / found.n_draws == pytest.approx(0.0668, abs=0.002)
+    # of N(0.45, 0.3) above zero: below 0.195, and from 0.645
+    assert found.p_left_profile == pytest.approx((0.1977 - 0.0668) / 0.9332, abs=0.004)
+    assert found.p_not_released == pytest.approx(0.2578 / 0.9332, abs=0.004)
+    assert bounds(curve, 0.45, 0.3, "lognormal").n_nonpositive == 0
+
+
+def test_only_impossible_draws_leave_nothing_to_report(curve: RunoutCurve) -> None:
+    found = bounds(curve, -5.0, 0.1, "normal")
+    assert found.n_nonpositive == found.n_draws
+    assert found.x.q50 is None
+    assert found.p_left_profile == 0
+
+
+def test_parameter_uncertainty_widens_the_interval(curve: RunoutCurve) -> None:
+    rng = np.random.default_rng(8)
+    posterior = 0.45 * np.exp(0.05 * rng.standard_normal(4000))
+    wide = runout_bounds(
+        curve, posterior, np.full(4000, 0.05), "lognormal", 100_000, np.random.default_rng(1)
+    )
+    narrow = bounds(curve, 0.45, 0.05, "lognormal")
+    widths = [b.x.q95 - b.x.q05 for b in (wide, narrow)]
+    assert widths[0] / widths[1] == pytest.approx(2**0.5, rel=0.05)
+
+
+def test_the_same_seed_gives_the_same_bounds(curve: RunoutCurve) -> None:
+    assert bounds(curve, 0.4, 0.2, "normal") == bounds(curve, 0.4, 0.2, "normal")
