@@ -65,4 +65,5 @@ def _broken(x: Floats, status: NDArray[np.int8]) -> NDArray[np.bool_]:
     padded = np.r_[0.0, gap, 0.0]
     beside = np.maximum(padded[:-2], padded[2:])
     jump = moving & (beside > 0) & (gap > JUMP_FACTOR * beside)
-    return ~moving | jump
+    broken: NDArray[np.bool_] = ~moving | jump
+    return broken
