@@ -53,7 +53,9 @@ def read_covariates(
                 elif NUMBER.fullmatch(text) and math.isfinite(float(text)):
                     values[name] = float(text)
                 else:
-                    problems.append(RowProblem(table.file, line, name, text, _accepted(name, stored)))
+                    problems.append(
+                        RowProblem(table.file, line, name, text, _accepted(name, stored))
+                    )
             found[table.file, line] = values
     return found
 

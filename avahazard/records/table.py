@@ -76,9 +76,7 @@ def _decode(file: str, raw: bytes, problems: list[RowProblem]) -> str | None:
     return text
 
 
-def _header(
-    file: str, line: int, cells: list[str], problems: list[RowProblem]
-) -> tuple[str, ...]:
+def _header(file: str, line: int, cells: list[str], problems: list[RowProblem]) -> tuple[str, ...]:
     """Check the names of the columns; an empty tuple when they cannot be used."""
     if len(cells) == 1 and (";" in cells[0] or "\t" in cells[0]):
         problems.append(RowProblem(file, line, "", cells[0], "columns separated by commas"))

@@ -8,7 +8,16 @@ from typing import Annotated, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from avahazard.records.forms.row import ELEVATION, ID, Name, NotNegative, Number, Positive, Row, wrong
+from avahazard.records.forms.row import (
+    ELEVATION,
+    ID,
+    Name,
+    NotNegative,
+    Number,
+    Positive,
+    Row,
+    wrong,
+)
 
 LENGTH = "metres, over 0"
 YEAR_ONLY = re.compile(r"[0-9]{4}")

@@ -6,7 +6,16 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from avahazard.records.forms.row import ELEVATION, ID, Name, NotNegative, Number, Positive, Row, wrong
+from avahazard.records.forms.row import (
+    ELEVATION,
+    ID,
+    Name,
+    NotNegative,
+    Number,
+    Positive,
+    Row,
+    wrong,
+)
 
 
 class VelocityRow(Row):

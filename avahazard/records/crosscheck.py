@@ -1,0 +1,59 @@
+"""Checks between records: what they refer to, and their places on the profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Set as AbstractSet
+
+from avahazard.records.collection import Records
+from avahazard.records.intake import Intake, speed_key
+from avahazard.records.terrain import release_fault, speed_fault, stop_fault
+
+
+def check_references(
+    intake: Intake, path_ids: AbstractSet[str], event_ids: AbstractSet[str]
+) -> None:
+    """Refuse events of a path, and speeds of an event, that neither files nor database have."""
+    for event in intake.records.events:
+        if event.path_id is not None and event.path_id not in path_ids:
+            accepted = "a path_id of these files or of the database"
+            intake.refuse(("event", event.event_id), "path_id", event.path_id, accepted)
+    for speed in intake.records.speeds:
+        if speed.event_id not in event_ids:
+            accepted = "an event_id of these files or of the database"
+            intake.refuse(speed_key(speed), "event_id", speed.event_id, accepted)
+
+
+def check_places(intake: Intake, known: Records) -> None:
+    """Refuse stops, releases and speeds that cannot be found on the profile of their path.
+
+    Stored records are checked again where their path has another profile now.
+    """
+    new = intake.records
+    profiles = {p.path_id: p for p in (*known.profiles, *new.profiles)}
+    changed = {p.path_id for p in new.profiles}
+    read_paths = {p.path_id for p in new.paths}
+    read_events = {e.event_id for e in new.events}
+    stored_events = [e for e in known.events if e.event_id not in read_events]
+    path_of = {e.event_id: e.path_id for e in (*stored_events, *new.events)}
+
+    for path in (*new.paths, *(p for p in known.paths if p.path_id not in read_paths)):
+        profile = profiles.get(path.path_id)
+        if profile is None or path.path_id not in changed | read_paths:
+            continue
+        if fault := release_fault(path, profile):
+            intake.refuse(("path", path.path_id), *fault)
+    for event in (*new.events, *(e for e in stored_events if e.path_id in changed)):
+        profile = profiles.get(event.path_id or "")
+        if profile is None:
+            continue
+        for fault in (stop_fault(event, profile), release_fault(event, profile)):
+            if fault:
+                intake.refuse(("event", event.event_id), *fault)
+    read_speeds = {speed_key(s) for s in new.speeds}
+    for speed in (*new.speeds, *(s for s in known.speeds if speed_key(s) not in read_speeds)):
+        profile = profiles.get(path_of.get(speed.event_id) or "")
+        touched = speed_key(speed) in read_speeds or speed.event_id in read_events
+        if profile is None or not (touched or profile.path_id in changed):
+            continue
+        if fault := speed_fault(speed, profile):
+            intake.refuse(speed_key(speed), *fault)

@@ -1,0 +1,55 @@
+"""A fingerprint of the data that a result stands on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict
+
+import numpy as np
+
+from avahazard.records.collection import Records
+from avahazard.records.event import Event, Speed
+from avahazard.records.path import Path, Profile
+
+
+def data_fingerprint(records: Records) -> str:
+    """Return the SHA-256 of `records` in hexadecimal.
+
+    It depends on what is recorded only, to the last bit of every number, not on the order
+    of the records: the same data imported in another order have the same fingerprint.
+    """
+    digest = hashlib.sha256()
+    for kind, texts in (
+        ("paths", sorted(_line(p) for p in records.paths)),
+        ("profiles", sorted(_profile_line(p) for p in records.profiles)),
+        ("events", sorted(_line(e) for e in records.events)),
+        ("speeds", sorted(_line(s) for s in records.speeds)),
+    ):
+        digest.update(f"{kind} {len(texts)}\n".encode())
+        for text in texts:
+            digest.update(text.encode() + b"\n")
+    return digest.hexdigest()
+
+
+def _line(record: Path | Event | Speed) -> str:
+    return json.dumps(_exact(asdict(record)), sort_keys=True)
+
+
+def _profile_line(profile: Profile) -> str:
+    values = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in asdict(profile).items()
+    }
+    return json.dumps(_exact(values), sort_keys=True)
+
+
+def _exact(value: object) -> object:
+    """Write every number as a hexadecimal float, and 0 for -0, which a database does not keep."""
+    if isinstance(value, dict):
+        return {key: _exact(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_exact(item) for item in value]
+    if isinstance(value, float):
+        return (value + 0.0).hex()
+    return value

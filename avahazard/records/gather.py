@@ -1,0 +1,103 @@
+"""The records of each kind out of the tables of that kind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from avahazard.records.build import build_event, build_path, build_profile, build_speed
+from avahazard.records.collection import Records
+from avahazard.records.covariates import column_kinds, read_covariates
+from avahazard.records.event import Event, Speed
+from avahazard.records.forms.event import EventRow
+from avahazard.records.forms.path import PathRow
+from avahazard.records.forms.profile import ProfileRow
+from avahazard.records.forms.row import Row, check_rows
+from avahazard.records.forms.straight import StraightRow
+from avahazard.records.forms.velocity import VelocityRow
+from avahazard.records.intake import Intake, speed_key
+from avahazard.records.path import Path, Profile
+from avahazard.records.table import Table
+
+
+def gather_paths(tables: Sequence[Table], known: Records, intake: Intake) -> list[Path]:
+    """Return the paths that have a row of their own."""
+    stored = column_kinds(path.covariates for path in known.paths)
+    columns = set(PathRow.model_fields)
+    covariates = read_covariates(tables, columns, stored, intake.problems)
+    paths = []
+    for table in tables:
+        for line, row in check_rows(PathRow, table.file, table.numbered(), intake.problems):
+            origin = (table.file, line)
+            if intake.claim(("path", row.path_id), origin, "path_id", row.path_id):
+                paths.append(build_path(row, covariates[origin]))
+    return paths
+
+
+def gather_profiles(tables: Sequence[Table], intake: Intake) -> list[Profile]:
+    """Return the profiles of which every point and the order of the points are right."""
+    profiles = []
+    for table in tables:
+        _note_unused(table, ProfileRow, intake)
+        points: dict[str, list[tuple[int, ProfileRow]]] = {}
+        for line, row in check_rows(ProfileRow, table.file, table.numbered(), intake.problems):
+            points.setdefault(row.path_id, []).append((line, row))
+        rows_of = [cells.get("path_id") for cells in table.rows]
+        for path_id, rows in points.items():
+            if not intake.claim(("profile", path_id), (table.file, rows[0][0]), "path_id", path_id):
+                continue
+            whole = len(rows) == rows_of.count(path_id)
+            profile = build_profile(table.file, rows, intake.problems) if whole else None
+            if profile is not None:
+                profiles.append(profile)
+    return profiles
+
+
+def gather_events(
+    tables: Sequence[Table], known: Records, intake: Intake, need_runout: bool
+) -> list[Event]:
+    """Return the events, on a path where the row names one, else on their straight line."""
+    stored = column_kinds(event.covariates for event in known.events)
+    columns = EventRow.model_fields.keys() | StraightRow.model_fields.keys()
+    covariates = read_covariates(tables, columns, stored, intake.problems)
+    events = []
+    for table in tables:
+        reach = bool({"fall_height_m", "runout_length_m"} & set(table.header))
+        on_path, straight = [], []
+        for line, cells in table.numbered():
+            (on_path if "path_id" in cells or not reach else straight).append((line, cells))
+        found: list[tuple[int, EventRow | StraightRow]] = [
+            *check_rows(
+                EventRow,
+                table.file,
+                iter(on_path),
+                intake.problems,
+                context={"need_runout": need_runout},
+            ),
+            *check_rows(StraightRow, table.file, iter(straight), intake.problems),
+        ]
+        for line, row in sorted(found, key=lambda item: item[0]):
+            origin = (table.file, line)
+            if intake.claim(("event", row.event_id), origin, "event_id", row.event_id):
+                events.append(build_event(row, covariates[origin]))
+    return events
+
+
+def gather_speeds(tables: Sequence[Table], intake: Intake) -> list[Speed]:
+    """Return the speeds."""
+    speeds = []
+    for table in tables:
+        _note_unused(table, VelocityRow, intake)
+        for line, row in check_rows(VelocityRow, table.file, table.numbered(), intake.problems):
+            speed = build_speed(row)
+            column, place = (
+                ("x_m", speed.x_m) if speed.x_m is not None else ("elevation_m", speed.elevation_m)
+            )
+            if intake.claim(speed_key(speed), (table.file, line), column, f"{place:g}"):
+                speeds.append(speed)
+    return speeds
+
+
+def _note_unused(table: Table, form: type[Row], intake: Intake) -> None:
+    unused = [name for name in table.header if name not in form.model_fields]
+    if unused:
+        intake.notes.append(f"{table.file}: not used are the columns {', '.join(unused)}.")

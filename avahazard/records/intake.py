@@ -1,0 +1,45 @@
+"""What a call of import has read so far: records, where each stood, and what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+
+from avahazard.records.collection import Records
+from avahazard.records.errors import RowProblem
+from avahazard.records.event import Speed
+
+Key = tuple[Hashable, ...]  # the kind of a record, and what identifies it
+Origin = tuple[str, int]  # file and line
+
+
+@dataclass
+class Intake:
+    """Records in the order of the files; `origins` has no path that only a profile implies."""
+
+    files: list[str] = field(default_factory=list)
+    records: Records = field(default_factory=Records)
+    origins: dict[Key, Origin] = field(default_factory=dict)
+    problems: list[RowProblem] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def claim(self, key: Key, origin: Origin, column: str, value: str) -> bool:
+        """Take `key` for the row at `origin`; a second row with it is a problem."""
+        if key in self.origins:
+            file, line = self.origins[key]
+            accepted = f"each one once: it is also in {file}, line {line}"
+            self.problems.append(RowProblem(*origin, column, value, accepted))
+            return False
+        self.origins[key] = origin
+        return True
+
+    def refuse(self, key: Key, column: str, value: object, accepted: str) -> None:
+        """Add a problem at the row of the record `key`."""
+        text = f"{value:g}" if isinstance(value, float) else str(value)
+        file, line = self.origins.get(key, ("the database", 0))
+        self.problems.append(RowProblem(file, line, column, text, accepted))
+
+
+def speed_key(speed: Speed) -> Key:
+    """Identify a speed: one event has one speed at one place."""
+    return ("speed", speed.event_id, speed.x_m, speed.elevation_m)

@@ -1,0 +1,127 @@
+"""Records just read against the records stored before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from avahazard.records.collection import Records
+from avahazard.records.compare import differences, profile_difference
+from avahazard.records.event import Event, Speed
+from avahazard.records.intake import Intake, Key, speed_key
+from avahazard.records.path import Path, Profile
+
+T = TypeVar("T", Path, Event, Speed)
+
+
+@dataclass
+class Count:
+    """How many records of one kind are new, as stored, or replace a stored one."""
+
+    new: int = 0
+    unchanged: int = 0
+    updated: int = 0
+
+
+@dataclass
+class Merge:
+    """What has to be written, and the counts by kind."""
+
+    write: Records = field(default_factory=Records)
+    counts: dict[str, Count] = field(default_factory=dict)
+
+
+def merge_records(intake: Intake, stored: Records, *, update: bool = False) -> Merge:
+    """Compare what was read with what is stored, record by record, floats exactly.
+
+    A record that contradicts a stored one is added to `intake.problems`, unless `update`:
+    then it replaces the stored one whole. A path that is stored without a row of its own
+    (a profile came first) takes its row without `update`.
+    """
+    new = intake.records
+    counts = {kind: Count() for kind in ("paths", "profiles", "events", "speeds")}
+    bare = {path.path_id for path in stored.paths if path == Path(path.path_id)}
+    write = Records(
+        _changed(
+            [(("path", p.path_id), p) for p in new.paths],
+            {("path", p.path_id): p for p in stored.paths},
+            counts["paths"],
+            intake,
+            update,
+            {("path", path_id) for path_id in bare},
+        ),
+        _changed_profiles(new.profiles, stored.profiles, counts["profiles"], intake, update),
+        _changed(
+            [(("event", e.event_id), e) for e in new.events],
+            {("event", e.event_id): e for e in stored.events},
+            counts["events"],
+            intake,
+            update,
+        ),
+        _changed(
+            [(speed_key(s), s) for s in new.speeds],
+            {speed_key(s): s for s in stored.speeds},
+            counts["speeds"],
+            intake,
+            update,
+        ),
+    )
+    intake.problems.sort(key=lambda problem: (problem.file, problem.line))
+    return Merge(write, counts)
+
+
+def _changed(
+    read: Sequence[tuple[Key, T]],
+    stored: dict[Key, T],
+    count: Count,
+    intake: Intake,
+    update: bool,
+    replaceable: Iterable[Key] = (),
+) -> tuple[T, ...]:
+    write: list[T] = []
+    free = set(replaceable)
+    for key, record in read:
+        old = stored.get(key)
+        if old is None:
+            count.new += 1
+            write.append(record)
+        elif not (changes := differences(record, old)):
+            count.unchanged += 1
+        elif update or key in free:
+            count.updated += 1
+            write.append(record)
+        else:
+            for column, value, held in changes:
+                intake.refuse(key, column, _text(value), _as_stored(held))
+    return tuple(write)
+
+
+def _changed_profiles(
+    read: Sequence[Profile], stored: Sequence[Profile], count: Count, intake: Intake, update: bool
+) -> tuple[Profile, ...]:
+    old = {profile.path_id: profile for profile in stored}
+    write = []
+    for profile in read:
+        if profile.path_id not in old:
+            count.new += 1
+            write.append(profile)
+        elif (change := profile_difference(profile, old[profile.path_id])) is None:
+            count.unchanged += 1
+        elif update:
+            count.updated += 1
+            write.append(profile)
+        else:
+            point, (column, value, held) = change
+            where = f"{_as_stored(held)} (profile {profile.path_id}, point {point + 1})"
+            intake.refuse(("profile", profile.path_id), column, _text(value), where)
+    return tuple(write)
+
+
+def _text(value: object) -> str:
+    return "" if value is None else str(value)
+
+
+def _as_stored(held: object) -> str:
+    stored = "empty" if held is None else str(held)
+    return f"{stored}, as stored before, or --update"

@@ -1,0 +1,68 @@
+"""Files of records read, checked row by row, and made into records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path as FilePath
+
+from avahazard.records.collection import Records
+from avahazard.records.crosscheck import check_places, check_references
+from avahazard.records.errors import RejectedRows
+from avahazard.records.gather import gather_events, gather_paths, gather_profiles, gather_speeds
+from avahazard.records.intake import Intake
+from avahazard.records.path import Path
+from avahazard.records.recognise import Kind, recognise
+from avahazard.records.sources import find_files
+from avahazard.records.table import Table, read_table
+
+
+def read_records(
+    sources: Sequence[str | FilePath], known: Records | None = None, *, need_runout: bool = True
+) -> Records:
+    """Return the records in `sources`, CSV files or folders of them (contract, section 1).
+
+    Rows may refer to the paths and events of `known`, the records stored before. With
+    `need_runout` false an event may lack its runout.
+
+    Raises:
+        AvahazardError: a source is missing.
+        RejectedRows: rows that cannot be taken, all of them.
+    """
+    intake = read_files(sources, known or Records(), need_runout=need_runout)
+    if intake.problems:
+        raise RejectedRows(intake.problems)
+    return intake.records
+
+
+def read_files(
+    sources: Sequence[str | FilePath], known: Records, *, need_runout: bool = True
+) -> Intake:
+    """Read `sources` as `read_records` does, but collect the problems instead of raising."""
+    intake = Intake()
+    tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
+    for file in find_files(sources):
+        intake.files.append(str(file))
+        table = read_table(file, intake.problems)
+        kind = table and recognise(table, intake.problems, need_runout=need_runout)
+        if table and kind:
+            tables[kind].append(table)
+
+    paths = gather_paths(tables["paths"], known, intake)
+    profiles = gather_profiles(tables["profiles"], intake)
+    events = gather_events(tables["events"], known, intake, need_runout)
+    speeds = gather_speeds(tables["velocities"], intake)
+
+    # A row that was refused still counts as there: what refers to it is not wrong too.
+    listed = _ids("path_id", tables["paths"]) | {path.path_id for path in known.paths}
+    path_ids = listed | _ids("path_id", tables["profiles"])
+    event_ids = _ids("event_id", tables["events"]) | {event.event_id for event in known.events}
+    implied = [Path(p.path_id) for p in profiles if p.path_id not in listed]
+    intake.records = Records((*paths, *implied), tuple(profiles), tuple(events), tuple(speeds))
+    check_references(intake, path_ids, event_ids)
+    check_places(intake, known)
+    intake.problems.sort(key=lambda problem: (problem.file, problem.line))
+    return intake
+
+
+def _ids(column: str, tables: Iterable[Table]) -> set[str]:
+    return {cells[column] for table in tables for cells in table.rows if column in cells}
