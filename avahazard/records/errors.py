@@ -26,7 +26,7 @@ class RowProblem:
     accepted: str
 
 
-class RejectedRows(AvahazardError):
+class RejectedRows(AvahazardError):  # noqa: N818
     """Files hold rows that cannot be taken; every one is listed."""
 
     def __init__(self, problems: Sequence[RowProblem]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from avahazard.records.build import build_event, build_path, build_profile, build_speed
@@ -41,11 +42,11 @@ def gather_profiles(tables: Sequence[Table], intake: Intake) -> list[Profile]:
         points: dict[str, list[tuple[int, ProfileRow]]] = {}
         for line, row in check_rows(ProfileRow, table.file, table.numbered(), intake.problems):
             points.setdefault(row.path_id, []).append((line, row))
-        rows_of = [cells.get("path_id") for cells in table.rows]
+        n_rows = Counter(cells.get("path_id") for cells in table.rows)
         for path_id, rows in points.items():
             if not intake.claim(("profile", path_id), (table.file, rows[0][0]), "path_id", path_id):
                 continue
-            whole = len(rows) == rows_of.count(path_id)
+            whole = len(rows) == n_rows[path_id]
             profile = build_profile(table.file, rows, intake.problems) if whole else None
             if profile is not None:
                 profiles.append(profile)
@@ -62,7 +63,8 @@ def gather_events(
     events = []
     for table in tables:
         reach = bool({"fall_height_m", "runout_length_m"} & set(table.header))
-        on_path, straight = [], []
+        on_path: list[tuple[int, dict[str, str]]] = []
+        straight: list[tuple[int, dict[str, str]]] = []
         for line, cells in table.numbered():
             (on_path if "path_id" in cells or not reach else straight).append((line, cells))
         found: list[tuple[int, EventRow | StraightRow]] = [

@@ -39,8 +39,8 @@ def read_table(path: FilePath, problems: list[RowProblem]) -> Table | None:
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     line = 1
     try:
-        for cells in reader:
-            cells = [cell.strip() for cell in cells]
+        for row in reader:
+            cells = [cell.strip() for cell in row]
             if any(cells):
                 if not header:
                     header = _header(file, line, cells, problems)
