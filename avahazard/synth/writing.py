@@ -1,0 +1,91 @@
+"""A world on disk, in the forms that `import` reads."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path as FilePath
+
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event, Speed
+from avahazard.records.path import Path
+
+
+def write_world(
+    folder: FilePath, records: Records, truth: Mapping[str, object]
+) -> tuple[FilePath, ...]:
+    """Write paths, profiles, events, velocities (when there are any) and `truth.json`.
+
+    Returns the files. Raises AvahazardError when the folder has something in it.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise AvahazardError(
+            f"{folder} is not an empty folder.", "Name a new folder, or empty this one."
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    files = list(write_records(folder, records))
+    target = folder / "truth.json"
+    target.write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
+    return (*files, target)
+
+
+def write_records(folder: FilePath, records: Records) -> tuple[FilePath, ...]:
+    """Write the records alone as CSV files, over what is there; returns the files."""
+    tables = {
+        "paths.csv": _rows(records.paths),
+        "profiles.csv": _profile_rows(records),
+        "events.csv": _rows(records.events),
+        "velocities.csv": _rows(records.speeds),
+    }
+    files = []
+    for name, rows in tables.items():
+        if not rows:
+            continue
+        columns = list(dict.fromkeys(column for row in rows for column in row))
+        with (folder / name).open("w", newline="", encoding="utf-8") as handle:
+            writer = csv.DictWriter(handle, columns, restval="", lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+        files.append(folder / name)
+    return tuple(files)
+
+
+def _rows(items: Sequence[Path | Event | Speed]) -> list[dict[str, object]]:
+    """One row each: the fields that any of them has, then the covariates."""
+    if not items:
+        return []
+    names = [f.name for f in fields(items[0]) if f.name != "covariates"]
+    used = [n for n in names if any(getattr(item, n) is not None for item in items)]
+    return [
+        {n: _cell(getattr(item, n)) for n in used}
+        | {n: _cell(v) for n, v in getattr(item, "covariates", {}).items()}
+        for item in items
+    ]
+
+
+def _profile_rows(records: Records) -> list[dict[str, object]]:
+    rows = []
+    for p in records.profiles:
+        columns: dict[str, Sequence[object]] = {"x_m": p.x_m.tolist(), "y_m": p.y_m.tolist()}
+        if p.land_cover is not None:
+            columns["land_cover"] = p.land_cover
+        for name in ("easting_m", "northing_m", "lon", "lat"):
+            values = getattr(p, name)
+            if values is not None:
+                columns[name] = values.tolist()
+        if p.crs is not None:
+            columns["crs"] = [p.crs] * len(p.x_m)
+        rows += [
+            {"path_id": p.path_id} | dict(zip(columns, row, strict=True))
+            for row in zip(*columns.values(), strict=True)
+        ]
+    return rows
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, bool):
+        return int(value)
+    return "" if value is None else value
