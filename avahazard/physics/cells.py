@@ -1,0 +1,129 @@
+"""Terrain and resistance in the form that the kernel runs over.
+
+In a cell with constant drag d, constant resistance c and friction μ, equation 2.3 has the exact
+step w₁ = A(μ) w₀ + B(μ) with
+
+    A = exp(2μΔθ - 2dL),
+    B = ∫ exp(2μ(θ₁ - θ) - 2d(s₁ - s)) (2g(tanθ - μ) - 2c/cosθ) dx,
+
+because κ dξ = -dθ. Both are expanded in powers of μ, exactly to the order kept: the cells turn
+so little that the rest is below 1e-8 of w.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.physics.constants import GRAVITY
+from avahazard.physics.resistance import Resistance
+from avahazard.physics.terrain import Terrain
+
+Floats = NDArray[np.float64]
+
+ORDER = 6
+"""Highest power of μ kept."""
+
+
+class Cells(NamedTuple):
+    """Arrays over cells `[n_cells]` or nodes `[n_cells + 1]`; powers of μ stand lowest first.
+
+    `growth`, `drive` `[n_cells, ORDER + 1]` are A and B; below `dip` a minimum inside the cell
+    may touch zero; above `lift` the block may lose the ground, above `free_above` it is off it
+    all through the cell. `slope` is tanθ, `steepening` its derivative; `curvature` scales the
+    centrifugal load.
+    """
+
+    x: Floats
+    y: Floats
+    slope: Floats
+    steepening: Floats
+    growth: Floats
+    drive: Floats
+    factor: Floats
+    offset: Floats
+    constant: Floats
+    drag: Floats
+    dip: Floats
+    lift: Floats
+    free_above: Floats
+    length: Floats
+    speed_factor: Floats
+    speed_constant: Floats
+    speed_dependent: bool
+    curvature: float
+
+
+def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
+    """Series of A and B in every cell (module docstring), with the geometry at its ends."""
+    turn = resistance.curvature * (terrain.theta[1:, None] - terrain.gauss_theta)
+    left = terrain.s[1:, None] - terrain.gauss_s
+    damped = terrain.weight * np.exp(-2.0 * resistance.drag[:, None] * left)
+    tangent = np.tan(terrain.gauss_theta)
+    pull = 2.0 * GRAVITY * tangent - 2.0 * resistance.constant[:, None] * np.hypot(1.0, tangent)
+    drive = np.zeros((terrain.n_cells, ORDER + 1))
+    power = damped
+    for k in range(ORDER):
+        drive[:, k] += np.sum(power * pull, axis=1)
+        drive[:, k + 1] -= 2.0 * GRAVITY * np.sum(power, axis=1)
+        power = power * turn * (2.0 / (k + 1))
+    drive[:, ORDER] += np.sum(power * pull, axis=1)
+
+    length = np.diff(terrain.s)
+    growth = np.empty((terrain.n_cells, ORDER + 1))
+    growth[:, 0] = np.exp(-2.0 * resistance.drag * length)
+    whole = resistance.curvature * np.diff(terrain.theta)
+    for k in range(ORDER):
+        growth[:, k + 1] = growth[:, k] * whole * (2.0 / (k + 1))
+
+    speed_dependent = resistance.speed_factor is not None or resistance.speed_constant is not None
+    slope = np.tan(terrain.theta)
+    lift, free_above = _contact_limits(terrain, resistance.curvature)
+    return Cells(
+        x=terrain.x,
+        y=terrain.y,
+        slope=slope,
+        steepening=terrain.bend * (1.0 + slope**2),
+        growth=growth,
+        drive=drive,
+        factor=resistance.factor,
+        offset=resistance.offset,
+        constant=resistance.constant,
+        drag=resistance.drag,
+        dip=_dip(terrain),
+        lift=lift,
+        free_above=free_above,
+        length=length,
+        speed_factor=np.ones(1) if resistance.speed_factor is None else resistance.speed_factor,
+        speed_constant=(
+            np.zeros(1) if resistance.speed_constant is None else resistance.speed_constant
+        ),
+        speed_dependent=speed_dependent,
+        curvature=float(resistance.curvature),
+    )
+
+
+def _across(nodes: Floats, inside: Floats) -> Floats:
+    """Values at start, Gauss points and end of each cell, `[n_cells, 8]`."""
+    return np.column_stack([nodes[:-1], inside, nodes[1:]])
+
+
+def _dip(terrain: Terrain) -> Floats:
+    """A bound of how deep w can dip inside a cell that steepens; zero where it does not."""
+    tangent = np.tan(_across(terrain.theta, terrain.gauss_theta))
+    steepens = np.any(np.diff(tangent, axis=1) > 0.0, axis=1)
+    spread = np.max(tangent, axis=1) - np.min(tangent, axis=1)
+    return np.where(steepens, 2.5 * GRAVITY * spread * np.diff(terrain.x), 0.0)
+
+
+def _contact_limits(terrain: Terrain, curvature: float) -> tuple[Floats, Floats]:
+    """w below which the block stays on the ground in a cell, and above which it is off it.
+
+    N = 0 where w = g / (dθ/dx); a margin of 2 % covers places between the samples.
+    """
+    bend = curvature * _across(terrain.bend, terrain.gauss_bend)
+    limit = np.full(bend.shape, np.inf)
+    np.divide(GRAVITY, bend, out=limit, where=bend > 0.0)
+    return 0.98 * np.min(limit, axis=1), 1.02 * np.max(limit, axis=1)

@@ -1,0 +1,128 @@
+"""The regularised path cut into cells, with the geometry that the block needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.physics.smooth_profile import SmoothProfile
+
+Floats = NDArray[np.float64]
+
+MAX_CELL_M = 20.0
+MAX_TURN = 0.05
+"""Largest change of the slope angle within a cell, radians: it bounds the error of the series."""
+GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(6)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Terrain:
+    """Cells of a path: nodes `[n_cells + 1]` and Gauss points `[n_cells, 6]`.
+
+    `theta` is the slope angle -atan f' (> 0 downhill), `bend` = dθ/dx, `s` the arc length (m)
+    from the top, `weight` the quadrature weights in x. Curvature is κ = -bend·cosθ.
+    """
+
+    x: Floats
+    y: Floats
+    theta: Floats
+    bend: Floats
+    s: Floats
+    gauss_x: Floats
+    gauss_theta: Floats
+    gauss_bend: Floats
+    gauss_s: Floats
+    weight: Floats
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells."""
+        return len(self.x) - 1
+
+    @property
+    def middle_x(self) -> Floats:
+        """Middle of each cell, `[n_cells]`."""
+        return 0.5 * (self.x[1:] + self.x[:-1])
+
+    @property
+    def middle_y(self) -> Floats:
+        """Mean elevation of each cell's ends, `[n_cells]`."""
+        return 0.5 * (self.y[1:] + self.y[:-1])
+
+    def node(self, x: float) -> int:
+        """Index of the node at x, one of the breaks that the cells were built with."""
+        i = int(np.searchsorted(self.x, x))
+        if i == len(self.x) or self.x[i] != x:
+            raise ValueError(f"x = {x} is not a node of the terrain")
+        return i
+
+
+def build_terrain(
+    profile: SmoothProfile, breaks: Floats | None = None, max_cell: float = MAX_CELL_M
+) -> Terrain:
+    """Cut the profile into cells, with nodes at every one of `breaks` `[n_breaks]`.
+
+    Cells end at the knots of the profile and are chosen by error: none is longer than
+    `max_cell` metres or turns by more than `MAX_TURN`.
+    """
+    inner = np.concatenate([profile.knots, np.asarray([] if breaks is None else breaks)])
+    inner = inner[(inner > profile.x_min) & (inner < profile.x_max)]
+    coarse = np.unique(np.concatenate([[profile.x_min, profile.x_max], inner]))
+    x = _refine(profile, coarse, max_cell)
+    y, slope, f2 = profile.derivatives(x)
+    half = 0.5 * np.diff(x)[:, None]
+    gauss_x = x[:-1, None] + half * (1.0 + GAUSS_X)
+    _, gauss_slope, gauss_f2 = profile.derivatives(gauss_x)
+    weight = half * GAUSS_W
+    stretch = np.hypot(1.0, gauss_slope)
+    s = np.concatenate([[0.0], np.cumsum(np.sum(weight * stretch, axis=1))])
+    return Terrain(
+        x=x,
+        y=y,
+        theta=-np.arctan(slope),
+        bend=-f2 / (1.0 + slope**2),
+        s=s,
+        gauss_x=gauss_x,
+        gauss_theta=-np.arctan(gauss_slope),
+        gauss_bend=-gauss_f2 / (1.0 + gauss_slope**2),
+        gauss_s=s[:-1, None] + _partial_lengths(stretch, half),
+        weight=weight,
+    )
+
+
+def _refine(profile: SmoothProfile, coarse: Floats, max_cell: float) -> Floats:
+    """Split every interval until no cell is too long or turns too much."""
+    probes = np.linspace(0.0, 1.0, 33)
+    width = np.diff(coarse)
+    # Long intervals are first cut plainly, so that the probes see every turn.
+    plain = np.maximum(1, np.ceil(width / 200.0).astype(int))
+    coarse = _split(coarse, plain)
+    width = np.diff(coarse)
+    slope = profile.derivatives(coarse[:-1, None] + width[:, None] * probes)[1]
+    turn = np.sum(np.abs(np.diff(np.arctan(slope), axis=1)), axis=1)
+    # Where an interval turns unevenly, its sharpest part decides.
+    sharpest = np.max(np.abs(np.diff(np.arctan(slope), axis=1)), axis=1) * (len(probes) - 1)
+    pieces = np.ceil(np.maximum(width / max_cell, np.maximum(turn, sharpest) / MAX_TURN))
+    return _split(coarse, np.maximum(1, pieces.astype(int)))
+
+
+def _split(nodes: Floats, pieces: NDArray[np.int_]) -> Floats:
+    """Cut interval i of `nodes` into `pieces[i]` equal parts."""
+    start = np.repeat(nodes[:-1], pieces)
+    width = np.repeat(np.diff(nodes) / pieces, pieces)
+    first = np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return np.append(start + width * (np.arange(len(start)) - first), nodes[-1])
+
+
+def _partial_lengths(stretch: Floats, half: Floats) -> Floats:
+    """Arc length from each cell's start to its Gauss points, `[n_cells, 6]`."""
+    order = len(GAUSS_X)
+    vandermonde = np.polynomial.legendre.legvander(GAUSS_X, order - 1)
+    to_coefficients = np.linalg.inv(vandermonde)
+    integrals = np.empty((order, order))
+    for k in range(order):
+        antiderivative = np.polynomial.legendre.legint(np.eye(order)[k], lbnd=-1.0)
+        integrals[:, k] = np.polynomial.legendre.legval(GAUSS_X, antiderivative)
+    return half * (stretch @ (integrals @ to_coefficients).T)
