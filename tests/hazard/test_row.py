@@ -1,0 +1,40 @@
+import json
+
+from avahazard.hazard.row import hazard_row
+from avahazard.hazard.runout_bounds import RunoutBounds, Spread
+from avahazard.hazard.volume_frequency import ReturnVolume
+
+BOUNDS = RunoutBounds(
+    x=Spread(None, 1800.0, 1900.0, None),
+    elevation=Spread(None, None, 700.0, 760.0),
+    p_left_profile=0.1,
+    p_not_released=0.0,
+    n_draws=1000,
+    n_nonpositive=3,
+)
+
+
+def test_row_of_a_return_period() -> None:
+    volume = ReturnVolume(100.0, 5e4, 2e4, 9e4, extrapolated=True)
+    row = hazard_row("p", volume.volume_m3, BOUNDS, "friction", volume, "GEV")
+    assert json.loads(json.dumps(row)) == {
+        "path_id": "p",
+        "return_period_years": 100.0,
+        "volume_m3": 5e4,
+        "runout_x_m": {"mean": None, "q05": 1800.0, "q50": 1900.0, "q95": None},
+        "runout_elevation_m": {"mean": None, "q05": None, "q50": 700.0, "q95": 760.0},
+        "interval": "friction",
+        "p_left_profile": 0.1,
+        "p_not_released": 0.0,
+        "n_draws": 1000,
+        "n_nonpositive_friction": 3,
+        "volume_interval_m3": {"q05": 2e4, "q95": 9e4},
+        "volume_method": "GEV",
+        "extrapolated": True,
+    }
+
+
+def test_row_of_a_given_volume() -> None:
+    row = hazard_row("p", 1e4, BOUNDS, "friction")
+    assert row["return_period_years"] is None
+    assert "volume_method" not in row

@@ -1,0 +1,71 @@
+import numpy as np
+import pytest
+
+from avahazard.hazard.volume_record import volume_record
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.path import Path
+
+
+def event(number: int, date: str | None, volume: float | None) -> Event:
+    return Event(f"e{number}", "p", date=date, runout_x_m=1.0, volume_m3=volume)
+
+
+EVENTS = [
+    event(1, "1950-02-13", 1000.0),
+    event(2, "1950-12-30", 3000.0),
+    event(3, "1961", 500.0),
+    event(4, "1962-01-01", None),
+    event(5, None, 9e5),
+]
+
+
+def test_largest_volume_of_each_year() -> None:
+    record = volume_record(Path("p", observed_from=1941, observed_to=1980), EVENTS)
+    np.testing.assert_allclose(np.exp(record.log_maxima), [3000, 500])
+    assert (record.n_years, record.n_events, record.n_event_years) == (40, 4, 3)
+    assert record.events_per_year == pytest.approx(0.1)
+    assert record.event_year_chance == pytest.approx(3 / 40)
+    assert record.n_left_out == 1
+    assert record.window == "observed_from to observed_to"
+
+
+def test_span_of_the_records_without_observed_years() -> None:
+    record = volume_record(Path("p"), EVENTS)
+    assert (record.first_year, record.last_year) == (1950, 1962)
+    assert record.events_per_year == pytest.approx(4 / 13)
+    assert record.window == "the span of its records"
+
+
+@pytest.mark.parametrize(
+    ("path", "years", "window"),
+    [
+        (Path("p", observed_from=1900), (1900, 1962), "observed_from to its last record"),
+        (Path("p", observed_to=2000), (1950, 2000), "its first record to observed_to"),
+    ],
+)
+def test_one_end_given(path: Path, years: tuple[int, int], window: str) -> None:
+    record = volume_record(path, EVENTS)
+    assert (record.first_year, record.last_year) == years
+    assert record.window == window
+
+
+def test_records_outside_the_observed_years_are_left_out() -> None:
+    record = volume_record(Path("p", observed_from=1960, observed_to=1970), EVENTS)
+    assert (record.n_events, record.n_left_out) == (2, 3)
+    np.testing.assert_allclose(np.exp(record.log_maxima), [500])
+
+
+@pytest.mark.parametrize(
+    ("path", "events", "message"),
+    [
+        (Path("p"), EVENTS[4:], "No event of path p is dated"),
+        (Path("p"), EVENTS[:2], "are of 1950"),
+        (Path("p", observed_from=1980, observed_to=1990), EVENTS, "1980 to 1990"),
+        (Path("p", observed_from=1980, observed_to=1990), [], "1980 to 1990"),
+    ],
+)
+def test_no_rate(path: Path, events: list[Event], message: str) -> None:
+    with pytest.raises(AvahazardError, match=message) as error:
+        volume_record(path, events)
+    assert "--volume" in error.value.hint
