@@ -1,0 +1,84 @@
+"""The tables of results: models, calibrations and their draws, comparisons, bounds."""
+
+from __future__ import annotations
+
+import datetime as dt
+from typing import Any
+
+from sqlalchemy import JSON, BigInteger, DateTime, ForeignKey, LargeBinary, String, Text
+from sqlalchemy.orm import Mapped, mapped_column
+
+from avahazard.store.tables import Base, Name
+
+
+class ModelTable(Base):
+    """Models by name; a child names its parent. The effect file is kept as text, never run."""
+
+    __tablename__ = "models"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(Name, unique=True)
+    parent: Mapped[str | None] = mapped_column(Name, ForeignKey("models.name"))
+    specification: Mapped[dict[str, Any]] = mapped_column(JSON)
+    effect_file: Mapped[str | None] = mapped_column(Text)
+    effect_sha256: Mapped[str | None] = mapped_column(String(64))
+    created: Mapped[dt.datetime] = mapped_column(DateTime)
+
+
+class CalibrationTable(Base):
+    """One run of a sampler; `result` is the document that `calibrate` prints."""
+
+    __tablename__ = "calibrations"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    model: Mapped[str] = mapped_column(
+        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+    )
+    settings: Mapped[dict[str, Any]] = mapped_column(JSON)
+    seed: Mapped[int] = mapped_column(BigInteger)
+    data_fingerprint: Mapped[str] = mapped_column(String(64))
+    diagnostics: Mapped[dict[str, Any]] = mapped_column(JSON)
+    converged: Mapped[bool]
+    result: Mapped[dict[str, Any]] = mapped_column(JSON)
+    created: Mapped[dt.datetime] = mapped_column(DateTime)
+
+
+class DrawChunkTable(Base):
+    """Draws `[n_chains, n_draws]` of one parameter, cut along the draws: little-endian float64."""
+
+    __tablename__ = "draw_chunks"
+
+    calibration: Mapped[int] = mapped_column(
+        ForeignKey("calibrations.id", ondelete="CASCADE"), primary_key=True
+    )
+    parameter: Mapped[str] = mapped_column(Name, primary_key=True)
+    chunk: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    n_chains: Mapped[int]
+    n_draws: Mapped[int]
+    data: Mapped[bytes] = mapped_column(LargeBinary)
+
+
+class ComparisonTable(Base):
+    """Scores of a model against the measurements: the document that `compare` prints."""
+
+    __tablename__ = "comparisons"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    model: Mapped[str] = mapped_column(
+        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+    )
+    result: Mapped[dict[str, Any]] = mapped_column(JSON)
+    created: Mapped[dt.datetime] = mapped_column(DateTime)
+
+
+class HazardTable(Base):
+    """Bounds of the runout by a model: the rows that `hazard` prints."""
+
+    __tablename__ = "hazard_results"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    model: Mapped[str] = mapped_column(
+        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+    )
+    result: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    created: Mapped[dt.datetime] = mapped_column(DateTime)

@@ -1,0 +1,124 @@
+"""The tables of records: paths, profile points, events, covariates, speeds."""
+
+from __future__ import annotations
+
+from sqlalchemy import Double, ForeignKey, MetaData, String, Text
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+NAMES = {
+    "ix": "ix_%(table_name)s_%(column_0_name)s",
+    "uq": "uq_%(table_name)s_%(column_0_name)s",
+    "fk": "fk_%(table_name)s_%(column_0_name)s",
+    "pk": "pk_%(table_name)s",
+}
+Name = String(200)
+
+
+class Base(DeclarativeBase):
+    """All tables; a Python float is a number of eight bytes in every database."""
+
+    metadata = MetaData(naming_convention=NAMES)
+    type_annotation_map = {float: Double(53), str: Text()}  # noqa: RUF012
+
+
+class PathTable(Base):
+    """Paths; `id` keeps the order in which they came."""
+
+    __tablename__ = "paths"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    path_id: Mapped[str] = mapped_column(Name, unique=True)
+    name: Mapped[str | None]
+    location: Mapped[str | None]
+    orientation: Mapped[str | None]
+    section: Mapped[str | None]
+    catchment_ha: Mapped[float | None]
+    release_elevation_m: Mapped[float | None]
+    observed_from: Mapped[int | None]
+    observed_to: Mapped[int | None]
+    observed_below_m: Mapped[float | None]
+
+
+class ProfilePointTable(Base):
+    """Points of the profiles, numbered from the top."""
+
+    __tablename__ = "profile_points"
+
+    path_id: Mapped[str] = mapped_column(
+        Name, ForeignKey("paths.path_id", ondelete="CASCADE"), primary_key=True
+    )
+    point: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    x_m: Mapped[float]
+    y_m: Mapped[float]
+    land_cover: Mapped[str | None]
+    easting_m: Mapped[float | None]
+    northing_m: Mapped[float | None]
+    crs: Mapped[str | None]
+    lon: Mapped[float | None]
+    lat: Mapped[float | None]
+
+
+class EventTable(Base):
+    """Events; `id` keeps the order in which they came."""
+
+    __tablename__ = "events"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    event_id: Mapped[str] = mapped_column(Name, unique=True)
+    path_id: Mapped[str | None] = mapped_column(Name, ForeignKey("paths.path_id"), index=True)
+    date: Mapped[str | None]
+    runout_elevation_m: Mapped[float | None]
+    runout_x_m: Mapped[float | None]
+    runout_sigma_m: Mapped[float]
+    left_profile: Mapped[bool]
+    release_elevation_m: Mapped[float | None]
+    volume_m3: Mapped[float | None]
+    deposit_length_m: Mapped[float | None]
+    deposit_width_m: Mapped[float | None]
+    deposit_thickness_m: Mapped[float | None]
+    volume_rel_sigma: Mapped[float]
+    fall_height_m: Mapped[float | None]
+    runout_length_m: Mapped[float | None]
+
+
+class PathCovariateTable(Base):
+    """Further columns of paths: one of `number` and `word` is set."""
+
+    __tablename__ = "path_covariates"
+
+    path_id: Mapped[str] = mapped_column(
+        Name, ForeignKey("paths.path_id", ondelete="CASCADE"), primary_key=True
+    )
+    name: Mapped[str] = mapped_column(Name, primary_key=True)
+    position: Mapped[int]
+    number: Mapped[float | None]
+    word: Mapped[str | None]
+
+
+class EventCovariateTable(Base):
+    """Further columns of events: one of `number` and `word` is set."""
+
+    __tablename__ = "event_covariates"
+
+    event_id: Mapped[str] = mapped_column(
+        Name, ForeignKey("events.event_id", ondelete="CASCADE"), primary_key=True
+    )
+    name: Mapped[str] = mapped_column(Name, primary_key=True)
+    position: Mapped[int]
+    number: Mapped[float | None]
+    word: Mapped[str | None]
+
+
+class SpeedTable(Base):
+    """Measured speeds; one of `x_m` and `elevation_m` is set."""
+
+    __tablename__ = "speeds"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    event_id: Mapped[str] = mapped_column(
+        Name, ForeignKey("events.event_id", ondelete="CASCADE"), index=True
+    )
+    x_m: Mapped[float | None]
+    elevation_m: Mapped[float | None]
+    speed_m_s: Mapped[float]
+    speed_sigma_m_s: Mapped[float]

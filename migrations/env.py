@@ -1,0 +1,32 @@
+"""Runs the migrations: inside a command on its connection, or by `alembic` on AVAHAZARD_DB."""
+
+from __future__ import annotations
+
+import os
+
+from alembic import context
+from sqlalchemy import Connection
+
+from avahazard.store import result_tables
+from avahazard.store.engine import make_engine
+from avahazard.store.tables import Base
+
+assert result_tables.ModelTable.metadata is Base.metadata  # all tables are known
+
+
+def run(connection: Connection) -> None:
+    """Run on an open connection; SQLite changes a table by copying it."""
+    context.configure(
+        connection=connection, target_metadata=Base.metadata, render_as_batch=True
+    )
+    with context.begin_transaction():
+        context.run_migrations()
+
+
+given: Connection | None = context.config.attributes.get("connection")
+if given is not None:
+    run(given)
+else:
+    engine = make_engine(os.environ.get("AVAHAZARD_DB", "avahazard.db"), create=True)
+    with engine.begin() as own:
+        run(own)
