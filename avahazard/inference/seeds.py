@@ -1,4 +1,4 @@
-"""Random generators keyed by what is computed, so that any number of workers gives the same bits."""
+"""Random generators keyed by what is computed: any number of workers gives the same bits."""
 
 from __future__ import annotations
 
