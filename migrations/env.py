@@ -16,9 +16,7 @@ assert result_tables.ModelTable.metadata is Base.metadata  # all tables are know
 
 def run(connection: Connection) -> None:
     """Run on an open connection; SQLite changes a table by copying it."""
-    context.configure(
-        connection=connection, target_metadata=Base.metadata, render_as_batch=True
-    )
+    context.configure(connection=connection, target_metadata=Base.metadata, render_as_batch=True)
     with context.begin_transaction():
         context.run_migrations()
 
@@ -27,6 +25,6 @@ given: Connection | None = context.config.attributes.get("connection")
 if given is not None:
     run(given)
 else:
-    engine = make_engine(os.environ.get("AVAHAZARD_DB", "avahazard.db"), create=True)
+    engine = make_engine(os.environ.get("AVAHAZARD_DB", "avahazard.db"), migrates=True)
     with engine.begin() as own:
         run(own)

@@ -28,7 +28,7 @@ def database_url(database: str) -> URL:
         return make_url(database)
     except (ArgumentError, ValueError) as error:
         raise AvahazardError(
-            f"{database.split('@')[-1]} is not the URL of a database.",
+            f"{database.rsplit('@', maxsplit=1)[-1]} is not the URL of a database.",
             "Give a file path, or a URL such as postgresql+psycopg://user@host/name.",
         ) from error
 
@@ -44,19 +44,20 @@ def sqlite_file(url: URL) -> str | None:
     return (url.database or None) if url.get_backend_name() == "sqlite" else None
 
 
-def make_engine(database: str, *, create: bool = False) -> Engine:
+def make_engine(database: str, *, migrates: bool = False) -> Engine:
     """Return an engine for `database`; it connects when it is used.
 
-    SQLite keeps a write-ahead log, foreign keys on, and waits up to 30 s for a writer.
+    SQLite keeps a write-ahead log, foreign keys on, and waits up to 30 s for a writer. A
+    migration may create the file, and has the foreign keys off: it changes a table by
+    copying it, and dropping the old one would take its children along.
 
     Raises:
-        AvahazardError: the driver is missing, or the file of an SQLite database is, unless
-            `create`.
+        AvahazardError: the driver is missing, or the file of an SQLite database is.
     """
     url = database_url(database)
     sqlite = url.get_backend_name() == "sqlite"
     if sqlite:
-        _check_file(url, create)
+        _check_file(url, migrates)
     try:
         engine = create_engine(
             url,
@@ -69,7 +70,7 @@ def make_engine(database: str, *, create: bool = False) -> Engine:
             "Install the driver of the database, for PostgreSQL: pip install psycopg[binary]",
         ) from error
     if sqlite:
-        event.listen(engine, "connect", _set_up_sqlite)
+        event.listen(engine, "connect", partial(_set_up_sqlite, foreign_keys=not migrates))
         event.listen(engine, "begin", _begin_sqlite)
     return engine
 
@@ -94,10 +95,12 @@ def _check_file(url: URL, create: bool) -> None:
         )
 
 
-def _set_up_sqlite(connection: SqliteConnection, _: ConnectionPoolEntry) -> None:
+def _set_up_sqlite(
+    connection: SqliteConnection, _: ConnectionPoolEntry, *, foreign_keys: bool
+) -> None:
     # The driver would begin transactions by itself, and late: they begin in _begin_sqlite.
     connection.isolation_level = None
-    connection.execute("PRAGMA foreign_keys = ON")
+    connection.execute(f"PRAGMA foreign_keys = {'ON' if foreign_keys else 'OFF'}")
     connection.execute("PRAGMA journal_mode = WAL")
     connection.execute("PRAGMA synchronous = NORMAL")
 
