@@ -164,7 +164,7 @@ def _save_profiles(session: Session, profiles: Sequence[Profile]) -> None:
 
 def _column(value: Floats | tuple[str, ...] | str | None, n: int) -> Sequence[float | str | None]:
     if isinstance(value, np.ndarray):
-        return value.tolist()
+        return [float(number) for number in value]
     return value if isinstance(value, tuple) else [value] * n
 
 

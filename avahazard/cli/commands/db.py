@@ -1,0 +1,98 @@
+"""`avahazard db upgrade`, `status`, `check` and `backup`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, table
+from avahazard.cli.settings import settings
+
+db = typer.Typer(
+    help="Upgrade, look at, check or copy the database.",
+    rich_markup_mode=None,
+    add_completion=False,
+    no_args_is_help=True,
+)
+
+
+@db.command()
+def upgrade(context: typer.Context) -> None:
+    """Bring the tables of the database up to date."""
+    from avahazard.workflow.database import upgrade_database  # noqa: PLC0415
+
+    document = upgrade_database(settings(context).database)
+
+    def render(console: Console) -> None:
+        if document["from"] == document["to"]:
+            console.print(f"The database {document['database']} is up to date.", soft_wrap=True)
+        else:
+            console.print(
+                f"The database {document['database']} went from revision "
+                f"{document['from']} to {document['to']}.",
+                soft_wrap=True,
+            )
+
+    emit(context, document, render)
+
+
+@db.command()
+def status(context: typer.Context) -> None:
+    """Show the revision of the database and what it holds."""
+    from avahazard.workflow.database import database_status  # noqa: PLC0415
+
+    document = database_status(settings(context).database)
+
+    def render(console: Console) -> None:
+        console.print(f"Database: {document['database']}", soft_wrap=True)
+        console.print(
+            f"Tables: {document['state']} (revision {document['revision'] or 'none'}, "
+            f"this program's is {document['head']})"
+        )
+        if document["counts"]:
+            console.print(table("", ("holds", ">number"), document["counts"].items()))
+
+    emit(context, document, render)
+
+
+@db.command()
+def check(context: typer.Context) -> None:
+    """Check that the database is whole; status 1 when it is not."""
+    from avahazard.records.errors import AvahazardError  # noqa: PLC0415
+    from avahazard.workflow.database import check as check_whole  # noqa: PLC0415
+
+    document = check_whole(settings(context).database)
+    if not document["whole"]:
+        raise AvahazardError(
+            "\n".join(
+                [f"The database {document['database']} is not whole.", *document["problems"]]
+            ),
+            "Go back to a backup.",
+        )
+    emit(
+        context,
+        document,
+        lambda console: console.print(
+            f"The database {document['database']} is whole.", soft_wrap=True
+        ),
+    )
+
+
+@db.command()
+def backup(
+    context: typer.Context,
+    file: Annotated[str, typer.Argument(help="The new file.", show_default=False)],
+) -> None:
+    """Copy the database to a new file, also while it is in use."""
+    from avahazard.workflow.database import backup_database  # noqa: PLC0415
+
+    document = backup_database(settings(context).database, file)
+    emit(
+        context,
+        document,
+        lambda console: console.print(
+            f"Copied {document['database']} to {document['backup']}.", soft_wrap=True
+        ),
+    )

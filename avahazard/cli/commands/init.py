@@ -1,0 +1,26 @@
+"""`avahazard init`."""
+
+from __future__ import annotations
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, warn
+from avahazard.cli.settings import settings
+
+
+def init(context: typer.Context) -> None:
+    """Create the database."""
+    from avahazard.workflow.database import init_database  # noqa: PLC0415
+
+    document = init_database(settings(context).database)
+
+    def render(console: Console) -> None:
+        done = "was created" if document["created"] else "exists"
+        console.print(f"The database {document['database']} {done}.", soft_wrap=True)
+
+    emit(context, document, render)
+    if document["state"] == "old":
+        warn("it was made by an older version: run `avahazard db upgrade`.")
+    elif document["state"] == "newer":
+        warn("it was made by a newer version: update the program.")

@@ -1,0 +1,74 @@
+"""The program `avahazard`: its commands and the options of all of them.
+
+A command is a function in a file under `commands`; it is loaded only when it is called, so
+that help is there at once. To add one, add its line to COMMANDS.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from avahazard import __version__
+from avahazard.cli.commands_group import CommandsGroup, Entry
+from avahazard.cli.settings import Settings
+
+# Name, module under avahazard.cli.commands, and the first line of its help.
+COMMANDS: tuple[Entry, ...] = (
+    Entry("init", "init", "Create the database."),
+    Entry("db", "db", "Upgrade, look at, check or copy the database."),
+    Entry("import", "import_files", "Import CSV files, or folders of them."),
+    Entry("paths", "paths", "List the paths."),
+)
+
+
+class Commands(CommandsGroup):
+    """The commands of `avahazard`."""
+
+    entries = COMMANDS
+
+
+app = typer.Typer(
+    cls=Commands,
+    # Plain help: loading the decorated one takes longer than all the rest.
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        typer.echo(f"avahazard {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    context: typer.Context,
+    db: Annotated[
+        str,
+        typer.Option(
+            metavar="URL",
+            envvar="AVAHAZARD_DB",
+            help="The database: a file path or an SQLAlchemy URL.",
+        ),
+    ] = "avahazard.db",
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON document on standard output.")
+    ] = False,
+    _version: Annotated[
+        bool,
+        typer.Option("--version", help="Print the version.", callback=show_version, is_eager=True),
+    ] = False,
+) -> None:
+    """Calibrate avalanche friction on recorded events, find what the model misses, draw bounds."""
+    context.obj = Settings(database=db, as_json=as_json)
+
+
+def main() -> None:
+    """Run the program."""
+    app(prog_name="avahazard")

@@ -1,0 +1,89 @@
+"""What a command prints: one JSON document, or tables for people; errors apart from both."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from avahazard.cli.settings import settings
+from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.records.plain import plain
+
+
+def emit(context: typer.Context, document: Any, render: Callable[[Console], None]) -> None:
+    """Print `document` as JSON where that was asked for, else let `render` print it."""
+    if settings(context).as_json:
+        text = json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2)
+        typer.echo(text)
+    else:
+        render(output())
+
+
+def output() -> Console:
+    """Return the console on standard output; words in brackets are no markup there."""
+    return Console(markup=False, highlight=False, emoji=False)
+
+
+def errors() -> Console:
+    """Return the console on standard error."""
+    return Console(stderr=True, markup=False, highlight=False, emoji=False)
+
+
+def warn(text: str) -> None:
+    """Print a warning on standard error."""
+    errors().print(Text(f"Note: {text}", style="yellow"), soft_wrap=True)
+
+
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
+    """Return a table; a column's name that begins with '>' is set to the right.
+
+    Numbers are written by `number`, None as a dash.
+    """
+    made = Table(title=title or None, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in columns:
+        right = name.startswith(">")
+        made.add_column(
+            name.removeprefix(">"), justify="right" if right else "left", overflow="fold"
+        )
+    for row in rows:
+        made.add_row(*(Text(number(value)) for value in row))
+    return made
+
+
+def number(value: Any) -> str:
+    """Write a value for people: four digits where they are enough, None as a dash."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        if value != 0 and (abs(value) < 1e-3 or abs(value) >= 1e7):
+            return f"{value:.3g}"
+        return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+    return str(value)
+
+
+def show_error(error: AvahazardError | OSError) -> None:
+    """Print an error on standard error: the rows at fault, the message, the hint."""
+    console = errors()
+    if isinstance(error, RejectedRows):
+        columns = ("file", ">line", "column", "value", "accepted")
+        rows = [(p.file, p.line or "", p.column, p.value, p.accepted) for p in error.problems]
+        console.print(table("", columns, rows))
+    if isinstance(error, AvahazardError):
+        message, hint = error.message, error.hint
+    else:
+        place = f": {error.filename}" if error.filename else ""
+        message, hint = f"{error.strerror or error}{place}", ""
+    console.print(Text.assemble(("Error: ", "bold red"), message), soft_wrap=True)
+    if hint:
+        console.print(Text(f"Hint: {hint}"), soft_wrap=True)
+    sys.stderr.flush()

@@ -1,0 +1,22 @@
+"""What the options before the command say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import typer
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The database by path or URL, and whether the output is JSON."""
+
+    database: str
+    as_json: bool
+
+
+def settings(context: typer.Context) -> Settings:
+    """Return the settings of a running command."""
+    found = context.obj
+    assert isinstance(found, Settings)
+    return found
