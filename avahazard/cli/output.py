@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from itertools import groupby
+from operator import attrgetter
 from typing import Any
 
 import typer
@@ -75,9 +77,10 @@ def show_error(error: AvahazardError | OSError) -> None:
     """Print an error on standard error: the rows at fault, the message, the hint."""
     console = errors()
     if isinstance(error, RejectedRows):
-        columns = ("file", ">line", "column", "value", "accepted")
-        rows = [(p.file, p.line or "", p.column, p.value, p.accepted) for p in error.problems]
-        console.print(table("", columns, rows))
+        for file, problems in groupby(error.problems, key=attrgetter("file")):
+            rows = [(p.line or None, p.column, p.value, p.accepted) for p in problems]
+            console.print(file, soft_wrap=True)
+            console.print(table("", (">line", "column", "value", "accepted"), rows))
     if isinstance(error, AvahazardError):
         message, hint = error.message, error.hint
     else:

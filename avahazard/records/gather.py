@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from avahazard.records.build import build_event, build_path, build_profile, build_speed
 from avahazard.records.collection import Records
@@ -27,10 +27,9 @@ def gather_paths(tables: Sequence[Table], known: Records, intake: Intake) -> lis
     covariates = read_covariates(tables, columns, stored, intake.problems)
     paths = []
     for table in tables:
-        for line, row in check_rows(PathRow, table.file, table.numbered(), intake.problems):
-            origin = (table.file, line)
-            if intake.claim(("path", row.path_id), origin, "path_id", row.path_id):
-                paths.append(build_path(row, covariates[origin]))
+        rows = _each_once("path", "path_id", table, intake)
+        for line, row in check_rows(PathRow, table.file, rows, intake.problems):
+            paths.append(build_path(row, covariates[table.file, line]))
     return paths
 
 
@@ -65,7 +64,7 @@ def gather_events(
         reach = bool({"fall_height_m", "runout_length_m"} & set(table.header))
         on_path: list[tuple[int, dict[str, str]]] = []
         straight: list[tuple[int, dict[str, str]]] = []
-        for line, cells in table.numbered():
+        for line, cells in _each_once("event", "event_id", table, intake):
             (on_path if "path_id" in cells or not reach else straight).append((line, cells))
         found: list[tuple[int, EventRow | StraightRow]] = [
             *check_rows(
@@ -78,9 +77,7 @@ def gather_events(
             *check_rows(StraightRow, table.file, iter(straight), intake.problems),
         ]
         for line, row in sorted(found, key=lambda item: item[0]):
-            origin = (table.file, line)
-            if intake.claim(("event", row.event_id), origin, "event_id", row.event_id):
-                events.append(build_event(row, covariates[origin]))
+            events.append(build_event(row, covariates[table.file, line]))
     return events
 
 
@@ -97,6 +94,16 @@ def gather_speeds(tables: Sequence[Table], intake: Intake) -> list[Speed]:
             if intake.claim(speed_key(speed), (table.file, line), column, f"{place:g}"):
                 speeds.append(speed)
     return speeds
+
+
+def _each_once(
+    kind: str, column: str, table: Table, intake: Intake
+) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the rows of `table`, without those whose id another row has taken."""
+    for line, cells in table.numbered():
+        name = cells.get(column)
+        if name is None or intake.claim((kind, name), (table.file, line), column, name):
+            yield line, cells
 
 
 def _note_unused(table: Table, form: type[Row], intake: Intake) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path as FilePath
 
 from avahazard.records.collection import Records
 from avahazard.records.crosscheck import check_places, check_references
-from avahazard.records.errors import RejectedRows
+from avahazard.records.errors import RejectedRows, RowProblem
 from avahazard.records.gather import gather_events, gather_paths, gather_profiles, gather_speeds
 from avahazard.records.intake import Intake
 from avahazard.records.path import Path
@@ -42,8 +42,11 @@ def read_files(
     tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
     for file in find_files(sources):
         intake.files.append(str(file))
-        table = read_table(file, intake.problems)
-        kind = table and recognise(table, intake.problems, need_runout=need_runout)
+        faults: list[RowProblem] = []
+        table = read_table(file, faults)
+        wrong_header: list[RowProblem] = []
+        kind = table and recognise(table, wrong_header, need_runout=need_runout)
+        intake.problems += wrong_header or faults
         if table and kind:
             tables[kind].append(table)
 

@@ -65,11 +65,9 @@ def check(context: typer.Context) -> None:
 
     document = check_whole(settings(context).database)
     if not document["whole"]:
+        faults = "\n".join(document["problems"])
         raise AvahazardError(
-            "\n".join(
-                [f"The database {document['database']} is not whole.", *document["problems"]]
-            ),
-            "Go back to a backup.",
+            f"The database {document['database']} is not whole.\n{faults}", "Go back to a backup."
         )
     emit(
         context,
