@@ -38,7 +38,9 @@ def run_world(world: World) -> Runs:
     unit = rng.normal(size=n) if df is None else rng.standard_t(df, size=n)
     mu = np.exp(world.log_mu + world.scatter * unit)
     status, stop = np.zeros(n, np.int64), np.zeros(n)
-    front, elevation, limit = np.zeros(n), np.zeros(n), np.full(len(world.sites), np.inf)
+    front, elevation = np.zeros(n), np.zeros(n)
+    told = [s.path.observed_below_m for s in world.sites]
+    limit = np.array([np.inf if t is None else t for t in told])
     speeds = []
     for k, track in enumerate(world.tracks):
         mine = world.path == k

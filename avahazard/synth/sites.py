@@ -68,7 +68,7 @@ def _make_site(rng: np.random.Generator, path_id: str, section: str, n_events: i
         slopes=(float(rng.uniform(0.95, 1.1)), float(rng.uniform(0.05, 0.12))),
         power=float(rng.uniform(1.3, 1.9)),
         waves=waves,
-        tail=(float(rng.uniform(250.0, 400.0)), -0.12 if counter_slope else 0.06),
+        tail=(float(rng.uniform(300.0, 500.0)), -0.12 if counter_slope else 0.06),
     )
     cover = np.full(len(x), "open", dtype=object)
     if rng.uniform() < 0.65:

@@ -90,7 +90,7 @@ def draw_world(seed: int, sites: tuple[Site, ...], settings: Settings, spare: fl
         release_elevation_m=np.round(release, 1),
         day=day,
         dates=dates,
-        deposit_length_m=6.0 * np.cbrt(volume) * spread,
+        deposit_length_m=10.0 * np.cbrt(volume) * spread,
         log_mu=settings.law.log_friction(volume),
         scatter=np.full(n, settings.scatter),
         lead_m=np.zeros(n),

@@ -21,15 +21,20 @@ def write_world(
 
     Returns the files. Raises AvahazardError when the folder has something in it.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise AvahazardError(
-            f"{folder} is not an empty folder.", "Name a new folder, or empty this one."
-        )
+    refuse_full(folder)
     folder.mkdir(parents=True, exist_ok=True)
     files = list(write_records(folder, records))
     target = folder / "truth.json"
     target.write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
     return (*files, target)
+
+
+def refuse_full(folder: FilePath) -> None:
+    """Raise AvahazardError when the folder has something in it, or is no folder."""
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise AvahazardError(
+            f"{folder} is not an empty folder.", "Name a new folder, or empty this one."
+        )
 
 
 def write_records(folder: FilePath, records: Records) -> tuple[FilePath, ...]:

@@ -34,7 +34,7 @@ CATALOGUE: Mapping[str, WorldEffect] = {
     "epoch-bias": observation.epoch_bias,
     "leading-edge": observation.leading_edge,
 }
-NEED_SPEEDS = frozenset({"speed-weakening", "cohesion"})
+NEED_SPEEDS = frozenset({"centrifugal", "speed-weakening", "cohesion"})
 
 
 def find_effect(key: str) -> WorldEffect:

@@ -1,4 +1,8 @@
-"""Effects on the motion: what else than constant friction resists the block."""
+"""Effects on the motion: what else than constant friction resists the block.
+
+Where an effect would move all stops far up or down the path, log μ is moved the other way,
+so that avalanches still end in the lower part of their path.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,8 @@ def turbulent_drag(world: World, strength: float) -> dict[str, object]:
     drag = 0.003 * strength
     for track in world.tracks:
         track.quadratic += drag
-    return {"drag_per_m": drag}
+    world.log_mu -= 0.25 * strength
+    return {"drag_per_m": drag, "log_mu": -0.25 * strength}
 
 
 def speed_weakening(world: World, strength: float) -> dict[str, object]:
@@ -27,7 +32,8 @@ def speed_weakening(world: World, strength: float) -> dict[str, object]:
     r, u0 = 1.0 - 0.4 * strength, 10.0
     for track in world.tracks:
         track.weakening_r, track.weakening_u0 = r, u0
-    return {"r": r, "u0_m_s": u0}
+    world.log_mu += 0.35 * strength
+    return {"r": r, "u0_m_s": u0, "log_mu": 0.35 * strength}
 
 
 def cohesion(world: World, strength: float) -> dict[str, object]:
@@ -35,7 +41,8 @@ def cohesion(world: World, strength: float) -> dict[str, object]:
     c = 0.8 * strength
     for track in world.tracks:
         track.constant += c
-    return {"cohesion_m_s2": c}
+    world.log_mu -= 0.15 * strength
+    return {"cohesion_m_s2": c, "log_mu": -0.15 * strength}
 
 
 def entrainment(world: World, strength: float) -> dict[str, object]:
@@ -50,7 +57,7 @@ def entrainment(world: World, strength: float) -> dict[str, object]:
 
 def forest_drag(world: World, strength: float) -> dict[str, object]:
     """Deceleration D u² in forest cells, D in 1/m."""
-    drag = 0.01 * strength
+    drag = 0.003 * strength
     for track in world.tracks:
         track.quadratic += np.where(track.forest, drag, 0.0)
     return {"drag_per_m": drag}

@@ -23,6 +23,6 @@ def epoch_bias(world: World, strength: float) -> dict[str, object]:
 
 
 def leading_edge(world: World, strength: float) -> dict[str, object]:
-    """The record is the front, half a deposit length ahead of the centre of mass."""
-    world.lead_m += 0.5 * strength * world.deposit_length_m
-    return {"lead_per_deposit_length": 0.5 * strength}
+    """The record is the front, ahead of the block by a share of the deposit length."""
+    world.lead_m += 0.6 * strength * world.deposit_length_m
+    return {"lead_per_deposit_length": 0.6 * strength}

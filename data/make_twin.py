@@ -1,0 +1,121 @@
+"""Make the twin of the seven paths and 173 avalanches of Ancey (2005), table 1.
+
+The records themselves were never published. True to the paper are, for each path, its name,
+section, altitudes, number of events and range of volumes, and one law of friction for all
+(its Gibbs estimate). All else is made up: the shapes of the profiles, the events, their dates.
+
+Run from the root of the checkout: .venv/bin/python data/make_twin.py
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from avahazard.synth.making import make_world
+from avahazard.synth.settings import Exponential, Settings, Site
+from avahazard.synth.sites import concave_profile
+from avahazard.synth.writing import write_records
+
+# The one of the first hundred whose 173 true frictions, few as they are, come nearest to
+# the constants and the scatter of the law that they were drawn from.
+SEED = 57
+LAW = Exponential(a=0.519, n=3.36e-7)
+SCATTER = 0.158
+VOLUME_REL_SIGMA = 0.1
+
+# name, section, top m, bottom m, events, smallest m3, largest m3, slopes at top and bottom,
+# power, steps (amplitude, number, phase), seen below m, records from
+PATHS = (
+    ("Saint Clément", "channelled", 2250, 400, 42, 3e3, 1.2e6, (0.98, 0.08), 1.90,
+     ((0.06, 1.5, 0.1), (0.05, 3.2, 0.4)), None, 1900),
+    ("Gurraz", "open", 3650, 1450, 16, 7e3, 3e5, (1.05, 0.06), 1.95,
+     ((0.08, 2.1, 0.7),), 2300, 1905),
+    ("Saugy", "channelled", 2300, 750, 19, 1.6e3, 1.58e5, (1.00, 0.07), 1.80,
+     ((0.05, 1.2, 0.3), (0.06, 2.6, 0.9)), None, 1900),
+    ("Scey", "channelled", 2050, 960, 15, 1e3, 6e4, (1.02, 0.07), 1.80,
+     ((0.07, 1.8, 0.5),), None, 1902),
+    ("Entremène", "channelled", 2230, 1000, 27, 3e3, 4.8e5, (0.97, 0.06), 1.75,
+     ((0.06, 2.4, 0.2),), None, 1900),
+    ("Nants", "open", 2450, 1250, 27, 2e3, 2.5e5, (1.00, 0.05), 1.85,
+     ((0.05, 1.4, 0.6), (0.04, 3.0, 0.1)), 1850, 1900),
+    ("Grand Chantey", "open", 2300, 1200, 27, 2e3, 2.7e5, (1.03, 0.06), 1.85,
+     ((0.07, 2.0, 0.9),), None, 1903),
+)  # fmt: skip
+
+
+def make_sites() -> tuple[Site, ...]:
+    """The seven paths, each with the shape that was made up for it."""
+    sites = []
+    for name, section, top, bottom, n, low, high, slopes, power, waves, below, since in PATHS:
+        path_id = name.lower().replace(" ", "-").replace("é", "e").replace("è", "e")
+        x, y = concave_profile(top - bottom, top, slopes, power, waves)
+        keep = y >= bottom
+        sites.append(
+            Site(
+                path=Path(
+                    path_id,
+                    name=f"{name} (twin)",
+                    location=f"twin of {name} in Ancey (2005); the shape is made up",
+                    section=section,
+                    release_elevation_m=float(round(top - 0.06 * (top - bottom))),
+                    observed_from=since,
+                    observed_to=2003,
+                    observed_below_m=below,
+                ),
+                profile=Profile(path_id, x[keep], y[keep]),
+                n_events=n,
+                volume_median_m3=(low * high) ** 0.5,
+                volume_log_sd=1.3,
+                volume_low_m3=low,
+                volume_high_m3=high,
+                pin_range=True,
+                release_share=0.12,
+            )
+        )
+    return tuple(sites)
+
+
+def make_twin(seed: int = SEED) -> tuple[Records, dict[str, object]]:
+    """Records of the twin and their truth."""
+    settings = Settings(law=LAW, scatter=SCATTER, volume_rel_sigma=VOLUME_REL_SIGMA)
+    sites = make_sites()
+    records, truth = make_world(seed, settings=settings, sites=sites)
+    ranges = {s.path.path_id: (s.volume_low_m3, s.volume_high_m3) for s in sites}
+    true_volumes = [e["volume_m3"] for e in truth["events"]]  # type: ignore[attr-defined]
+    events = tuple(
+        _in_print(event, true, *ranges[event.path_id or ""])
+        for event, true in zip(records.events, true_volumes, strict=True)
+    )
+    return replace(records, events=events), truth
+
+
+def _in_print(event: Event, true_m3: float, low_m3: float, high_m3: float) -> Event:
+    """The columns that the paper's records had; volumes within the printed range, both ends too."""
+    recorded = float(f"{event.volume_m3:.2e}")
+    if true_m3 in (low_m3, high_m3):
+        recorded = true_m3
+    return replace(
+        event,
+        volume_m3=min(max(recorded, low_m3), high_m3),
+        deposit_length_m=None,
+        deposit_width_m=None,
+        deposit_thickness_m=None,
+        covariates={},
+    )
+
+
+def write_twin(folder: FilePath) -> None:
+    """Write paths.csv, profiles.csv, events.csv and truth.json."""
+    records, truth = make_twin()
+    write_records(folder, records)
+    text = json.dumps({"twin": "made up, see README.md", **truth}, indent=1) + "\n"
+    (folder / "truth.json").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_twin(FilePath(__file__).parent)
