@@ -5,6 +5,7 @@ import subprocess
 import sys
 import sysconfig
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ import pytest
 import avahazard
 
 ROOT = Path(__file__).parents[1]
+PARTS_BESIDE = {"migrations": "avahazard/migrations", "data": "avahazard/data"}
 SOURCES = ("avahazard", "migrations", "data", "pyproject.toml", "README.md", "LICENSE")
 
 
@@ -53,6 +55,15 @@ def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         cwd=home,
     )
     return binaries
+
+
+def test_every_file_of_the_packages_is_in_the_wheel(wheel: Path) -> None:
+    packed = set(zipfile.ZipFile(wheel).namelist())
+    for folder, inside in (("avahazard", "avahazard"), *PARTS_BESIDE.items()):
+        files = (path for path in (ROOT / folder).rglob("*") if path.is_file())
+        names = {f"{inside}/{path.relative_to(ROOT / folder).as_posix()}" for path in files}
+        assert names
+        assert not {name for name in names - packed if "__pycache__" not in name}
 
 
 def test_package_comes_from_the_wheel(scripts: Path, tmp_path: Path) -> None:
