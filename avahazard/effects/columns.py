@@ -1,0 +1,90 @@
+"""What is known of each event besides where it stopped: the columns that effects may use."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.records.event import Event
+from avahazard.records.path import Path
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventColumns:
+    """Columns over events, each `[n_events]`; numbers are nan and texts '' where missing.
+
+    `path_index` points into `paths` (-1: no path). `day_of_winter` counts from 1 November.
+    `numbers` and `texts` hold every covariate of events and of their paths.
+    """
+
+    event_id: tuple[str, ...]
+    paths: tuple[str, ...]
+    path_index: NDArray[np.int64]
+    year: Floats
+    day_of_winter: Floats
+    log_volume: Floats
+    release_elevation: Floats
+    deposit_length: Floats
+    section: NDArray[np.str_]
+    numbers: Mapping[str, Floats]
+    texts: Mapping[str, NDArray[np.str_]]
+
+    def __len__(self) -> int:
+        return len(self.event_id)
+
+
+def build_columns(
+    events: Sequence[Event], paths: Mapping[str, Path], release_elevation: Floats
+) -> EventColumns:
+    """Columns of the events; `release_elevation` `[n_events]` is where the block starts (m)."""
+    names = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
+    index = {name: k for k, name in enumerate(names)}
+    numbers, texts = _covariates(events, paths)
+    return EventColumns(
+        event_id=tuple(e.event_id for e in events),
+        paths=names,
+        path_index=np.array([index.get(e.path_id or "", -1) for e in events], dtype=np.int64),
+        year=np.array([np.nan if e.year is None else float(e.year) for e in events]),
+        day_of_winter=np.array([_day_of_winter(e.date) for e in events]),
+        log_volume=np.array([np.log(e.volume_m3) if e.volume_m3 else np.nan for e in events]),
+        release_elevation=release_elevation,
+        deposit_length=np.array([_number(e.deposit_length_m) for e in events]),
+        section=np.array([(paths[e.path_id].section or "") if e.path_id else "" for e in events]),
+        numbers=numbers,
+        texts=texts,
+    )
+
+
+def _number(value: float | None) -> float:
+    return np.nan if value is None else float(value)
+
+
+def _day_of_winter(text: str | None) -> float:
+    """Days since the last 1 November; nan where only the year is known."""
+    if text is None or len(text) < 10:
+        return np.nan
+    day = date.fromisoformat(text)
+    start = date(day.year if day.month >= 11 else day.year - 1, 11, 1)
+    return float((day - start).days)
+
+
+def _covariates(
+    events: Sequence[Event], paths: Mapping[str, Path]
+) -> tuple[dict[str, Floats], dict[str, NDArray[np.str_]]]:
+    """Covariates by column; a column is of numbers where every value is a number."""
+    rows = [{**(paths[e.path_id].covariates if e.path_id else {}), **e.covariates} for e in events]
+    numbers: dict[str, Floats] = {}
+    texts: dict[str, NDArray[np.str_]] = {}
+    for column in dict.fromkeys(key for row in rows for key in row):
+        values = [row.get(column) for row in rows]
+        if all(v is None or isinstance(v, int | float) for v in values):
+            numbers[column] = np.array([np.nan if v is None else float(v) for v in values])
+        else:
+            texts[column] = np.array(["" if v is None else str(v) for v in values])
+    return numbers, texts

@@ -1,0 +1,99 @@
+"""A path made ready to run: regularised, cut into cells, with its releases and land cover."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import Resistance
+from avahazard.physics.runout_table import RunoutTable, runout_table
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain
+from avahazard.records.path import Path, Profile
+
+Floats = NDArray[np.float64]
+
+SPEED_CELL_M = 5.0
+"""Cell length where friction depends on speed: the step is then of second order only."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`."""
+
+    path: Path
+    smooth: SmoothProfile
+    terrain: Terrain
+    fine_terrain: Terrain
+    release_x: Floats
+    profile_x: Floats
+    land_cover: tuple[str, ...] | None
+
+    def terrain_for(self, resistance: Resistance) -> Terrain:
+        """The terrain whose number of cells fits this resistance."""
+        fits = len(resistance.drag) == self.terrain.n_cells
+        return self.terrain if fits else self.fine_terrain
+
+    def cover(self, terrain: Terrain) -> NDArray[np.str_]:
+        """Land cover of each cell, that of the profile point before it; `open` if unknown."""
+        if self.land_cover is None:
+            return np.full(terrain.n_cells, "open")
+        point = np.searchsorted(self.profile_x, terrain.middle_x, side="right") - 1
+        return np.asarray(self.land_cover)[np.clip(point, 0, len(self.land_cover) - 1)]
+
+    def table(self, resistance: Resistance) -> RunoutTable:
+        """F(μ) from every release of the site, `[n_releases, n_friction]`."""
+        terrain = self.terrain_for(resistance)
+        starts = np.searchsorted(terrain.x, self.release_x)
+        return runout_table(build_cells(terrain, resistance), starts)
+
+
+def build_site(
+    path: Path, profile: Profile, smooth: SmoothProfile, release_x: Sequence[float]
+) -> Site:
+    """Cut the regularised profile at the releases and where the land cover changes."""
+    releases = np.unique(np.asarray(release_x, dtype=float))
+    breaks = [releases]
+    if profile.land_cover is not None:
+        cover = np.asarray(profile.land_cover)
+        breaks.append(profile.x_m[1:][cover[1:] != cover[:-1]])
+    nodes = np.concatenate(breaks)
+    return Site(
+        path=path,
+        smooth=smooth,
+        terrain=build_terrain(smooth, nodes, MAX_CELL_M),
+        fine_terrain=build_terrain(smooth, nodes, SPEED_CELL_M),
+        release_x=releases,
+        profile_x=profile.x_m,
+        land_cover=profile.land_cover,
+    )
+
+
+def release_place(smooth: SmoothProfile, elevation: float | None) -> float:
+    """x (m) where the path, from its top, first falls to this elevation; the top if None or above.
+
+    The lowest place of the path if it never falls so far.
+    """
+    if elevation is None:
+        return smooth.x_min
+    x = np.linspace(smooth.x_min, smooth.x_max, 4001)
+    y = smooth.height(x)
+    below = np.flatnonzero(y <= elevation)
+    if len(below) == 0:
+        return float(x[np.argmin(y)])
+    j = int(below[0])
+    if j == 0:
+        return smooth.x_min
+    low, high = float(x[j - 1]), float(x[j])
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if smooth.height(middle) > elevation:
+            low = middle
+        else:
+            high = middle
+    # Rounded so that a record read twice gives the same node.
+    return round(high, 6)

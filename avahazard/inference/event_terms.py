@@ -1,0 +1,178 @@
+"""Log likelihood of each event, and its derivatives in location and scatter of friction."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.inference.nodes import Nodes
+from avahazard.physics.constants import KEEPS_NAN
+
+Floats = NDArray[np.float64]
+
+
+class EventTerms(NamedTuple):
+    """Per event: log likelihood `value` `[n_events]` and its derivatives.
+
+    `by_location`, `by_scatter` `[n_events, n_volumes]` are derivatives in m and log σ at each
+    volume node; `curvature` `[n_events]` is the second derivative in a shift common to all m.
+    """
+
+    value: Floats
+    by_location: Floats
+    by_scatter: Floats
+    curvature: Floats
+
+
+def event_terms(
+    nodes: Nodes, location: Floats, scatter: Floats, volume_weight: Floats, student: bool = False
+) -> EventTerms:
+    """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
+
+    `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
+    `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t with
+    4 degrees of freedom.
+    """
+    return EventTerms(*_terms(nodes, location, scatter, volume_weight, student))
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _terms(nodes, location, scatter, volume_weight, student):  # type: ignore[no-untyped-def]
+    n, n_volumes = location.shape
+    value = np.empty(n)
+    by_location = np.zeros((n, n_volumes))
+    by_scatter = np.zeros((n, n_volumes))
+    curvature = np.zeros(n)
+    part = np.empty((n_volumes, 4))
+    for i in range(n):
+        # The exponents are lifted by the largest, so that nothing underflows.
+        lift = 0.0
+        if not nodes.is_probability[i] and not student:
+            lift = np.inf
+            for q in range(n_volumes):
+                for k in range(nodes.place.shape[1]):
+                    if nodes.weight[i, k] > 0.0:
+                        z = (nodes.place[i, k] - location[i, q]) / scatter[i, q]
+                        lift = min(lift, 0.5 * z * z)
+        for q in range(n_volumes):
+            if nodes.is_probability[i]:
+                _probability(
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], student, part[q]
+                )
+            else:
+                _density(
+                    nodes.place[i],
+                    nodes.weight[i],
+                    location[i, q],
+                    scatter[i, q],
+                    student,
+                    lift,
+                    part[q],
+                )
+        total = _gather(part, volume_weight[i], by_location[i], by_scatter[i])
+        value[i] = np.log(max(total[0], TINY)) + nodes.log_scale[i] - lift
+        curvature[i] = total[1]
+        if nodes.has_limit[i]:
+            for q in range(n_volumes):
+                _probability(
+                    nodes.seen_place[i],
+                    nodes.seen_weight[i],
+                    location[i, q],
+                    scatter[i, q],
+                    student,
+                    part[q],
+                )
+            seen_location = np.zeros(n_volumes)
+            seen_scatter = np.zeros(n_volumes)
+            seen = _gather(part, volume_weight[i], seen_location, seen_scatter)
+            value[i] -= np.log(max(seen[0], TINY))
+            curvature[i] -= seen[1]
+            by_location[i] -= seen_location
+            by_scatter[i] -= seen_scatter
+    return value, by_location, by_scatter, curvature
+
+
+TINY = 1e-290
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _gather(part, weight, by_location, by_scatter):  # type: ignore[no-untyped-def]
+    """Sum over volume nodes; log derivatives; returns the sum and the second log derivative."""
+    total, first, second = 0.0, 0.0, 0.0
+    for q in range(len(weight)):
+        total += weight[q] * part[q, 0]
+        first += weight[q] * part[q, 1]
+        second += weight[q] * part[q, 3]
+    safe = max(total, TINY)
+    for q in range(len(weight)):
+        by_location[q] = weight[q] * part[q, 1] / safe
+        by_scatter[q] = weight[q] * part[q, 2] / safe
+    return total, second / safe - (first / safe) ** 2
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _density(place, weight, m, sigma, student, lift, out):  # type: ignore[no-untyped-def]
+    """Σ w p(ν | m, σ) and its derivatives in m, log σ, and twice in m."""
+    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(place)):
+        if weight[k] == 0.0:
+            continue
+        z = (place[k] - m) / sigma
+        if student:
+            shape = 1.0 / (1.0 + 0.25 * z * z)
+            # Density of t with 4 degrees of freedom: 3/8 (1 + z²/4)^(-5/2).
+            a = weight[k] * 0.375 * shape * shape * np.sqrt(shape)
+            slope = 1.25 * z * shape
+            bend = slope * slope * 1.4 - 1.25 * shape
+            a_scatter = z * slope - 1.0
+        else:
+            a = weight[k] * ONE_OVER_ROOT_2PI * np.exp(lift - 0.5 * z * z)
+            slope = z
+            bend = z * z - 1.0
+            a_scatter = bend
+        value += a
+        first += a * slope
+        second += a * bend
+        by_scatter += a * a_scatter
+    out[0] = value / sigma
+    out[1] = first / (sigma * sigma)
+    out[2] = by_scatter / sigma
+    out[3] = second / (sigma * sigma * sigma)
+
+
+ONE_OVER_ROOT_2PI = 1.0 / np.sqrt(2.0 * np.pi)
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _probability(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
+    """Σ w P(ν < ν_k | m, σ) and its derivatives in m, log σ, and twice in m."""
+    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(place)):
+        if weight[k] == 0.0:
+            continue
+        z = (place[k] - m) / sigma
+        if student:
+            shape = 1.0 / (1.0 + 0.25 * z * z)
+            root = z * np.sqrt(shape)
+            cdf = 0.5 + 0.375 * root * (1.0 - root * root / 12.0)
+            pdf = 0.375 * shape * shape * np.sqrt(shape)
+            slope = -1.25 * z * shape * pdf
+        else:
+            cdf = 0.5 * math.erfc(-z / ROOT_2)
+            pdf = ONE_OVER_ROOT_2PI * np.exp(-0.5 * z * z)
+            slope = -z * pdf
+        value += weight[k] * cdf
+        first -= weight[k] * pdf
+        second += weight[k] * slope
+        by_scatter -= weight[k] * z * pdf
+    out[0] = value
+    out[1] = first / sigma
+    out[2] = by_scatter
+    out[3] = second / (sigma * sigma)
+
+
+ROOT_2 = math.sqrt(2.0)

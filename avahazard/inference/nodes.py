@@ -1,0 +1,309 @@
+"""Quadrature nodes over friction: what a record says about the friction of its event.
+
+For each event, p(record | μ) is a narrow bump over friction. It is summed up by the nodes of the
+Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
+
+    p(record | m, σ) = ∫ p(record | μ) p(ν | m, σ) dν ≈ Σ_k w_k p(ν_k | m, σ),  ν = log μ,
+
+costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
+bump has two parts. Events that left the profile give a probability instead, Σ_k w_k P(ν < ν_k),
+and so does the chance that a stop low enough was seen.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.inference.predicted import Predicted
+from avahazard.inference.study import LEFT, Study
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.constants import KEEPS_NAN
+from avahazard.physics.runout_table import MU
+
+Floats = NDArray[np.float64]
+
+N_NODES = 10
+REACH = 7.0
+"""Records farther than this many standard deviations from F(μ) say nothing about μ."""
+PIECE = 0.5
+"""Largest step of F, in standard deviations of the record, between two points of a bump."""
+
+
+class Nodes(NamedTuple):
+    """Nodes of all events, `[n_events, N_NODES]`; `place` is ν, or μ for normal scatter.
+
+    `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
+    probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by.
+    `seen_place`, `seen_weight` are edges for the chance to be seen, where `has_limit`.
+    """
+
+    place: Floats
+    weight: Floats
+    log_scale: Floats
+    is_probability: NDArray[np.bool_]
+    seen_place: Floats
+    seen_weight: Floats
+    has_limit: NDArray[np.bool_]
+
+
+def build_nodes(
+    study: Study,
+    predicted: Predicted,
+    speed_scatter: float = 0.0,
+    limit: Floats | None = None,
+    in_log: bool = True,
+) -> Nodes:
+    """Nodes of every event for one set of tables.
+
+    `speed_scatter` (m/s) is the standard deviation of the model's own error of speed, correlated
+    along the track; `limit` `[n_events]` replaces the study's elevations above which a stop is
+    not seen; `in_log` gives nodes in log μ, else in μ.
+    """
+    log_speed = np.zeros((study.n_events, len(MU)))
+    for measured, speeds in zip(study.speeds, predicted.speeds, strict=True):
+        log_speed[measured.event] = speed_log_likelihood(
+            measured.x, measured.speed, measured.sigma, speeds, speed_scatter
+        )
+    has_speed = np.zeros(study.n_events, dtype=np.bool_)
+    has_speed[[m.event for m in study.speeds]] = True
+    seen_limit = study.limit if limit is None else limit
+    arrays = _build(
+        predicted.record,
+        np.nan_to_num(predicted.elevation, nan=0.0),
+        predicted.status == LEFT_PROFILE,
+        study.kind == LEFT,
+        study.observed,
+        study.sigma,
+        np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
+        log_speed,
+        has_speed,
+        np.log(MU) if in_log else MU,
+    )
+    return Nodes(*arrays)
+
+
+def speed_log_likelihood(
+    x: Floats, speed: Floats, sigma: Floats, predicted: Floats, scatter: float
+) -> Floats:
+    """Log density of the speeds of one track given each friction, `[n_friction]`.
+
+    Errors are those of the measurement, independent with `sigma` `[n_speeds]`, plus the model's,
+    with standard deviation `scatter` and correlation exp(-|Δx| / SPEED_CORRELATION_M).
+    """
+    correlation = np.exp(-np.abs(x[:, None] - x[None, :]) / SPEED_CORRELATION_M)
+    covariance = np.diag(sigma**2) + scatter**2 * correlation
+    factor = np.linalg.cholesky(covariance)
+    whitened = np.linalg.solve(factor, (speed - predicted).T)
+    constant = np.sum(np.log(np.diag(factor))) + 0.5 * len(x) * np.log(2.0 * np.pi)
+    return np.asarray(-0.5 * np.sum(whitened**2, axis=0) - constant)
+
+
+SPEED_CORRELATION_M = 100.0
+"""Length over which the model's error of speed stays alike: about that of a terrain step."""
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _build(  # type: ignore[no-untyped-def]
+    record, elevation, left, observed_left, observed, sigma, limit, log_speed, has_speed, grid
+):
+    n, n_mu = record.shape
+    place = np.zeros((n, N_NODES))
+    weight = np.zeros((n, N_NODES))
+    log_scale = np.zeros(n)
+    is_probability = np.zeros(n, dtype=np.bool_)
+    seen_place = np.zeros((n, N_NODES))
+    seen_weight = np.zeros((n, N_NODES))
+    has_limit = np.zeros(n, dtype=np.bool_)
+    for i in range(n):
+        if observed_left[i] and not has_speed[i]:
+            is_probability[i] = True
+            _edges_of_leaving(left[i], grid, place[i], weight[i])
+        else:
+            log_scale[i] = _bump(
+                record[i],
+                left[i],
+                observed_left[i],
+                observed[i],
+                sigma[i],
+                log_speed[i],
+                grid,
+                place[i],
+                weight[i],
+            )
+        if not np.isnan(limit[i]):
+            has_limit[i] = True
+            _edges_of_sight(
+                elevation[i], left[i], limit[i], sigma[i], grid, seen_place[i], seen_weight[i]
+            )
+    return place, weight, log_scale, is_probability, seen_place, seen_weight, has_limit
+
+
+@njit(cache=True, nogil=True)
+def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def]
+    """P(leaves) = Σ w_k P(ν < ν_k): an edge midway wherever the status changes."""
+    k = 0
+    inside = left[len(left) - 1]
+    if inside:
+        # Even the highest friction leaves: certain.
+        place[0], weight[0] = grid[len(grid) - 1] + 1e3, 1.0
+        k = 1
+    for j in range(len(left) - 1, 0, -1):
+        if left[j - 1] != left[j] and k < len(place):
+            place[k] = 0.5 * (grid[j - 1] + grid[j])
+            weight[k] = 1.0 if left[j - 1] else -1.0
+            k += 1
+    for rest in range(max(k, 1), len(place)):
+        place[rest] = place[0]
+
+
+@njit(cache=True, nogil=True)
+def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type: ignore[no-untyped-def]
+    """P(seen) = Σ w_k P(ν < ν_k): the chance falls from 1 to 0 as friction rises."""
+    n = len(grid)
+    drop = np.zeros(n)
+    level = 1.0
+    for j in range(n):
+        chance = 1.0
+        if not left[j]:
+            chance = _normal_cdf((limit - elevation[j]) / sigma)
+        # Steps of the terrain may raise it again; the running minimum keeps weights positive.
+        chance = min(chance, level)
+        drop[j] = level - chance
+        level = chance
+    total = np.sum(drop)
+    if total <= 1e-12:
+        place[:], weight[:] = grid[n - 1] + 1e3, 0.0
+        weight[0] = 1.0
+        return
+    keep = np.flatnonzero(drop > 1e-9)
+    points = np.empty(len(keep))
+    for k in range(len(keep)):
+        j = keep[k]
+        points[k] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
+    _gauss(points, drop[keep], place, weight)
+    for k in range(len(place)):
+        weight[k] *= total
+    if level > 1e-9:
+        # A part is seen whatever the friction.
+        place[len(place) - 1] = grid[n - 1] + 1e3
+        weight[len(place) - 1] = level
+
+
+@njit(cache=True, nogil=True)
+def _bump(record, left, observed_left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
+    """Nodes of p(record | μ); returns the log of its total mass."""
+    n = len(grid)
+    points = np.empty(64 * 1024)
+    logs = np.empty(64 * 1024)
+    count = 0
+    for j in range(n - 1):
+        if observed_left:
+            if left[j] and left[j + 1]:
+                points[count] = 0.5 * (grid[j] + grid[j + 1])
+                logs[count] = np.log(grid[j + 1] - grid[j])
+                logs[count] += 0.5 * (log_speed[j] + log_speed[j + 1])
+                count += 1
+            continue
+        if left[j] and left[j + 1]:
+            continue
+        f0, f1 = record[j], record[j + 1]
+        g0, g1 = grid[j], grid[j + 1]
+        l0, l1 = log_speed[j], log_speed[j + 1]
+        if left[j]:
+            f0, g0, l0 = f1, 0.5 * (g0 + g1), l1
+        elif left[j + 1]:
+            f1, g1, l1 = f0, 0.5 * (g0 + g1), l0
+        z0, z1 = (f0 - observed) / sigma, (f1 - observed) / sigma
+        if min(z0, z1) > REACH or max(z0, z1) < -REACH:
+            continue
+        pieces = min(64, int(np.ceil(abs(z1 - z0) / PIECE)) + 1)
+        step = (g1 - g0) / pieces
+        for p in range(pieces):
+            t = (p + 0.5) / pieces
+            z = z0 + t * (z1 - z0)
+            if abs(z) > REACH or count == len(points):
+                continue
+            points[count] = g0 + t * (g1 - g0)
+            logs[count] = -0.5 * z * z - np.log(sigma) - HALF_LOG_2PI + np.log(step)
+            logs[count] += l0 + t * (l1 - l0)
+            count += 1
+    if count == 0:
+        return _nearest(record, left, observed, sigma, log_speed, grid, place, weight)
+    top = np.max(logs[:count])
+    masses = np.exp(logs[:count] - top)
+    total = np.sum(masses)
+    _gauss(points[:count], masses, place, weight)
+    return top + np.log(total)
+
+
+HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
+
+
+@njit(cache=True, nogil=True)
+def _nearest(record, left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
+    """A record that no friction reaches: the nearest friction, at its (tiny) density."""
+    best, value = 0, -np.inf
+    for j in range(len(grid) - 1):
+        if left[j]:
+            continue
+        z = (record[j] - observed) / sigma
+        candidate = -0.5 * z * z + log_speed[j]
+        if np.isnan(observed):
+            candidate = log_speed[j] - 1e3
+        if candidate > value:
+            best, value = j, candidate
+    place[:], weight[:] = grid[best], 0.0
+    weight[0] = 1.0
+    if value == -np.inf:
+        value = -1e4
+    return value - np.log(sigma) - HALF_LOG_2PI + np.log(grid[best + 1] - grid[best])
+
+
+@njit(cache=True, nogil=True)
+def _normal_cdf(z):  # type: ignore[no-untyped-def]
+    return 0.5 * math.erfc(-z / np.sqrt(2.0))
+
+
+@njit(cache=True, nogil=True)
+def _gauss(points, masses, place, weight):  # type: ignore[no-untyped-def]
+    """Gauss nodes of a discrete measure, weights summing to 1 (Lanczos, reorthogonalised)."""
+    n, k_max = len(points), len(place)
+    total = np.sum(masses)
+    centre = np.sum(points * masses) / total
+    reach = np.max(np.abs(points - centre))
+    if n <= k_max or reach == 0.0:
+        place[:], weight[:] = centre, 0.0
+        if reach == 0.0:
+            weight[0] = 1.0
+        else:
+            place[:n], weight[:n] = points, masses / total
+        return
+    x = (points - centre) / reach
+    vectors = np.zeros((k_max + 1, n))
+    vectors[0] = np.sqrt(masses / total)
+    jacobi = np.zeros((k_max, k_max))
+    size = k_max
+    for k in range(k_max):
+        v = x * vectors[k]
+        jacobi[k, k] = np.sum(v * vectors[k])
+        for _ in range(2):
+            for j in range(k + 1):
+                v -= np.sum(v * vectors[j]) * vectors[j]
+        norm = np.sqrt(np.sum(v * v))
+        if k + 1 == k_max:
+            break
+        if norm < 1e-10:
+            size = k + 1
+            break
+        jacobi[k, k + 1] = jacobi[k + 1, k] = norm
+        vectors[k + 1] = v / norm
+    values, eigenvectors = np.linalg.eigh(jacobi[:size, :size])
+    place[:], weight[:] = centre, 0.0
+    for k in range(size):
+        place[k] = centre + reach * values[k]
+        weight[k] = eigenvectors[0, k] ** 2
