@@ -34,7 +34,10 @@ def profile_difference(one: Profile, other: Profile) -> tuple[int, Difference] |
         left, right = getattr(one, name), getattr(other, name)
         if name == "path_id" or left is right:
             continue
-        if left is None or right is None or isinstance(left, str):
+        place: int | None
+        if left is None or right is None:
+            place = 0
+        elif isinstance(left, str):
             place = None if left == right else 0
         else:
             unequal = np.nonzero(np.asarray(left[:n]) != np.asarray(right[:n]))[0]

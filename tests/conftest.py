@@ -1,0 +1,106 @@
+"""What all tests share: the real data, fresh databases, and the command line."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import uuid
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from sqlalchemy import create_engine, make_url, text
+from typer.testing import CliRunner, Result
+
+from avahazard.store import upkeep
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def missing(reason: str) -> None:
+    """Skip with a reason, but fail where everything has to be there."""
+    if os.environ.get("AVAHAZARD_CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Give the folder with the real data."""
+    folder = ROOT.parent / "shared" / "data"
+    if not folder.is_dir():
+        missing(f"the real data are not at {folder}")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give a database with tables and no rows; do not write to it."""
+    file = tmp_path_factory.mktemp("database") / "empty.db"
+    upkeep.create(str(file))
+    return file
+
+
+@pytest.fixture
+def database(empty_database: Path, tmp_path: Path) -> str:
+    """Give a fresh SQLite database."""
+    return str(shutil.copy(empty_database, tmp_path / "avahazard.db"))
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def any_database(request: pytest.FixtureRequest) -> str:
+    """Give a fresh database of each kind."""
+    name = "database" if request.param == "sqlite" else "postgresql_database"
+    return str(request.getfixturevalue(name))
+
+
+@pytest.fixture
+def empty_postgresql() -> Iterator[str]:
+    """Give the URL of a PostgreSQL database without tables: a schema of its own."""
+    server = os.environ.get("AVAHAZARD_TEST_POSTGRES")
+    if not server:
+        missing("no PostgreSQL server is named in AVAHAZARD_TEST_POSTGRES")
+    assert server is not None
+    schema = f"test_{uuid.uuid4().hex}"
+    engine = create_engine(server)
+    with engine.begin() as connection:
+        connection.execute(text(f"CREATE SCHEMA {schema}"))
+    url = make_url(server).update_query_dict({"options": f"-csearch_path={schema}"})
+    yield url.render_as_string(hide_password=False)
+    with engine.begin() as connection:
+        connection.execute(text(f"DROP SCHEMA {schema} CASCADE"))
+    engine.dispose()
+
+
+@pytest.fixture
+def postgresql_database(empty_postgresql: str) -> str:
+    """Give a PostgreSQL database with tables and no rows."""
+    upkeep.create(empty_postgresql)
+    return empty_postgresql
+
+
+@pytest.fixture
+def avahazard(database: str) -> Callable[..., Result]:
+    """Give a function that runs the command line on `database`."""
+    from avahazard.cli.main import app  # noqa: PLC0415
+
+    runner = CliRunner()
+
+    def run(*words: str) -> Result:
+        return runner.invoke(app, ["--db", database, *words], prog_name="avahazard")
+
+    return run
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[str, str], Path]:
+    """Give a function that writes a file into the test's own folder `records`."""
+    folder = tmp_path / "records"
+    folder.mkdir()
+
+    def write_file(name: str, content: str) -> Path:
+        file = folder / name
+        file.write_text(content, encoding="utf-8")
+        return file
+
+    return write_file

@@ -1,0 +1,51 @@
+"""Columns beyond the contract's own."""
+
+from __future__ import annotations
+
+import pytest
+
+from avahazard.records.covariates import Kind, column_kinds, read_covariates
+from avahazard.records.errors import RowProblem
+from avahazard.records.path import Covariate
+from avahazard.records.table import Table
+
+
+def read(
+    texts: list[str], stored: dict[str, Kind] | None = None
+) -> tuple[list[Covariate | None], list[RowProblem]]:
+    """Read a column `c` beside a column of ids; an empty text is a missing value."""
+    rows = tuple({"id": str(i), **({"c": t} if t else {})} for i, t in enumerate(texts))
+    table = Table("f.csv", ("id", "c"), tuple(range(2, 2 + len(rows))), rows)
+    problems: list[RowProblem] = []
+    found = read_covariates([table], {"id"}, stored or {}, problems)
+    return [found["f.csv", line].get("c") for line in table.lines], problems
+
+
+@pytest.mark.parametrize(
+    ("texts", "values"),
+    [
+        (["1", "", "-2.5e3"], [1.0, None, -2500.0]),
+        (["1", "wet", ""], ["1", "wet", None]),
+        (["1_0", "2"], ["1_0", "2"]),
+        (["", ""], [None, None]),
+    ],
+)
+def test_numbers_where_every_value_is_one(texts: list[str], values: list[Covariate | None]) -> None:
+    assert read(texts) == (values, [])
+
+
+@pytest.mark.parametrize("text", ["nan", "inf", "-Infinity", "1e999"])
+def test_numbers_have_to_be_finite(text: str) -> None:
+    _, problems = read(["1", text])
+    assert [(p.line, p.column, p.value) for p in problems] == [(3, "c", text)]
+
+
+def test_stored_kind_decides() -> None:
+    assert read(["1"], {"c": "text"}) == (["1"], [])
+    values, problems = read(["1", "wet"], {"c": "number"})
+    assert values == [1.0, None]
+    assert [p.value for p in problems] == ["wet"]
+
+
+def test_kinds_of_stored_records() -> None:
+    assert column_kinds([{"a": 1.0}, {"b": "x"}]) == {"a": "number", "b": "text"}

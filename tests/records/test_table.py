@@ -1,0 +1,62 @@
+"""CSV files as tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from avahazard.records.errors import RowProblem
+from avahazard.records.table import Table, read_table
+
+
+def read(folder: Path, raw: bytes) -> tuple[Table | None, list[RowProblem]]:
+    """Read `raw` as a file."""
+    file = folder / "a.csv"
+    file.write_bytes(raw)
+    problems: list[RowProblem] = []
+    return read_table(file, problems), problems
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("newline", [b"\n", b"\r\n"])
+def test_cells_are_stripped_and_empty_ones_left_out(
+    tmp_path: Path, mark: bytes, newline: bytes
+) -> None:
+    raw = mark + newline.join([b"a, b,c", b"1 ,,Aist\xc3\xa9", b"", b",,", b"4,5,6"])
+    table, problems = read(tmp_path, raw)
+    assert not problems
+    assert table is not None
+    assert table.header == ("a", "b", "c")
+    assert table.rows == ({"a": "1", "c": "Aisté"}, {"a": "4", "b": "5", "c": "6"})
+    assert table.lines == (2, 5)
+
+
+def test_lines_are_counted_through_quoted_line_ends(tmp_path: Path) -> None:
+    table, problems = read(tmp_path, b'a,b\n"x\ny",2\n3\n4,5\n')
+    assert table is not None
+    assert table.lines == (2, 5)
+    assert [(p.line, p.value) for p in problems] == [(4, "1 values")]
+
+
+@pytest.mark.parametrize(
+    ("raw", "line", "value", "accepted"),
+    [
+        (b"a,b\n1,2\nM\xfcller,3\n", 3, "byte 0xfc", "UTF-8"),
+        ("a,b\n".encode("utf-16"), 1, "byte 0xff", "UTF-8"),
+        (b"a,b\n1,\x002\n", 2, "byte 0x00", "UTF-8"),
+        (b"", 1, "", "header row"),
+        (b"a;b\n1;2\n", 1, "a;b", "commas"),
+        (b"a,b,a\n", 1, "a", "each column name once"),
+        (b"a,,b\n", 1, "", "a name for column 2"),
+        (b'a,b\n"1,2\n', 2, "unexpected end of data", "comma-separated"),
+    ],
+)
+def test_unusable_files_say_why(
+    tmp_path: Path, raw: bytes, line: int, value: str, accepted: str
+) -> None:
+    table, problems = read(tmp_path, raw)
+    assert table is None
+    assert len(problems) == 1
+    assert (problems[0].line, problems[0].value) == (line, value)
+    assert accepted in problems[0].accepted

@@ -1,0 +1,75 @@
+"""Recorded places on profiles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.records.event import Event, Speed
+from avahazard.records.path import Path, Profile
+from avahazard.records.terrain import on_counter_slope, release_fault, speed_fault, stop_fault
+
+BOWL = Profile("P", np.array([0.0, 100, 200, 300, 400]), np.array([900.0, 800, 700, 650, 680]))
+
+
+@pytest.mark.parametrize(
+    ("elevation", "twice"), [(649, False), (650, False), (651, True), (680, True), (681, False)]
+)
+def test_counter_slope_is_between_lowest_point_and_end(elevation: float, twice: bool) -> None:
+    assert on_counter_slope(elevation, BOWL) is twice
+
+
+@pytest.mark.parametrize(
+    ("event", "column"),
+    [
+        (Event("e", "P", runout_elevation_m=670), "runout_elevation_m"),
+        (Event("e", "P", runout_elevation_m=619.9), "runout_elevation_m"),
+        (Event("e", "P", runout_elevation_m=930.1), "runout_elevation_m"),
+        (Event("e", "P", runout_x_m=431), "runout_x_m"),
+        (Event("e", "P", runout_x_m=-31), "runout_x_m"),
+    ],
+)
+def test_stops_that_cannot_be_found(event: Event, column: str) -> None:
+    fault = stop_fault(event, BOWL)
+    assert fault is not None
+    assert fault[0] == column
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        Event("e", "P", runout_elevation_m=670, runout_x_m=350),
+        Event("e", "P", runout_elevation_m=620),
+        Event("e", "P", runout_x_m=430),
+        Event("e", "P", left_profile=True),
+        Event("e", "P", left_profile=True, runout_elevation_m=100),
+    ],
+)
+def test_stops_that_can_be_found(event: Event) -> None:
+    assert stop_fault(event, BOWL) is None
+
+
+def test_release_is_on_the_profile_and_above_the_stop() -> None:
+    assert release_fault(Path("P", release_elevation_m=900), BOWL) is None
+    assert release_fault(Path("P"), BOWL) is None
+    for wrong in (
+        Path("P", release_elevation_m=931),
+        Event("e", "P", release_elevation_m=619, runout_x_m=10),
+        Event("e", "P", release_elevation_m=720, runout_elevation_m=751),
+    ):
+        fault = release_fault(wrong, BOWL)
+        assert fault is not None
+        assert fault[0] == "release_elevation_m"
+
+
+def test_speeds_are_on_the_profile() -> None:
+    assert speed_fault(Speed("e", 9, 1, x_m=400), BOWL) is None
+    assert speed_fault(Speed("e", 9, 1, elevation_m=700), BOWL) is None
+    for speed, column in (
+        (Speed("e", 9, 1, x_m=401), "x_m"),
+        (Speed("e", 9, 1, elevation_m=660), "elevation_m"),
+        (Speed("e", 9, 1, elevation_m=1000), "elevation_m"),
+    ):
+        fault = speed_fault(speed, BOWL)
+        assert fault is not None
+        assert fault[0] == column

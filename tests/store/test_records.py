@@ -1,0 +1,169 @@
+"""Records in and out of every kind of database."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from sqlalchemy import delete
+
+from avahazard.records.collection import Records
+from avahazard.records.compare import same_profile
+from avahazard.records.event import Event, Speed
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.path import Path, Profile
+from avahazard.store.records import load_records, save_records
+from avahazard.store.session import reading, writing
+from avahazard.store.tables import Base
+
+numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
+words = st.text(
+    st.characters(exclude_categories=("Cs",), exclude_characters="\0"), min_size=1, max_size=20
+)
+covariates = st.dictionaries(words, numbers | words, max_size=3)
+
+
+def maybe(values: st.SearchStrategy[object]) -> st.SearchStrategy[object]:
+    """Give a value or None."""
+    return st.none() | values
+
+
+@st.composite
+def some_records(draw: st.DrawFn) -> Records:
+    """Give records that refer to each other."""
+    path_ids = draw(st.lists(words, min_size=1, max_size=3, unique=True))
+    event_ids = draw(st.lists(words, max_size=4, unique=True))
+    paths = [
+        Path(
+            path_id,
+            name=draw(maybe(words)),
+            section=draw(maybe(st.sampled_from(["open", "channelled"]))),
+            catchment_ha=draw(maybe(numbers)),
+            observed_from=draw(maybe(st.integers(1, 9999))),
+            covariates=draw(covariates),
+        )
+        for path_id in path_ids
+    ]
+    profiles = [draw(some_profile(path_id)) for path_id in path_ids[:2]]
+    events = [
+        Event(
+            event_id,
+            path_id=draw(maybe(st.sampled_from(path_ids))),
+            date=draw(maybe(st.just("1950-02-13"))),
+            runout_x_m=draw(maybe(numbers)),
+            runout_sigma_m=draw(numbers),
+            left_profile=draw(st.booleans()),
+            volume_m3=draw(maybe(numbers)),
+            covariates=draw(covariates),
+        )
+        for event_id in event_ids
+    ]
+    speeds = [
+        Speed(event_id, draw(numbers), draw(numbers), x_m=x)
+        for event_id in event_ids
+        for x in draw(st.lists(numbers, max_size=3, unique=True))
+    ]
+    return Records(tuple(paths), tuple(profiles), tuple(events), tuple(speeds))
+
+
+@st.composite
+def some_profile(draw: st.DrawFn, path_id: str) -> Profile:
+    """Give a profile; the order of its points is all that the store has to keep."""
+    n = draw(st.integers(5, 8))
+    column = st.lists(numbers, min_size=n, max_size=n).map(np.array)
+    return Profile(
+        path_id,
+        x_m=draw(column),
+        y_m=draw(column),
+        land_cover=draw(maybe(st.lists(words, min_size=n, max_size=n).map(tuple))),
+        easting_m=draw(maybe(column)),
+        crs=draw(maybe(words)),
+    )
+
+
+def assert_same(found: Records, expected: Records) -> None:
+    """Hold two collections against each other, bit by bit and in order."""
+    assert found.paths == expected.paths
+    assert found.events == expected.events
+    assert found.speeds == expected.speeds
+    assert len(found.profiles) == len(expected.profiles)
+    assert all(map(same_profile, found.profiles, expected.profiles))
+    assert data_fingerprint(found) == data_fingerprint(expected)
+
+
+@settings(
+    max_examples=40,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+@given(records=some_records())
+def test_records_come_back_as_they_were(any_database: str, records: Records) -> None:
+    with writing(any_database) as session:
+        for table in reversed(Base.metadata.sorted_tables):
+            session.execute(delete(table))
+        save_records(session, records)
+    with reading(any_database) as session:
+        assert_same(load_records(session), records)
+
+
+FIRST = Records(
+    (Path("P", covariates={"z": 1.0, "a": "x"}), Path("Q")),
+    (Profile("P", np.arange(6.0), -np.arange(6.0), land_cover=("open",) * 6),),
+    (Event("e", "P", runout_x_m=3.0, covariates={"k": 1.0}), Event("f", "Q", runout_x_m=4.0)),
+    (Speed("e", 9.0, 1.0, x_m=1.0), Speed("e", 8.0, 1.0, elevation_m=2.0)),
+)
+CHANGE = Records(
+    (Path("P", name="new", covariates={"b": "y"}),),
+    (Profile("P", np.arange(5.0), -2 * np.arange(5.0)),),
+    (Event("e", "Q", runout_x_m=5.0), Event("g", None, fall_height_m=1.0, runout_length_m=2.0)),
+    (Speed("e", 7.0, 2.0, x_m=1.0),),
+)
+
+
+def test_saving_again_replaces_whole_records_in_their_place(any_database: str) -> None:
+    with writing(any_database) as session:
+        save_records(session, FIRST)
+    with writing(any_database) as session:
+        save_records(session, CHANGE)
+    expected = Records(
+        (CHANGE.paths[0], FIRST.paths[1]),
+        CHANGE.profiles,
+        (CHANGE.events[0], FIRST.events[1], CHANGE.events[1]),
+        (CHANGE.speeds[0], FIRST.speeds[1]),
+    )
+    with reading(any_database) as session:
+        assert_same(load_records(session), expected)
+
+
+def test_nothing_is_stored_after_an_error(any_database: str) -> None:
+    def fail() -> None:
+        with writing(any_database) as session:
+            save_records(session, FIRST)
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
+    with reading(any_database) as session:
+        assert load_records(session) == Records()
+
+
+def test_tables_have_every_field_of_the_records() -> None:
+    tables = Base.metadata.tables
+    for kind, table in ((Path, "paths"), (Event, "events"), (Speed, "speeds")):
+        names = {f.name for f in fields(kind)} - {"covariates"}
+        assert names == set(tables[table].columns.keys()) - {"id"}
+    points = {f.name for f in fields(Profile)}
+    assert points == set(tables["profile_points"].columns.keys()) - {"point"}
+
+
+def test_many_records_are_saved_in_pieces(any_database: str) -> None:
+    events = tuple(Event(f"e{i}", None, runout_x_m=float(i)) for i in range(1201))
+    with writing(any_database) as session:
+        save_records(session, Records(events=events))
+        save_records(session, Records(events=tuple(replace(e, date="1950") for e in events)))
+    with reading(any_database) as session:
+        found = load_records(session).events
+    assert found == tuple(replace(e, date="1950") for e in events)
