@@ -6,6 +6,7 @@ import json
 from functools import partial
 from pathlib import Path as FilePath
 from sqlite3 import Connection as SqliteConnection
+from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError
@@ -58,12 +59,15 @@ def make_engine(database: str, *, migrates: bool = False) -> Engine:
     sqlite = url.get_backend_name() == "sqlite"
     if sqlite:
         _check_file(url, migrates)
+    # Every transaction sees one state of the data; SQLite has it so anyway.
+    options: dict[str, Any] = (
+        {"connect_args": {"timeout": BUSY_TIMEOUT_S}}
+        if sqlite
+        else {"isolation_level": "REPEATABLE READ"}
+    )
+    writer = partial(json.dumps, ensure_ascii=False, allow_nan=False)
     try:
-        engine = create_engine(
-            url,
-            json_serializer=partial(json.dumps, ensure_ascii=False, allow_nan=False),
-            connect_args={"timeout": BUSY_TIMEOUT_S} if sqlite else {},
-        )
+        engine = create_engine(url, json_serializer=writer, **options)
     except (ArgumentError, ImportError) as error:
         raise AvahazardError(
             f"There is no driver for {url.drivername}: {error}",

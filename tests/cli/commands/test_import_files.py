@@ -1,0 +1,119 @@
+"""`avahazard import`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import Result
+
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+
+Run = Callable[..., Result]
+Write = Callable[[str, str], Path]
+
+PROGRAM = Path(sys.executable).with_name("avahazard")
+PROFILE = "path_id,x_m,y_m\n" + "".join(f"P,{100 * i},{1000 - 90 * i}\n" for i in range(6))
+EVENTS = "event_id,path_id,runout_elevation_m,volume_m3\na,P,700,5000\nb,P,650,9000\n"
+
+
+@pytest.fixture
+def folder(write: Write) -> Path:
+    """Give a folder with a profile and two events."""
+    write("profiles.csv", PROFILE)
+    return write("events.csv", EVENTS).parent
+
+
+def counts(done: Result) -> dict[str, tuple[int, int, int]]:
+    """Return new, unchanged and updated by kind."""
+    assert done.exit_code == 0, done.output
+    return {kind: tuple(n.values()) for kind, n in json.loads(done.stdout)["records"].items()}
+
+
+def n_events(database: str) -> int:
+    """Return how many events are stored."""
+    with reading(database) as session:
+        return len(load_records(session).events)
+
+
+def test_import_twice(avahazard: Run, folder: Path) -> None:
+    assert counts(avahazard("--json", "import", str(folder))) == {
+        "paths": (1, 0, 0),
+        "profiles": (1, 0, 0),
+        "events": (2, 0, 0),
+        "speeds": (0, 0, 0),
+    }
+    assert counts(avahazard("--json", "import", str(folder)))["events"] == (0, 2, 0)
+    done = avahazard("import", str(folder))
+    assert done.exit_code == 0
+    assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+def test_a_contradiction_needs_update(
+    avahazard: Run, folder: Path, write: Write, database: str
+) -> None:
+    avahazard("import", str(folder))
+    changed = write("events.csv", EVENTS.replace("9000", "8000") + "c,P,640,1\n")
+    done = avahazard("--json", "import", str(changed))
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert "9000" in done.stderr
+    assert "--update" in done.stderr
+    assert n_events(database) == 2
+    assert counts(avahazard("--json", "import", "--update", str(changed)))["events"] == (1, 1, 1)
+    assert n_events(database) == 3
+
+
+def test_a_dry_run_stores_nothing(avahazard: Run, folder: Path, database: str) -> None:
+    done = avahazard("--json", "import", "--dry-run", str(folder))
+    assert counts(done)["events"] == (2, 0, 0)
+    assert json.loads(done.stdout)["dry_run"] is True
+    assert n_events(database) == 0
+    assert "nothing was stored" in avahazard("import", "--dry-run", str(folder)).stdout
+
+
+def test_all_or_nothing_and_every_bad_row_is_listed(
+    avahazard: Run, folder: Path, write: Write, database: str
+) -> None:
+    write("events.csv", EVENTS + "c,Z,700,5\nd,P,700,-5\n,P,700,\n")
+    done = avahazard("import", str(folder))
+    assert (done.exit_code, done.stdout) == (1, "")
+    shown = " ".join(done.stderr.split())
+    for word in ("events.csv", "4 path_id Z", "5 volume_m3 -5", "6 event_id", "3 values are not"):
+        assert word in shown
+    with reading(database) as session:
+        assert load_records(session).paths == ()
+
+
+def test_a_missing_source(avahazard: Run, tmp_path: Path) -> None:
+    done = avahazard("import", str(tmp_path / "none.csv"))
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert "no file or folder" in done.stderr
+
+
+def test_unused_columns_are_noted_on_standard_error(avahazard: Run, write: Write) -> None:
+    file = write("profiles.csv", PROFILE.replace("y_m\n", "y_m,cover\n").replace("0\n", "0,\n"))
+    done = avahazard("--json", "import", str(file))
+    assert json.loads(done.stdout)["notes"]
+    assert "cover" in done.stderr
+
+
+def test_all_real_data_import_through_the_installed_command(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    folders = [shared_data / f for f in ("avanodes", "tyrol-profiles", "rock-avalanches-canada")]
+    subprocess.run([PROGRAM, "init"], cwd=tmp_path, check=True, capture_output=True)
+    for expected in ((53, 0), (0, 53)):
+        done = subprocess.run(
+            [PROGRAM, "--json", "import", *folders],
+            cwd=tmp_path,
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        events = json.loads(done.stdout)["records"]["events"]
+        assert (events["new"], events["unchanged"]) == expected

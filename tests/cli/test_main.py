@@ -1,0 +1,101 @@
+"""The program as a whole."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from avahazard import __version__
+from avahazard.cli.commands_group import Entry, load
+from avahazard.cli.main import COMMANDS, app
+
+PROGRAM = Path(sys.executable).with_name("avahazard")
+
+
+def test_the_installed_command_prints_its_version() -> None:
+    done = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"avahazard {__version__}\n"
+
+
+def test_help_loads_none_of_the_heavy_libraries() -> None:
+    code = (
+        "import sys\n"
+        "from avahazard.cli.main import app\n"
+        "try:\n    app(['--help'])\n"
+        "except SystemExit:\n    pass\n"
+        "heavy = {'sqlalchemy', 'alembic', 'pandas', 'numpy', 'scipy', 'numba', 'pydantic',\n"
+        "         'matplotlib', 'rich'}\n"
+        "sys.exit(' '.join(sorted(heavy & set(sys.modules))) or 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert all(entry.help in " ".join(done.stdout.split()) for entry in COMMANDS)
+
+
+@pytest.mark.parametrize("entry", COMMANDS, ids=lambda entry: entry.name)
+def test_every_command_has_the_help_that_the_list_shows(entry: Entry) -> None:
+    command = load(entry)
+    assert command.name == entry.name
+    assert (command.help or "").splitlines()[0] == entry.help
+    done = CliRunner().invoke(app, [entry.name, "--help"])
+    assert done.exit_code == 0
+    assert entry.help in " ".join(done.stdout.split())
+
+
+@pytest.mark.parametrize("entry", COMMANDS, ids=lambda entry: entry.name)
+def test_command_files_load_nothing_heavy_by_themselves(entry: Entry) -> None:
+    module = import_module(f"avahazard.cli.commands.{entry.module}")
+    heavy = {"numpy", "pandas", "numba", "sqlalchemy", "workflow"}
+    assert not heavy & vars(module).keys()
+
+
+@pytest.mark.parametrize(
+    "words", [[], ["nonsense"], ["--nonsense"], ["import"], ["db"], ["db", "backup"]]
+)
+def test_wrong_usage_ends_with_2(words: list[str]) -> None:
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2
+    assert "Traceback" not in done.output
+
+
+@pytest.mark.parametrize(
+    "words", [["paths"], ["db", "status"], ["db", "check"], ["db", "upgrade"], ["import", "."]]
+)
+@pytest.mark.parametrize("as_json", [[], ["--json"]])
+def test_a_missing_database_names_init(
+    tmp_path: Path, words: list[str], as_json: list[str]
+) -> None:
+    done = CliRunner().invoke(app, ["--db", str(tmp_path / "no.db"), *as_json, *words])
+    assert done.exit_code == 1
+    assert done.stdout == ""
+    assert "There is no database" in done.stderr
+    assert "avahazard init" in done.stderr
+    assert not (tmp_path / "no.db").exists()
+
+
+def test_the_database_may_come_from_the_environment(
+    database: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("AVAHAZARD_DB", database)
+    assert CliRunner().invoke(app, ["db", "check"]).exit_code == 0
+
+
+def test_errors_of_files_are_one_message(avahazard: Callable[..., Result], tmp_path: Path) -> None:
+    done = avahazard("db", "backup", str(tmp_path / "none" / "copy.db"))
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert "No such file or directory" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_an_error_through_the_installed_command(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [PROGRAM, "--json", "paths"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("Error: There is no database avahazard.db.")
