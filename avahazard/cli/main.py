@@ -20,6 +20,7 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("db", "db", "Upgrade, look at, check or copy the database."),
     Entry("import", "import_files", "Import CSV files, or folders of them."),
     Entry("paths", "paths", "List the paths."),
+    Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )
 
 

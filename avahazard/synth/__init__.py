@@ -1,1 +1,1 @@
-"""Worlds whose truth is known, made by an integrator of their own: nothing here uses the product."""
+"""Worlds whose truth is known, made by an integrator of their own, not the product's."""

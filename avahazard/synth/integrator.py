@@ -56,7 +56,7 @@ def _run(knots, coef, cells, x0, motion, step, w_knots):  # type: ignore[no-unty
     while i < len(knots) - 1:
         resistance = (cells[0, i], cells[1, i], cells[2, i], cells[3, i])
         c = coef[i]
-        n = max(1, int(math.ceil((knots[i + 1] - x) / step)))
+        n = max(1, math.ceil((knots[i + 1] - x) / step))
         h = (knots[i + 1] - x) / n
         d = x - knots[i]
         for k in range(n):

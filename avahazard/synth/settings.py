@@ -19,7 +19,7 @@ class Exponential:
 
     def log_friction(self, volume_m3: Floats) -> Floats:
         """log μ at a volume in m3."""
-        return np.log(self.a) - self.n * volume_m3
+        return np.asarray(np.log(self.a) - self.n * volume_m3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Power:
 
     def log_friction(self, volume_m3: Floats) -> Floats:
         """log μ at a volume in m3."""
-        return np.log(self.alpha) - self.beta * np.log(volume_m3)
+        return np.asarray(np.log(self.alpha) - self.beta * np.log(volume_m3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +39,8 @@ class Site:
     """A path, its terrain, and the events that come down it.
 
     Volumes are lognormal between `volume_low_m3` and `volume_high_m3`; with `pin_range`
-    two of the events have just these. Releases are spread evenly over the topmost
-    `release_share` of the drop.
+    two of the events have just these. Releases are on steep places in the
+    topmost `release_share` of the drop.
     """
 
     path: Path

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
 from avahazard.synth.seeds import generator
 from avahazard.synth.settings import Site
@@ -37,7 +40,9 @@ def concave_profile(
     length = drop_m / float(np.trapezoid(slope, t))
     x = np.arange(0.0, length + tail[0] + spacing_m, spacing_m)
     # The slope bends over 150 m into that of the tail.
-    into_tail = np.clip((x - length + 75.0) / 150.0, 0.0, 1.0) if tail[0] > 0.0 else np.zeros(len(x))
+    into_tail = (
+        np.clip((x - length + 75.0) / 150.0, 0.0, 1.0) if tail[0] > 0.0 else np.zeros(len(x))
+    )
     at = np.interp(x / length, t, slope) * (1.0 - into_tail) + tail[1] * into_tail
     fall = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * spacing_m)])
     return np.round(x, 1), np.round(top_m - fall, 3)
@@ -52,6 +57,33 @@ def make_sites(seed: int, n_paths: int, n_events: int) -> tuple[Site, ...]:
     sections = rng.permutation(["channelled", "open"] * ((n_paths + 1) // 2))[:n_paths]
     return tuple(
         _make_site(rng, f"P{k + 1:02d}", str(sections[k]), int(counts[k])) for k in range(n_paths)
+    )
+
+
+def given_sites(seed: int, records: Records, n_events: int) -> tuple[Site, ...]:
+    """Sites on given paths and profiles, which share `n_events` evenly.
+
+    Surveyed profiles want a smoothing: `Settings(smooth_m=200.0)`. A path without a
+    `section` is drawn one.
+    """
+    rng = generator(seed, "sites")
+    profiles = {p.path_id: p for p in records.profiles}
+    paths = [p for p in records.paths if p.path_id in profiles]
+    counts = np.diff(np.linspace(0, n_events, len(paths) + 1).round().astype(int))
+    sections = rng.permutation(["channelled", "open"] * ((len(paths) + 1) // 2))
+    return tuple(
+        Site(
+            path=replace(
+                path,
+                section=path.section or str(section),
+                observed_from=path.observed_from or FIRST_YEAR,
+                observed_to=path.observed_to or LAST_YEAR,
+            ),
+            profile=profiles[path.path_id],
+            n_events=int(n),
+            volume_median_m3=float(rng.lognormal(np.log(7e4), 0.5)),
+        )
+        for path, section, n in zip(paths, sections, counts, strict=False)
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
 
 Floats = NDArray[np.float64]
 
@@ -96,12 +97,10 @@ def make_track(
     `smooth_m` is the wavelength at which a cubic smoothing spline keeps half the amplitude
     (surveyed points are too rough for a curvature); 0 passes through every point.
     """
-    from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
-
     if smooth_m > 0.0:
         spacing = float(np.mean(np.diff(x_m)))
         lam = (smooth_m / (2.0 * np.pi)) ** 4 / spacing
-        pieces = PPoly.from_spline(make_smoothing_spline(x_m, y_m, lam=lam))
+        pieces = PPoly.from_spline(make_smoothing_spline(x_m, y_m, lam=lam).tck)
         kept = np.diff(pieces.x) > 0.0
         coef = pieces.c[::-1, kept]
     else:

@@ -14,6 +14,7 @@ from avahazard.synth.settings import Settings, Site
 from avahazard.synth.track import Floats, Track, make_track
 
 WINTER_DAYS = 150
+STEEP = 0.8  # the tangent of a slope on which nearly all of these avalanches start
 
 
 @dataclass(slots=True)
@@ -68,10 +69,7 @@ def draw_world(seed: int, sites: tuple[Site, ...], settings: Settings, spare: fl
         for s in sites
     ]
     volume = _draw_volumes(generator(seed, "volumes"), sites, path)
-    share = np.array([s.release_share for s in sites])[path]
-    top = np.array([s.profile.y_m.max() for s in sites])[path]
-    drop = top - np.array([s.profile.y_m.min() for s in sites])[path]
-    release = top - (0.02 + (share - 0.02) * generator(seed, "releases").uniform(size=n)) * drop
+    release = _draw_releases(generator(seed, "releases"), sites, tracks, path)
     rng = generator(seed, "dates")
     first = np.array([s.path.observed_from or 1900 for s in sites])[path]
     last = np.array([s.path.observed_to or 2020 for s in sites])[path]
@@ -117,13 +115,34 @@ def _draw_volumes(
     return volume
 
 
+def _draw_releases(
+    rng: np.random.Generator,
+    sites: tuple[Site, ...],
+    tracks: list[Track],
+    path: NDArray[np.int64],
+) -> Floats:
+    """Elevations of steep places near the top; the steepest of the upper half without such."""
+    uniform = rng.uniform(size=len(path))
+    release = np.empty(len(path))
+    for k, (site, track) in enumerate(zip(sites, tracks, strict=True)):
+        x, y = track.fine(2.0)
+        slope, drop = track.slope(x), float(y.max() - y.min())
+        zone = (y >= y.max() - site.release_share * drop) & (y <= y.max() - 0.02 * drop)
+        steep = np.flatnonzero(zone & (slope >= STEEP))
+        if not len(steep):
+            upper = np.flatnonzero(y >= y.max() - 0.5 * drop)
+            steep = upper[slope[upper] >= np.quantile(slope[upper], 0.8)]
+        mine = path == k
+        release[mine] = y[steep[(uniform[mine] * len(steep)).astype(int)]]
+    return release
+
+
 def _draw_columns(world: World) -> None:
     n = len(world.path)
     snow = world.generator("snow").choice(["dry", "mixed", "wet"], size=n, p=[0.5, 0.2, 0.3])
     world.columns["snow_type"] = snow
-    world.columns["snow_temperature_c"] = np.round(
-        np.minimum(0.0, world.generator("temperature").normal(-6.0, 3.0, n)), 1
-    )
+    degrees = np.minimum(world.generator("temperature").normal(-6.0, 3.0, n), 0.0)
+    world.columns["snow_temperature_c"] = np.asarray(np.round(degrees, 1), np.float64)
     for k in range(world.settings.decoys):
         rng = world.generator(f"decoy {k}")
         noise = rng.normal(size=n)

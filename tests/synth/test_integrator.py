@@ -1,0 +1,104 @@
+"""The integrator against one in time, and against closed forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from avahazard.synth.integrator import LEFT_PROFILE, NOT_RELEASED, STOPPED, run_track
+from avahazard.synth.sites import make_sites
+from avahazard.synth.track import Track, make_track
+from tests.synth.naive import run_in_time
+
+
+def no_change(_: Track) -> None:
+    return
+
+
+def no_curvature(track: Track) -> None:
+    track.centrifugal = 0.0
+
+
+def weakening(track: Track) -> None:
+    track.weakening_r, track.weakening_u0 = 0.8, 10.0
+
+
+def cohesion(track: Track) -> None:
+    track.constant += 0.6
+
+
+def viscous(track: Track) -> None:
+    track.linear += 0.03
+
+
+def drag(track: Track) -> None:
+    track.quadratic += 0.002
+
+
+def entrainment(track: Track) -> None:
+    above = float(track.elevation(0.3 * track.knots_m[-1]))
+    track.split(float(track.place(above)))
+    track.quadratic += np.where(track.middles() > above, 0.004, 0.0)
+
+
+def forest(track: Track) -> None:
+    track.quadratic += np.where(track.forest, 0.004, 0.0)
+
+
+def slippery(track: Track) -> None:
+    track.factor *= np.where(track.middles() < track.coef[0].mean(), 0.9, 1.1)
+
+
+CHANGES = (
+    no_change,
+    no_curvature,
+    weakening,
+    cohesion,
+    viscous,
+    drag,
+    entrainment,
+    forest,
+    slippery,
+)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_stop_is_that_of_an_integration_in_time(
+    place: int, change: Callable[[Track], None]
+) -> None:
+    site = make_sites(11, 3, 30)[place]
+    track = make_track(site.profile.x_m, site.profile.y_m, site.profile.land_cover)
+    change(track)
+    mu, release = np.array([0.46, 0.6]), np.array([40.0, 120.0])
+    status, stop, speeds = run_track(track, release, mu)
+    assert (status == STOPPED).all()
+    for j in range(2):
+        x, fastest = run_in_time(track, release[j], mu[j])
+        assert stop[j] == pytest.approx(x, abs=0.05)
+        assert speeds[j].max() == pytest.approx(fastest, rel=0.005)
+
+
+def test_without_curvature_friction_is_fall_over_length() -> None:
+    x = np.arange(0.0, 2001.0, 10.0)
+    y = 1000.0 - 0.9 * x + 0.9 * x**2 / 4500.0
+    track = make_track(x, y)
+    track.centrifugal = 0.0
+    mu = np.array([0.55, 0.65, 0.75])
+    status, stop, _ = run_track(track, np.full(3, 50.0), mu)
+    assert (status == STOPPED).all()
+    fall = track.elevation(50.0) - track.elevation(stop)
+    np.testing.assert_allclose(fall / (stop - 50.0), mu, rtol=1e-6)
+
+
+def test_what_does_not_stop_or_start_says_so() -> None:
+    x = np.arange(0.0, 501.0, 10.0)
+    track = make_track(x, 1000.0 - 0.5 * x)
+    status, stop, speeds = run_track(track, np.array([20.0, 20.0]), np.array([0.4, 0.6]))
+    assert status.tolist() == [LEFT_PROFILE, NOT_RELEASED]
+    assert stop.tolist() == [500.0, 20.0]
+    # A straight slope: u² = 2 g (H - μ L).
+    assert speeds[0, -1] == pytest.approx(np.sqrt(2 * 9.81 * (0.5 - 0.4) * 480.0), rel=1e-6)
+    assert (speeds[1] == 0.0).all()
