@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 from rich.console import Console
 
-from avahazard.cli.output import emit, number, table
+from avahazard.cli.output import emit, table
 from avahazard.cli.settings import settings
 
 
@@ -14,7 +14,16 @@ def paths(context: typer.Context) -> None:
     from avahazard.workflow.paths import list_paths  # noqa: PLC0415
 
     document = list_paths(settings(context).database)
-    columns = ("path", "section", ">top m", ">drop m", ">length m", ">events", ">left", ">V m3")
+    columns = (
+        "path",
+        "section",
+        ">drop m",
+        ">length m",
+        ">events",
+        ">left",
+        ">V from m3",
+        ">to m3",
+    )
 
     def render(console: Console) -> None:
         if not document:
@@ -24,19 +33,15 @@ def paths(context: typer.Context) -> None:
             (
                 row["path_id"],
                 row["section"],
-                row["top_m"],
                 row["drop_m"],
                 row["length_m"],
                 row["n_events"],
                 row["n_left_profile"],
-                _range(row["volume_min_m3"], row["volume_max_m3"]),
+                row["volume_min_m3"],
+                row["volume_max_m3"],
             )
             for row in document
         ]
         console.print(table("", columns, rows))
 
     emit(context, document, render)
-
-
-def _range(low: float | None, high: float | None) -> str | None:
-    return None if low is None else f"{number(low)}–{number(high)}"
