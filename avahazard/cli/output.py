@@ -52,6 +52,7 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
     made = Table(
         title=title or None,
         title_justify="left",
+        min_width=len(title),  # a title is folded to the width of its table
         box=box.SIMPLE_HEAD,
         pad_edge=False,
         padding=(0, 1, 0, 0),
