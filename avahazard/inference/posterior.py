@@ -1,0 +1,222 @@
+"""The marginal likelihood and posterior density of a model on a study (DESIGN section 3)."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.effect import Effect
+from avahazard.inference.event_terms import EventTerms, event_terms
+from avahazard.inference.layout import Layout, build_layout
+from avahazard.inference.nodes import Nodes, build_nodes
+from avahazard.inference.predicted import Predicted, Values, predict_records
+from avahazard.inference.specification import Specification
+from avahazard.inference.study import Study
+
+Floats = NDArray[np.float64]
+
+NEWTON_STEPS = 4
+
+
+class PathOffsets(NamedTuple):
+    """Offsets of log friction by path: mode and standard deviation `[n_groups]`."""
+
+    mode: Floats
+    sd: Floats
+
+
+class Posterior:
+    """Log likelihood and posterior of one model on one study.
+
+    Tables and nodes depend on the parameters of effects on the motion and the record (and on the
+    scatter of speeds) alone. They are built where needed on the grids of these parameters and
+    kept; between grid points the log likelihood of each event is interpolated by cubics.
+    """
+
+    def __init__(
+        self, study: Study, specification: Specification, effects: tuple[Effect, ...]
+    ) -> None:
+        self.study = study
+        self.specification = specification
+        self.effects = effects
+        self.layout: Layout = build_layout(specification, effects, study)
+        self._student = specification.tails == "student"
+        self._in_log = specification.distribution == "lognormal"
+        self._design = [
+            (self.layout.places[e.key], e.design(study.columns))
+            for e in effects
+            if e.design is not None
+        ]
+        self._scatter_design = [
+            (self.layout.places[e.key], e.scatter(study.columns))
+            for e in effects
+            if e.scatter is not None
+        ]
+        grouping = [e.groups for e in effects if e.groups is not None]
+        self.groups = grouping[0](study.columns) if grouping else None
+        self._volume = np.exp(study.volumes.log_volume)
+        self._axes = self.layout.tables + (
+            () if self.layout.speed_scatter is None else (self.layout.speed_scatter,)
+        )
+        self._predicted: dict[tuple[int, ...], Predicted] = {}
+        self._nodes: dict[tuple[int, ...], Nodes] = {}
+
+    def log_density(self, u: Floats) -> float:
+        """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
+        if np.any(u < self.layout.low) or np.any(u > self.layout.high):
+            return -np.inf
+        return self.log_likelihood(u) + self.layout.log_prior(u)
+
+    def log_likelihood(self, u: Floats) -> float:
+        """Log likelihood at u, path offsets integrated out (Laplace's method)."""
+        location, scatter = self.location_and_scatter(u)
+        if self.groups is None or self.layout.path_scatter is None:
+            return float(np.sum(self.terms(u, location, scatter).value))
+        offsets, terms = self._offsets(u, location, scatter)
+        tau = np.exp(u[self.layout.path_scatter])
+        penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
+        return float(np.sum(terms.value) - penalty + np.sum(np.log(offsets.sd / tau)))
+
+    def event_log_likelihood(self, u: Floats, offsets: Floats | None = None) -> Floats:
+        """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`."""
+        location, scatter = self.location_and_scatter(u)
+        return self.terms(u, self._shifted(location, offsets), scatter).value
+
+    def path_offsets(self, u: Floats) -> PathOffsets:
+        """Mode and standard deviation of the path offsets given coordinates u."""
+        location, scatter = self.location_and_scatter(u)
+        return self._offsets(u, location, scatter)[0]
+
+    def location_and_scatter(self, u: Floats) -> tuple[Floats, Floats]:
+        """Location m (log μ, or μ for normal) and scatter σ, each `[n_events, n_volumes]`."""
+        layout = self.layout
+        law = layout.law
+        shape = self._volume.shape
+        location = law.log_friction(u[: len(law.coordinates)], self._volume.ravel()).reshape(shape)
+        for place, design in self._design:
+            location = location + (design @ u[place])[:, None]
+        log_scatter = np.full(shape, u[layout.scatter])
+        if layout.scatter_slope is not None:
+            log_scatter -= u[layout.scatter_slope] * self._volume / layout.reference_volume
+        for place, design in self._scatter_design:
+            log_scatter = log_scatter + (design @ u[place])[:, None]
+        if not self._in_log:
+            location = np.exp(location)
+        return location, np.exp(np.clip(log_scatter, -12.0, 4.0))
+
+    def terms(self, u: Floats, location: Floats, scatter: Floats) -> EventTerms:
+        """Terms of every event at given location and scatter, interpolated between tables."""
+        result: EventTerms | None = None
+        for weight, index in self._stencil(u):
+            terms = event_terms(
+                self.nodes(index), location, scatter, self.study.volumes.weight, self._student
+            )
+            if result is None:
+                result = terms if weight == 1.0 else EventTerms(*(weight * t for t in terms))
+            else:
+                result = EventTerms(*(a + weight * t for a, t in zip(result, terms, strict=True)))
+        assert result is not None
+        return result
+
+    def nodes(self, index: tuple[int, ...]) -> Nodes:
+        """Nodes at one point of the grids of the table parameters."""
+        if index not in self._nodes:
+            values = self._values(index)
+            speed = self.layout.speed_scatter
+            speed_scatter = 0.0
+            if speed is not None:
+                speed_scatter = float(np.exp(self.layout.slots[speed].grid[index[-1]]))
+            self._nodes[index] = build_nodes(
+                self.study,
+                self.predicted(index),
+                speed_scatter,
+                self._limit(values),
+                self._in_log,
+            )
+        return self._nodes[index]
+
+    def predicted(self, index: tuple[int, ...]) -> Predicted:
+        """Tables of expected records at one point of the grids."""
+        key = index[: len(self.layout.tables)]
+        if key not in self._predicted:
+            self._predicted[key] = predict_records(
+                self.study, self.effects, self._values(index), float(self.specification.centrifugal)
+            )
+        return self._predicted[key]
+
+    def predicted_at(self, u: Floats) -> Predicted:
+        """Tables of expected records at coordinates u, run afresh."""
+        values = {key: u[place] for key, place in self.layout.places.items()}
+        return predict_records(
+            self.study, self.effects, values, float(self.specification.centrifugal)
+        )
+
+    def _values(self, index: tuple[int, ...]) -> Values:
+        u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
+        for axis, k in zip(self._axes, index, strict=False):
+            u[axis] = self.layout.slots[axis].grid[k]
+        return {key: u[place] for key, place in self.layout.places.items()}
+
+    def _limit(self, values: Values) -> Floats:
+        limit = self.study.limit
+        for effect in self.effects:
+            if effect.limit is not None:
+                limit = effect.limit(self.study.columns, values[effect.key])
+        return limit
+
+    def _stencil(self, u: Floats) -> list[tuple[float, tuple[int, ...]]]:
+        """Grid points around u with the weights of tensor-product cubic interpolation."""
+        lines = [_line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
+        return [
+            (float(np.prod([w for w, _ in corner])), tuple(k for _, k in corner))
+            for corner in product(*lines)
+        ]
+
+    def _shifted(self, location: Floats, offsets: Floats | None) -> Floats:
+        if self.groups is None or offsets is None:
+            return location
+        shift = np.where(self.groups >= 0, offsets[self.groups], 0.0)[:, None]
+        return location + shift if self._in_log else location * np.exp(shift)
+
+    def _offsets(
+        self, u: Floats, location: Floats, scatter: Floats
+    ) -> tuple[PathOffsets, EventTerms]:
+        """Newton's method on the offsets of all groups at once (they are independent)."""
+        assert self.groups is not None
+        assert self.layout.path_scatter is not None
+        groups, n_groups = self.groups, int(np.max(self.groups)) + 1
+        mine = groups >= 0
+        precision = np.exp(-2.0 * u[self.layout.path_scatter])
+        offsets = np.zeros(n_groups)
+        for step in range(NEWTON_STEPS):
+            shifted = self._shifted(location, offsets)
+            terms = self.terms(u, shifted, scatter)
+            first, second = terms.by_location.sum(axis=1), terms.curvature
+            if not self._in_log:
+                # The offset acts on log μ: m changes by m per unit.
+                level = shifted.mean(axis=1)
+                first, second = first * level, second * level**2
+            slope = np.bincount(groups[mine], first[mine], n_groups) - precision * offsets
+            bend = np.bincount(groups[mine], np.maximum(-second[mine], 0.0), n_groups) + precision
+            if step < NEWTON_STEPS - 1:
+                offsets = offsets + np.clip(slope / bend, -0.5, 0.5)
+        return PathOffsets(offsets, 1.0 / np.sqrt(bend)), terms
+
+
+def _line_weights(grid: tuple[float, ...], value: float) -> list[tuple[float, int]]:
+    """Weights of cubic interpolation on up to four neighbouring points of the grid."""
+    points = np.asarray(grid)
+    exact = np.flatnonzero(points == value)
+    if len(exact):
+        return [(1.0, int(exact[0]))]
+    width = min(4, len(points))
+    first = int(np.clip(np.searchsorted(points, value) - width // 2, 0, len(points) - width))
+    window = points[first : first + width]
+    weights = []
+    for k in range(width):
+        others = np.delete(window, k)
+        weights.append((float(np.prod((value - others) / (window[k] - others))), first + k))
+    return weights

@@ -1,0 +1,28 @@
+"""What a model is made of, apart from its data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+LawName = Literal["exponential", "power", "rational", "constant"]
+ScatterName = Literal["constant", "volume"]
+DistributionName = Literal["lognormal", "normal"]
+TailsName = Literal["normal", "student"]
+
+
+@dataclass(frozen=True, slots=True)
+class Specification:
+    """A friction law with its scatter and the effects added to the block.
+
+    `distribution` is that of friction given volume; `tails` `student` lets friction scatter as
+    Student's t with 4 degrees of freedom, which bears wrong records. `centrifugal` keeps the
+    load of curvature on the bed.
+    """
+
+    law: LawName = "exponential"
+    scatter: ScatterName = "constant"
+    distribution: DistributionName = "lognormal"
+    tails: TailsName = "normal"
+    effects: tuple[str, ...] = ()
+    centrifugal: bool = True
