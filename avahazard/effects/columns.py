@@ -31,6 +31,7 @@ class EventColumns:
     log_volume: Floats
     release_elevation: Floats
     deposit_length: Floats
+    stop_elevation: Floats
     section: NDArray[np.str_]
     numbers: Mapping[str, Floats]
     texts: Mapping[str, NDArray[np.str_]]
@@ -55,6 +56,7 @@ def build_columns(
         log_volume=np.array([np.log(e.volume_m3) if e.volume_m3 else np.nan for e in events]),
         release_elevation=release_elevation,
         deposit_length=np.array([_number(e.deposit_length_m) for e in events]),
+        stop_elevation=np.array([_number(e.runout_elevation_m) for e in events]),
         section=np.array([(paths[e.path_id].section or "") if e.path_id else "" for e in events]),
         numbers=numbers,
         texts=texts,

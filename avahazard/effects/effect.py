@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
+Facts = dict[str, Any]
+"""What an effect takes from the data it is calibrated on (levels, knots, ranges), as JSON."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,44 +38,61 @@ class Parameter:
 
 Motion = Callable[[Site, Resistance, Floats], Resistance]
 Design = Callable[[EventColumns], Floats]
-RecordShift = Callable[[EventColumns, Floats], Floats]
+Record = Callable[[EventColumns, Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """An effect acts through exactly one of these; all take its parameter values.
+    """An effect ready for use: its parameters, and the one thing that it acts on.
 
     `motion(site, resistance, values)`: the resistance with this effect added.
     `design(columns)`: columns `[n_events, n_parameters]` added to log friction.
-    `scatter(columns)`: columns `[n_events, n_parameters]` added to log scatter.
     `shift(columns, values)`: metres `[n_events]` added to the elevation that is recorded.
     `advance(columns, values)`: metres `[n_events]` along the path, record ahead of the block.
     `limit(columns, values)`: elevation `[n_events]` above which a stop is not seen (nan: none).
     `groups(columns)`: group index `[n_events]` of a random offset of log friction, -1 for none.
-    `refine(parameters, columns, sites)` sets ranges that depend on the data.
     """
 
     key: str
-    meaning: str
-    needs: str
     parameters: tuple[Parameter, ...] = ()
-    missing: Callable[[EventColumns, Sequence[Site]], str | None] = field(
-        default=lambda _columns, _sites: None
-    )
     motion: Motion | None = None
     design: Design | None = None
-    scatter: Design | None = None
-    shift: RecordShift | None = None
-    advance: RecordShift | None = None
-    limit: RecordShift | None = None
+    shift: Record | None = None
+    advance: Record | None = None
+    limit: Record | None = None
     groups: Callable[[EventColumns], NDArray[np.int64]] | None = None
-    refine: (
-        Callable[[tuple[Parameter, ...], EventColumns, Sequence[Site]], tuple[Parameter, ...]]
-        | None
-    ) = None
     speed_dependent: bool = False
 
     @property
     def neutral(self) -> Floats:
         """Neutral values `[n_parameters]`."""
         return np.array([p.neutral for p in self.parameters])
+
+
+def nothing_lacks(_columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    """For effects that any data will do for."""
+    return None
+
+
+def no_facts(_columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+    """For effects that take nothing from the data."""
+    return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """An entry of the catalogue: what it means, what it needs, and how it is built.
+
+    `lacking(columns, sites)` says in one sentence what the data lack for it, or None.
+    `facts(columns, sites)` takes levels, knots and ranges from the data of the calibration;
+    they are stored with the model. `build(facts)` gives the effect. Where `changes` names a
+    field of the specification (`law`, `scatter`, `centrifugal`), the effect is that change.
+    """
+
+    key: str
+    meaning: str
+    needs: str
+    build: Callable[[Facts], Effect]
+    lacking: Callable[[EventColumns, Sequence[Site]], str | None] = nothing_lacks
+    facts: Callable[[EventColumns, Sequence[Site]], Facts] = no_facts
+    changes: str | None = None

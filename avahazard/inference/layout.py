@@ -127,11 +127,8 @@ def build_layout(specification: Specification, effects: tuple[Effect, ...], stud
             path_scatter = len(slots)
             slots.append(Slot("log tau", "", 0.0, 1e3, float(np.log(1e-3)), 1.0))
             continue
-        parameters = effect.parameters
-        if effect.refine is not None:
-            parameters = effect.refine(parameters, study.columns, study.sites)
-        places[effect.key] = slice(len(slots), len(slots) + len(parameters))
-        slots += [_slot(effect, p) for p in parameters]
+        places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
+        slots += [_slot(effect, p) for p in effect.parameters]
     tables = tuple(k for k, s in enumerate(slots) if s.grid)
     speed_scatter = None
     if study.speeds:

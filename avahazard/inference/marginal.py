@@ -112,7 +112,7 @@ def _chain(
 def _shrunk_covariance(draws: Floats, prior: Floats) -> Floats:
     """Covariance of the draws, drawn a little to the one at the mode so that it stays positive."""
     share = len(draws) / (len(draws) + 10.0 * draws.shape[1])
-    return share * np.cov(draws.T).reshape(prior.shape) + (1.0 - share) * prior
+    return np.asarray(share * np.cov(draws.T).reshape(prior.shape) + (1.0 - share) * prior)
 
 
 def _dispersed_start(
@@ -140,7 +140,7 @@ def _walk(
 ) -> tuple[Floats, Floats, float, int]:
     """`n_steps` steps; returns the states after each, the last state, its value, acceptances."""
     d = len(u)
-    factor = np.linalg.cholesky(covariance)
+    factor: Floats = np.linalg.cholesky(covariance)
     kept = np.empty((n_steps, d))
     accepted = 0
     weight = _jump_log_density(u, centre, factor)

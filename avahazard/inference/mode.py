@@ -35,7 +35,10 @@ def start_coordinates(posterior: Posterior) -> Floats:
         u[layout.path_scatter] = np.log(0.1)
     index = tuple(
         int(np.argmin(np.abs(np.asarray(layout.slots[a].grid) - u[a])))
-        for a in (*layout.tables, *(() if layout.speed_scatter is None else (layout.speed_scatter,)))
+        for a in (
+            *layout.tables,
+            *(() if layout.speed_scatter is None else (layout.speed_scatter,)),
+        )
     )
     friction = likely_friction(posterior.nodes(index), layout.log_scatter)
     middle = posterior.study.volumes.log_volume.shape[1] // 2
@@ -46,7 +49,7 @@ def start_coordinates(posterior: Posterior) -> Floats:
     rough[:n] = layout.law.start(volume, friction)
     tried = [rough, u]
     best = max(tried, key=posterior.log_density)
-    return np.clip(best, layout.low, layout.high)
+    return np.asarray(np.clip(best, layout.low, layout.high))
 
 
 def likely_friction(nodes: Nodes, in_log: bool) -> Floats:

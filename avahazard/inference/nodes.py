@@ -111,7 +111,7 @@ SPEED_CORRELATION_M = 100.0
 def _build(  # type: ignore[no-untyped-def]
     record, elevation, left, observed_left, observed, sigma, limit, log_speed, has_speed, grid
 ):
-    n, n_mu = record.shape
+    n = len(record)
     place = np.zeros((n, N_NODES))
     weight = np.zeros((n, N_NODES))
     log_scale = np.zeros(n)

@@ -50,11 +50,6 @@ class Posterior:
             for e in effects
             if e.design is not None
         ]
-        self._scatter_design = [
-            (self.layout.places[e.key], e.scatter(study.columns))
-            for e in effects
-            if e.scatter is not None
-        ]
         grouping = [e.groups for e in effects if e.groups is not None]
         self.groups = grouping[0](study.columns) if grouping else None
         self._volume = np.exp(study.volumes.log_volume)
@@ -101,8 +96,6 @@ class Posterior:
         log_scatter = np.full(shape, u[layout.scatter])
         if layout.scatter_slope is not None:
             log_scatter -= u[layout.scatter_slope] * self._volume / layout.reference_volume
-        for place, design in self._scatter_design:
-            log_scatter = log_scatter + (design @ u[place])[:, None]
         if not self._in_log:
             location = np.exp(location)
         return location, np.exp(np.clip(log_scatter, -12.0, 4.0))

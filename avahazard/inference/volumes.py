@@ -22,6 +22,8 @@ MIN_SPREAD = 0.1
 class VolumeNodes:
     """Quadrature over log true volume: `log_volume`, `weight` `[n_events, n_nodes]`.
 
+    Given its record, it is normal with `mean` and `sd` `[n_events]`.
+
     True volumes of a path are lognormal with mean `centre[path]` (log m3) and standard deviation
     `spread`; the record adds its own error, so large records are on average overestimates and
     are drawn towards the centre. `known` is False where no event has a volume.
@@ -29,6 +31,8 @@ class VolumeNodes:
 
     log_volume: Floats
     weight: Floats
+    mean: Floats
+    sd: Floats
     centre: dict[str, float]
     spread: float
     known: bool
@@ -54,6 +58,8 @@ def volume_nodes(
     return VolumeNodes(
         log_volume=mean[:, None] + sd[:, None] * z,
         weight=np.tile(w / np.sum(w), (len(events), 1)),
+        mean=mean,
+        sd=sd,
         centre=population.centre,
         spread=population.spread,
         known=population.known,
@@ -63,9 +69,9 @@ def volume_nodes(
 def _population(recorded: Floats, sigma: Floats, columns: EventColumns) -> VolumeNodes:
     """Centres by path, drawn a little to the overall mean, and one spread, by moments."""
     have = np.isfinite(recorded)
-    empty = np.empty((0, N_NODES))
+    empty, none = np.empty((0, N_NODES)), np.empty(0)
     if not np.any(have):
-        return VolumeNodes(empty, empty, {"": float(np.log(1e4))}, MIN_SPREAD, False)
+        return VolumeNodes(empty, empty, none, none, {"": float(np.log(1e4))}, MIN_SPREAD, False)
     overall = float(np.mean(recorded[have]))
     groups = {-1: ""} | dict(enumerate(columns.paths))
     members = {k: recorded[have & (columns.path_index == k)] for k in groups}
@@ -78,4 +84,4 @@ def _population(recorded: Floats, sigma: Floats, columns: EventColumns) -> Volum
     for k, values in members.items():
         trust = between2 / (between2 + max(total2, spread2) / len(values)) if len(values) else 0.0
         centre[groups[k]] = overall + trust * (float(np.mean(values)) - overall if trust else 0.0)
-    return VolumeNodes(empty, empty, centre, float(np.sqrt(spread2)), True)
+    return VolumeNodes(empty, empty, none, none, centre, float(np.sqrt(spread2)), True)

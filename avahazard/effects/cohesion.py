@@ -1,0 +1,30 @@
+"""A constant bed resistance per unit mass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.needs import needs_profile
+from avahazard.effects.site import Site
+from avahazard.physics.resistance import Resistance
+
+
+def _motion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    return replace(resistance, constant=resistance.constant + values[0])
+
+
+def _build(_facts: Facts) -> Effect:
+    grid = (0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3, 1.7, 2.2, 2.8, 3.5)
+    strength = Parameter("strength", "m/s2", 0.0, 0.0, 1.0, 0.0, grid[-1], grid)
+    return Effect("cohesion", (strength,), motion=_motion)
+
+
+DEFINITION = Definition(
+    key="cohesion",
+    meaning="Snow sticks to its bed with a strength that does not depend on the load. It resists "
+    "alike on steep and on gentle ground, so steep tracks brake more than friction alone says.",
+    needs="profile, speeds",
+    build=_build,
+    lacking=needs_profile,
+)

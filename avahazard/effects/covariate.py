@@ -1,0 +1,104 @@
+"""Friction varies with a column, in a shape the data choose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.levels import level_effect, level_facts, level_lacking
+from avahazard.effects.site import Site
+
+PREFIX = "covariate:"
+N_KNOTS = 5
+MIN_EVENTS = 20
+LINEAR_SD, CURVED_SD = 0.2, 0.1
+"""Prior standard deviations of log friction over one spread of the column: the line is freer
+than the departures from it, which keeps the shape smooth."""
+
+
+def covariate(column: str) -> Definition:
+    """The effect of one column: a natural cubic spline of numbers, or a level for each text."""
+    return Definition(
+        key=PREFIX + column,
+        meaning=f"Friction varies with {column}, for a reason that is not yet physics: a smooth "
+        "curve (or a level for each value of a text) is fitted. Its shape may tell the reason.",
+        needs=f"column {column}",
+        build=partial(_build, column),
+        lacking=partial(_lacking, column),
+        facts=partial(_facts, column),
+    )
+
+
+def _lacking(column: str, columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    values = number_column(columns, column)
+    if values is None:
+        return level_lacking(columns, column)
+    known = values[np.isfinite(values)]
+    if len(known) >= MIN_EVENTS and len(np.unique(known)) >= 3:
+        return None
+    return level_lacking(columns, column)
+
+
+def number_column(columns: EventColumns, name: str) -> Floats | None:
+    """A column of numbers by its name in the files; None if there is none."""
+    known = {
+        "volume_m3": columns.log_volume,
+        "release_elevation_m": columns.release_elevation,
+        "year": columns.year,
+        "day_of_winter": columns.day_of_winter,
+        "deposit_length_m": columns.deposit_length,
+    }
+    return known[name] if name in known else columns.numbers.get(name)
+
+
+def _facts(column: str, columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+    values = number_column(columns, column)
+    if values is None or len(np.unique(values[np.isfinite(values)])) < 3:
+        return level_facts(columns, column)
+    known = values[np.isfinite(values)]
+    knots = np.unique(np.quantile(known, np.linspace(0.05, 0.95, N_KNOTS)))
+    centre, scale = float(np.mean(known)), float(np.std(known))
+    return {"knots": [float(k) for k in knots], "centre": centre, "scale": scale}
+
+
+def _build(column: str, facts: Facts) -> Effect:
+    if "levels" in facts:
+        return level_effect(PREFIX + column, column, facts)
+    knots, centre, scale = np.array(facts["knots"]), facts["centre"], facts["scale"]
+
+    def design(columns: EventColumns) -> Floats:
+        values = number_column(columns, column)
+        if values is None:
+            return np.zeros((len(columns), max(1, len(knots) - 1)))
+        # A missing value counts as the mean of the column.
+        return spline_columns(np.where(np.isfinite(values), values, centre), knots, centre, scale)
+
+    unit = "log friction per spread"
+    parameters = [Parameter("slope", unit, 0.0, 0.0, LINEAR_SD)] + [
+        Parameter(f"bend_{k + 1}", unit, 0.0, 0.0, CURVED_SD) for k in range(max(0, len(knots) - 2))
+    ]
+    return Effect(PREFIX + column, tuple(parameters), design=design)
+
+
+def spline_columns(values: Floats, knots: Floats, centre: float, scale: float) -> Floats:
+    """Natural cubic spline basis `[n_events, max(1, n_knots - 1)]`: a line, then departures.
+
+    The truncated power form of Hastie, Tibshirani and Friedman (2009, eq. 5.4-5.5), scaled so
+    that each column is of order one.
+    """
+    line = (values - centre) / scale
+    n = len(knots)
+    if n < 3:
+        return line[:, None]
+    span = knots[-1] - knots[0]
+
+    def d(k: int) -> Floats:
+        top = np.maximum(values - knots[k], 0.0) ** 3 - np.maximum(values - knots[-1], 0.0) ** 3
+        return np.asarray(top / ((knots[-1] - knots[k]) * span**2))
+
+    bends = [8.0 * span / scale * (d(k) - d(n - 2)) for k in range(n - 2)]
+    return np.column_stack([line, *bends])

@@ -1,0 +1,57 @@
+"""Momentum lost to snow taken up above an elevation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.needs import needs_profile
+from avahazard.effects.site import Site
+from avahazard.physics.resistance import Resistance
+
+EDGE_M = 40.0
+"""The snow line is blurred over this height, so that the likelihood is smooth in it."""
+
+
+def _motion(site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    y = site.terrain_for(resistance).middle_y
+    above = np.clip((y - values[1]) / EDGE_M + 0.5, 0.0, 1.0)
+    return replace(resistance, drag=resistance.drag + values[0] * above)
+
+
+def _facts(_columns: EventColumns, sites: Sequence[Site]) -> Facts:
+    top = max(float(s.terrain.y[0]) for s in sites)
+    bottom = min(float(np.min(s.terrain.y)) for s in sites)
+    return {"bottom_m": bottom, "top_m": top}
+
+
+def _build(facts: Facts) -> Effect:
+    bottom, top = float(facts["bottom_m"]), float(facts["top_m"])
+    line = tuple(float(z) for z in np.linspace(bottom, top, 9)[1:-1])
+    grid = (0.0, 0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.016, 0.025)
+    return Effect(
+        "entrainment",
+        (
+            Parameter("rate", "1/m", 0.0, 0.0, 0.005, 0.0, grid[-1], grid),
+            Parameter(
+                "above", "m", line[3], line[3], 0.5 * (top - bottom), line[0], line[-1], line
+            ),
+        ),
+        motion=_motion,
+    )
+
+
+DEFINITION = Definition(
+    key="entrainment",
+    meaning="Snow taken up from the track must be brought to the avalanche's speed, which costs "
+    "momentum; it happens above the elevation where loose snow lies. Avalanches that start high "
+    "above that elevation lose more than those that start near it.",
+    needs="profile, varied release",
+    build=_build,
+    lacking=needs_profile,
+    facts=_facts,
+)

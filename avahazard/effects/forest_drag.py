@@ -1,0 +1,43 @@
+"""Drag inside forest cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.needs import needs_profile
+from avahazard.effects.site import Site
+from avahazard.physics.resistance import Resistance
+
+FOREST = "forest"
+
+
+def _motion(site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    inside = site.cover(site.terrain_for(resistance)) == FOREST
+    return replace(resistance, drag=resistance.drag + values[0] * inside)
+
+
+def _lacking(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+    forested = any(s.land_cover is not None and FOREST in s.land_cover for s in sites)
+    return needs_profile(columns, sites) or (
+        None if forested else "no profile has land_cover `forest` anywhere"
+    )
+
+
+def _build(_facts: Facts) -> Effect:
+    grid = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.011, 0.017, 0.025, 0.04, 0.06, 0.1)
+    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.02, 0.0, grid[-1], grid)
+    return Effect("forest-drag", (drag,), motion=_motion)
+
+
+DEFINITION = Definition(
+    key="forest-drag",
+    meaning="Trees brake the flow while it runs through forest (Feistl and others 2014: snow is "
+    "left behind stems). Only the forested part of a path is slowed, so stops gather in or just "
+    "below the forest.",
+    needs="land_cover",
+    build=_build,
+    lacking=_lacking,
+)

@@ -1,0 +1,36 @@
+"""The record is the front, the block is the centre of mass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.site import Site
+
+
+def _advance(columns: EventColumns, values: Floats) -> Floats:
+    return np.asarray(values[0] * np.nan_to_num(columns.deposit_length))
+
+
+def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    known = columns.deposit_length[np.isfinite(columns.deposit_length)]
+    return None if len(known) >= 10 else "fewer than 10 events have a deposit length"
+
+
+def _build(_facts: Facts) -> Effect:
+    grid = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0, 1.25, 1.5)
+    share = Parameter("share", "of the deposit length", 0.0, 0.5, 0.5, 0.0, grid[-1], grid)
+    return Effect("leading-edge", (share,), advance=_advance)
+
+
+DEFINITION = Definition(
+    key="leading-edge",
+    meaning="What is written down is where the front came to lie, while the block is the centre "
+    "of mass; the front is ahead by a share of the deposit's length (about a half).",
+    needs="deposit length",
+    build=_build,
+    lacking=_lacking,
+)

@@ -1,0 +1,60 @@
+"""Short runouts were not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.needs import needs_profile
+from avahazard.effects.site import Site
+
+FAR_M = 1000.0
+"""A limit this far above the highest stop seen is no limit."""
+
+
+def _facts(columns: EventColumns, sites: Sequence[Site]) -> Facts:
+    highest = {}
+    for k, site in enumerate(sites):
+        stops = columns.stop_elevation[columns.path_index == k]
+        stops = stops[np.isfinite(stops)]
+        declared = site.path.observed_below_m
+        if declared is not None:
+            highest[site.path.path_id] = {"declared_m": declared}
+        elif len(stops):
+            highest[site.path.path_id] = {"highest_m": float(np.max(stops))}
+    return {"paths": highest}
+
+
+def _build(facts: Facts) -> Effect:
+    paths: dict[str, dict[str, float]] = facts["paths"]
+
+    def limit(columns: EventColumns, values: Floats) -> Floats:
+        result = np.full(len(columns), np.nan)
+        for i, k in enumerate(columns.path_index):
+            known = paths.get(columns.paths[k], {}) if k >= 0 else {}
+            if "declared_m" in known:
+                result[i] = known["declared_m"]
+            elif "highest_m" in known and values[0] < FAR_M:
+                result[i] = known["highest_m"] + values[0]
+        return result
+
+    grid = (0.0, 20.0, 50.0, 100.0, 200.0, 400.0, 700.0, FAR_M)
+    margin = Parameter(
+        "margin", "m above the highest stop seen", FAR_M, 200.0, 400.0, 0.0, FAR_M, grid
+    )
+    return Effect("observation-limit", (margin,), limit=limit)
+
+
+DEFINITION = Definition(
+    key="observation-limit",
+    meaning="Only avalanches that came low enough were seen and written down. The many short "
+    "ones are missing, so friction looks lower than it is; the likelihood is divided by the "
+    "chance to be seen.",
+    needs="observed_below_m, or estimated",
+    build=_build,
+    lacking=needs_profile,
+    facts=_facts,
+)

@@ -1,0 +1,41 @@
+"""Friction changing with release elevation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.site import Site
+
+CENTRE_M = 2000.0
+MIN_SPREAD_M = 50.0
+
+
+def _design(columns: EventColumns) -> Floats:
+    z = (columns.release_elevation - CENTRE_M) / 1000.0
+    return np.nan_to_num(z)[:, None]
+
+
+def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    z = columns.release_elevation[np.isfinite(columns.release_elevation)]
+    if len(z) and np.std(z) >= MIN_SPREAD_M:
+        return None
+    return f"release elevations differ by less than {MIN_SPREAD_M:.0f} m"
+
+
+def _build(_facts: Facts) -> Effect:
+    slope = Parameter("slope", "log friction per 1000 m", 0.0, 0.0, 0.4)
+    return Effect("release-elevation", (slope,), design=_design)
+
+
+DEFINITION = Definition(
+    key="release-elevation",
+    meaning="Snow is colder and drier the higher it lies, so avalanches that start high have "
+    "another friction than those that start low.",
+    needs="release_elevation_m",
+    build=_build,
+    lacking=_lacking,
+)

@@ -1,0 +1,46 @@
+"""Friction changing through the winter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.site import Site
+
+MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0
+MIN_DATES = 20
+
+
+def _design(columns: EventColumns) -> Floats:
+    t = np.nan_to_num((columns.day_of_winter - MIDDLE_DAY) / HALF_WIDTH)
+    return np.column_stack([t, t * t])
+
+
+def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    days = columns.day_of_winter[np.isfinite(columns.day_of_winter)]
+    enough = len(days) >= MIN_DATES and float(np.std(days)) > 5.0
+    return None if enough else f"fewer than {MIN_DATES} events have a day (not only a year)"
+
+
+def _build(_facts: Facts) -> Effect:
+    return Effect(
+        "season",
+        (
+            Parameter("slope", "log friction per 60 days", 0.0, 0.0, 0.2),
+            Parameter("bend", "log friction per (60 days)2", 0.0, 0.0, 0.1),
+        ),
+        design=_design,
+    )
+
+
+DEFINITION = Definition(
+    key="season",
+    meaning="The snow changes from winter to spring: cold and dry before, moist and heavy after. "
+    "Friction then drifts with the day of the winter (counted from 1 November).",
+    needs="date",
+    build=_build,
+    lacking=_lacking,
+)

@@ -1,0 +1,45 @@
+"""Friction that falls with speed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.needs import needs_profile
+from avahazard.effects.site import Site
+from avahazard.physics.resistance import SPEEDS, Resistance
+
+
+def _motion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    ratio, speed = values
+    factor = ratio + (1.0 - ratio) / (1.0 + SPEEDS / speed)
+    if resistance.speed_factor is not None:
+        factor = factor * resistance.speed_factor
+    return replace(resistance, speed_factor=np.asarray(factor))
+
+
+def _build(_facts: Facts) -> Effect:
+    ratios = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0)
+    speeds = (4.0, 8.0, 16.0, 32.0)
+    return Effect(
+        "speed-weakening",
+        (
+            Parameter("ratio", "", 1.0, 1.0, 0.4, ratios[0], 1.0, ratios),
+            Parameter("speed", "m/s", 8.0, 10.0, 8.0, speeds[0], speeds[-1], speeds),
+        ),
+        motion=_motion,
+        speed_dependent=True,
+    )
+
+
+DEFINITION = Definition(
+    key="speed-weakening",
+    meaning="Friction is full at rest and falls towards a part of it, `ratio`, as the avalanche "
+    "speeds up; `speed` is where half of the fall is done. Fast avalanches run on as if on a "
+    "lubricated bed, yet stop abruptly once they are slow.",
+    needs="profile, speeds",
+    build=_build,
+    lacking=needs_profile,
+)

@@ -1,0 +1,31 @@
+"""A force growing with the square of speed (Voellmy 1955)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.needs import needs_profile
+from avahazard.effects.site import Site
+from avahazard.physics.resistance import Resistance
+
+
+def _motion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    return replace(resistance, drag=resistance.drag + values[0])
+
+
+def _build(_facts: Facts) -> Effect:
+    grid = (0.0, 0.0003, 0.0007, 0.0013, 0.002, 0.003, 0.0045, 0.0065, 0.009, 0.013, 0.02, 0.03)
+    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.005, 0.0, grid[-1], grid)
+    return Effect("turbulent-drag", (drag,), motion=_motion)
+
+
+DEFINITION = Definition(
+    key="turbulent-drag",
+    meaning="The flow churns and pushes air and snow aside, which costs a force that grows with "
+    "the square of speed (Voellmy). Fast avalanches are held back more than slow ones, so that "
+    "long steep tracks need less friction at the bed than a Coulomb block says.",
+    needs="profile; speeds help",
+    build=_build,
+    lacking=needs_profile,
+)
