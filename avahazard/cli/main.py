@@ -20,6 +20,10 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("db", "db", "Upgrade, look at, check or copy the database."),
     Entry("import", "import_files", "Import CSV files, or folders of them."),
     Entry("paths", "paths", "List the paths."),
+    Entry("path", "path", "Show how the profile of a path was smoothed, and check it."),
+    Entry("runout", "runout", "Run the block once: its stop and its speeds."),
+    Entry("friction", "friction", "Show the apparent friction of the events and its density."),
+    Entry("fit", "fit", "Fit laws of friction against volume by least squares."),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )
 

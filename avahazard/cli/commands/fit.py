@@ -1,0 +1,38 @@
+"""`avahazard fit`."""
+
+from __future__ import annotations
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, number, table, warn
+from avahazard.cli.settings import settings
+
+FORMULAS = {
+    "exponential": "μ = a exp(-n V)",
+    "power": "μ = alpha V^-beta",
+    "rational": "μ = a / (b + (V/c)^n)",
+    "constant": "μ = a",
+}
+
+
+def fit(context: typer.Context) -> None:
+    """Fit laws of friction against volume by least squares."""
+    from avahazard.workflow.fitting import fit_laws  # noqa: PLC0415
+
+    document = fit_laws(settings(context).database)
+
+    def render(console: Console) -> None:
+        rows = []
+        for entry in document["fits"]:
+            law, r2, aic = FORMULAS[entry["law"]], f"{entry['r2']:.3f}", f"{entry['aic']:.1f}"
+            for name, parameter in entry["parameters"].items():
+                value = f"{number(parameter['value'])} {parameter['unit']}".rstrip()
+                rows.append((law, name, value, parameter["se"], r2, aic))
+                law = r2 = aic = ""
+        columns = ("law", "", ">value", ">± se", ">r²", ">AIC")
+        console.print(table("Least squares of apparent friction", columns, rows))
+
+    emit(context, document["fits"], render)
+    for note in document["notes"]:
+        warn(note)

@@ -1,0 +1,133 @@
+"""`avahazard friction`."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from pathlib import Path
+from statistics import median
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, number, table, warn
+from avahazard.cli.settings import settings
+
+
+def _kappa(text: str) -> str:
+    try:
+        fits = text == "auto" or 0.0 < float(text) < math.inf
+    except ValueError:
+        fits = False
+    if not fits:
+        raise typer.BadParameter("it must be a number over 0, such as 5, or auto")
+    return text
+
+
+def friction(
+    context: typer.Context,
+    path: Annotated[
+        str | None,
+        typer.Argument(help="Only events of this path.", show_default=False),
+    ] = None,
+    kappa: Annotated[
+        str,
+        typer.Option(
+            metavar="K",
+            callback=_kappa,
+            help="Sharpness of the density; auto lets the records choose.",
+        ),
+    ] = "5",
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the densities as a picture: .png, .svg, .pdf."),
+    ] = None,
+) -> None:
+    """Show the apparent friction of the events and its density."""
+    from avahazard.workflow.frictions import show_frictions  # noqa: PLC0415
+
+    document = show_frictions(
+        settings(context).database, path, "auto" if kappa == "auto" else float(kappa), plot
+    )
+
+    def render(console: Console) -> None:
+        if path is None:
+            _render_paths(console, document)
+        else:
+            _render_events(console, document)
+        _render_perturbation(console, document["perturbation"])
+
+    emit(context, document, render)
+    for jump in document["jumps"]:
+        warn(
+            f"{jump['path_id']}: the runout jumps by up to {jump['jump_m']:.0f} m (near μ = "
+            f"{jump['mu']:.3f}): no friction stops the block in between."
+        )
+
+
+def _render_paths(console: Console, document: dict[str, Any]) -> None:
+    kappas = {density["path_id"]: density["kappa"] for density in document["density"]}
+    groups: dict[str | None, list[dict[str, Any]]] = {}
+    for event in document["events"]:
+        groups.setdefault(event["path_id"], []).append(event)
+    if len(groups) > 1:
+        groups["all"] = document["events"]
+    rows = []
+    for name, events in groups.items():
+        found = [event["mu"] for event in events if math.isfinite(event["mu"])]
+        odd = Counter(event["status"] for event in events if event["status"] != "unique")
+        rows.append(
+            (
+                name,
+                len(events),
+                min(found, default=None),
+                median(found) if found else None,
+                max(found, default=None),
+                kappas.get("all" if name is None else name),
+                ", ".join(f"{n} {status}" for status, n in odd.items()) or None,
+            )
+        )
+    columns = ("path", ">events", ">lowest μ", ">median", ">highest", ">κ", "not unique")
+    console.print(table("Apparent friction", columns, rows))
+
+
+def _render_events(console: Console, document: dict[str, Any]) -> None:
+    rows = [
+        (event["event_id"], _finite(event["mu"]), _finite(event["mu_sd"]), _status(event))
+        for event in document["events"]
+    ]
+    console.print(table("Apparent friction", ("event", ">μ", ">sd", "status"), rows))
+    for density in document["density"][:1]:
+        peak = density["mu"][density["pdf"].argmax()]
+        console.print(f"Density: κ = {number(density['kappa'])}, highest at μ = {peak:.3f}.")
+
+
+def _status(event: dict[str, Any]) -> str:
+    """The status, with what is known of μ where that is an interval."""
+    low, high = event["mu_low"], event["mu_high"]
+    match event["status"]:
+        case "jump" | "several":
+            return f"{event['status']}: {low:.3f} to {high:.3f}"
+        case "below" if math.isfinite(high):
+            return f"below {high:.3f}"
+        case "above" if math.isfinite(low):
+            return f"above {low:.3f}"
+    return str(event["status"])
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _render_perturbation(console: Console, check: dict[str, Any]) -> None:
+    if check["mu_sd_median"] is None:
+        return
+    console.print(
+        f"Records moved within their errors {check['n_replicates']} times: μ moves by "
+        f"{check['mu_sd_median']:.3f} (sd, median event), {check['mu_sd_max']:.3f} at most."
+    )
+    if check["law"]:
+        columns = (f"{check['law']} law", ">value", ">± se", ">mean when moved", ">± sd")
+        rows = [(name, *values.values()) for name, values in check["parameters"].items()]
+        console.print(table("", columns, rows))

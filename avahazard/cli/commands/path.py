@@ -1,0 +1,49 @@
+"""`avahazard path`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, number, table, warn
+from avahazard.cli.settings import settings
+
+
+def path(
+    context: typer.Context,
+    path: Annotated[str, typer.Argument(help="The path_id of a path.", show_default=False)],
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
+    ] = None,
+) -> None:
+    """Show how the profile of a path was smoothed, and check it."""
+    from avahazard.workflow.viewing_path import view_path  # noqa: PLC0415
+
+    document = view_path(settings(context).database, path, plot)
+    fit = document["fit"]
+    how = (
+        f"Legendre polynomial of degree {fit['degree']}"
+        if fit["method"] == "legendre"
+        else f"smoothing spline ({number(fit['smoothing'])})"
+    )
+
+    def render(console: Console) -> None:
+        rows = (
+            ("points", document["n_points"]),
+            ("events", document["n_events"]),
+            ("length m", document["length_m"]),
+            ("drop m", document["drop_m"]),
+            ("smoothed by", how),
+            ("largest deviation m", fit["max_deviation_m"]),
+            ("falls all the way", document["monotone"]),
+            ("smallest radius of curvature m", document["min_curvature_radius_m"]),
+            ("length of the flow m", document["flow_length_m"]),
+        )
+        console.print(table("", (path, ">"), rows))
+
+    emit(context, document, render)
+    for note in document["notes"]:
+        warn(note)

@@ -1,0 +1,44 @@
+"""A path in profile: its points, the regularised curve, releases and recorded stops."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.records.path import Path, Profile
+from avahazard.report.picture import picture
+
+Floats = NDArray[np.float64]
+
+
+def draw_path(
+    file: FilePath,
+    path: Path,
+    profile: Profile,
+    smooth: SmoothProfile,
+    release_x: Floats,
+    stop_x: Floats,
+) -> None:
+    """Draw the profile to `file`; `release_x` and `stop_x` (m), any number, lie on the curve.
+
+    Raises:
+        AvahazardError: `file` is not the name of a picture.
+    """
+    with picture(file) as axes:
+        x = np.linspace(smooth.x_min, smooth.x_max, 1000)
+        axes.plot(profile.x_m, profile.y_m, ".", color="0.6", markersize=3, label="points")
+        axes.plot(x, smooth.height(x), color="black", linewidth=1, label=smooth.method)
+        for place, mark, color, label in (
+            (release_x, "v", "tab:blue", "releases"),
+            (stop_x, "|", "tab:red", "recorded stops"),
+        ):
+            if len(place):
+                height = smooth.height(place)
+                axes.plot(place, height, mark, color=color, markersize=9, label=label)
+        axes.set_xlabel("distance along the path x (m)")
+        axes.set_ylabel("elevation (m)")
+        axes.set_title(path.name or path.path_id)
+        axes.legend()

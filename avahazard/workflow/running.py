@@ -1,0 +1,78 @@
+"""One run of the block down a path, with its speeds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.site import Site
+from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import no_resistance
+from avahazard.physics.speed import speeds_along
+from avahazard.records.errors import AvahazardError
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.one_path import find_path, find_profile, path_site
+
+Floats = NDArray[np.float64]
+
+SPEED_EVERY_M = 10.0
+MOST_PLACES = 100
+
+
+def run_path(database: str, path_id: str, mu: float) -> dict[str, Any]:
+    """Run the block of friction `mu` down a path from its release (contract, `runout`).
+
+    Elevations and x in m, speeds in m/s. Besides the contract's keys: the place of the
+    release, and `lift_off_x_m`, where the block first lost the ground (None: never).
+
+    Raises:
+        AvahazardError: the database, the path or its profile is missing, or μ is not a
+            positive number.
+    """
+    if not (np.isfinite(mu) and mu > 0.0):
+        raise AvahazardError(f"The friction is {mu:g}.", "It must be a number over 0, such as 0.4.")
+    with reading(database) as session:
+        records = load_records(session)
+    path = find_path(records, path_id)
+    return {"path_id": path_id, **run_site(path_site(path, find_profile(records, path)), mu)}
+
+
+def run_site(site: Site, mu: float) -> dict[str, Any]:
+    """Return the document of `run_path` but for its path."""
+    cells = build_cells(site.terrain, no_resistance(site.terrain))
+    start = site.terrain.node(site.release_x[0])
+    stops = run(cells, np.array([start]), np.array([mu]))
+    status = int(stops.status[0, 0])
+    left = status == LEFT_PROFILE
+    release_x = float(site.release_x[0])
+    end = site.smooth.x_max if left else float(stops.x[0, 0])
+    x = _places(release_x, end)
+    nodes = site.terrain.x[(site.terrain.x >= release_x) & (site.terrain.x <= end)]
+    speeds = speeds_along(cells, start, np.array([mu]), np.concatenate([x, nodes]))[0]
+    if not left:
+        # At the stop itself the interpolation leaves a rest of rounding.
+        speeds[len(x) - 1] = 0.0
+    return {
+        "mu": mu,
+        "status": STATUS_NAMES[status],
+        "release_x_m": release_x,
+        "release_elevation_m": float(site.smooth.height(release_x)),
+        "runout_x_m": None if left else end,
+        "runout_elevation_m": None if left else float(stops.y[0, 0]),
+        "speed_max_m_s": float(speeds.max()),
+        "lift_off_x_m": float(stops.lift_off_x[0, 0]),
+        "speeds": [
+            {"x_m": float(place), "speed_m_s": float(speed)}
+            for place, speed in zip(x, speeds, strict=False)
+        ],
+    }
+
+
+def _places(start: float, end: float) -> Floats:
+    """From start to end about every `SPEED_EVERY_M`, or `MOST_PLACES` where that is fewer."""
+    n = min(MOST_PLACES, int(np.ceil((end - start) / SPEED_EVERY_M)) + 1)
+    return np.linspace(start, end, n)

@@ -1,0 +1,137 @@
+"""One path: how its profile was regularised, and whether the block's assumptions hold there."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.site import release_place
+from avahazard.physics.smooth_profile import (
+    MISFIT_LIMIT_M,
+    SmoothProfile,
+    legendre_profile,
+    smooth_profile,
+)
+from avahazard.physics.terrain import build_terrain
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.one_path import find_path, find_profile
+
+Floats = NDArray[np.float64]
+
+
+def view_path(database: str, path_id: str, plot: FilePath | None = None) -> dict[str, Any]:
+    """Return a path with its profile's fit and checks (contract, `path`); lengths in m.
+
+    Besides the contract's keys: `rises` and `sharp_bends` list the stretches where the
+    regularised path rises, and where its radius of curvature is below `flow_length_m` (the
+    median deposit length of its events, None if none is known). `notes` says it in words.
+    With `plot` a picture of the profile is written there.
+
+    Raises:
+        AvahazardError: the database, the path or its profile is missing, or `plot` is not
+            the name of a picture.
+    """
+    with reading(database) as session:
+        records = load_records(session)
+    path = find_path(records, path_id)
+    profile = find_profile(records, path)
+    events = [event for event in records.events if event.path_id == path_id]
+    smooth = smooth_profile(profile.x_m, profile.y_m)
+    document = describe_path(path, profile, smooth, events)
+    if plot is not None:
+        from avahazard.report.path_figure import draw_path  # noqa: PLC0415 (matplotlib is slow)
+
+        releases = [_release(smooth, path, event) for event in events] or [_release(smooth, path)]
+        stops = [place for e in events if (place := _stop(smooth, e)) is not None]
+        draw_path(plot, path, profile, smooth, np.array(releases), np.array(stops))
+    return document
+
+
+def describe_path(
+    path: Path, profile: Profile, smooth: SmoothProfile, events: list[Event]
+) -> dict[str, Any]:
+    """Return the document of `view_path`."""
+    terrain = build_terrain(smooth)
+    x = np.sort(np.concatenate([terrain.x, terrain.gauss_x.ravel()]))
+    _, slope, bending = smooth.derivatives(x)
+    curvature = np.abs(bending) / (1.0 + slope**2) ** 1.5
+    radius = 1.0 / np.maximum(curvature, 1e-12)
+    lengths = [e.deposit_length_m for e in events if e.deposit_length_m is not None]
+    flow_length = float(np.median(lengths)) if lengths else None
+    fit: dict[str, Any] = {"method": smooth.method}
+    if smooth.method == "legendre":
+        fit["degree"] = smooth.degree
+    else:
+        fit["smoothing"] = smooth.smoothing
+        polynomial = legendre_profile(profile.x_m, profile.y_m)
+        fit["polynomial_deviation_m"] = polynomial.max_deviation_m
+    fit["max_deviation_m"] = smooth.max_deviation_m
+    document = {
+        "path_id": path.path_id,
+        "n_points": len(profile.x_m),
+        "n_events": len(events),
+        "fit": fit,
+        "monotone": bool(np.all(slope <= 0.0)),
+        "rises": stretches(x, slope > 0.0),
+        "min_curvature_radius_m": float(radius.min()),
+        "flow_length_m": flow_length,
+        "sharp_bends": [] if flow_length is None else stretches(x, radius < flow_length),
+        "drop_m": float(profile.y_m[0] - profile.y_m.min()),
+        "length_m": float(profile.x_m[-1] - profile.x_m[0]),
+    }
+    return {**document, "notes": _notes(document)}
+
+
+def stretches(x: Floats, holds: NDArray[np.bool_]) -> list[dict[str, float]]:
+    """Return the first and last x of each run of places `[n]` where `holds` is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]])))
+    return [
+        {"from_x_m": float(x[i]), "to_x_m": float(x[j - 1])}
+        for i, j in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+def _notes(document: dict[str, Any]) -> list[str]:
+    notes = []
+    fit = document["fit"]
+    if fit["method"] == "spline":
+        notes.append(
+            f"The polynomial misses the points by up to {fit['polynomial_deviation_m']:.0f} m "
+            f"(over {MISFIT_LIMIT_M:.0f} m): a smoothing spline was taken."
+        )
+    if not document["monotone"]:
+        places = "; ".join(_written(part) for part in document["rises"])
+        notes.append(f"The path rises at {places}.")
+    if document["sharp_bends"]:
+        places = "; ".join(_written(part) for part in document["sharp_bends"])
+        notes.append(
+            f"The radius of curvature is below the length of the flow "
+            f"({document['flow_length_m']:.0f} m) at {places}: the block is a poor picture there."
+        )
+    return notes
+
+
+def _written(part: dict[str, float]) -> str:
+    return f"x = {part['from_x_m']:.0f}–{part['to_x_m']:.0f} m"
+
+
+def _release(smooth: SmoothProfile, path: Path, event: Event | None = None) -> float:
+    elevation = path.release_elevation_m
+    if event is not None and event.release_elevation_m is not None:
+        elevation = event.release_elevation_m
+    return release_place(smooth, elevation)
+
+
+def _stop(smooth: SmoothProfile, event: Event) -> float | None:
+    """x of the recorded stop, None where it is beyond the profile."""
+    if event.left_profile:
+        return None
+    if event.runout_x_m is not None:
+        return event.runout_x_m
+    return release_place(smooth, event.runout_elevation_m)
