@@ -20,7 +20,7 @@ from avahazard.inference.perturbation import Perturbation, perturb
 from avahazard.inference.predicted import Predicted, predict_records
 from avahazard.inference.seeds import generator
 from avahazard.inference.study import ELEVATION, LEFT, LENGTH, Study, build_study
-from avahazard.physics.block import STOPPED
+from avahazard.physics.block import NOT_RELEASED, STOPPED
 from avahazard.physics.runout_table import MU, MU_STEP
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -134,7 +134,9 @@ def back_calculate(study: Study, predicted: Predicted) -> Frictions:
     sd = np.full(study.n_events, np.nan)
     if len(rows):
         inverse = apparent_friction(records[rows], *tables)
-        mu[rows], low[rows], high[rows] = inverse.mu, inverse.mu_low, inverse.mu_high
+        mu[rows], low[rows] = inverse.mu, inverse.mu_low
+        # Where no friction stops the block on the profile, one that held it is too high.
+        high[rows] = np.minimum(inverse.mu_high, _held_from(predicted.status[rows]))
         status[rows] = inverse.status
         spread = perturb(
             records[rows], study.sigma[rows], *tables, seed=SEED, n_replicates=N_REPLICATES
@@ -144,6 +146,12 @@ def back_calculate(study: Study, predicted: Predicted) -> Frictions:
         moved[:, straight] = _perturb_straight(study, straight)
         sd[straight] = np.nanstd(moved[:, straight], axis=0, ddof=1)
     return Frictions(mu, low, high, status, Perturbation(moved, sd))
+
+
+def _held_from(status: NDArray[np.int8]) -> Floats:
+    """Lowest friction of the grid that held the block at its release, `[n_events]`; else ∞."""
+    held = status == NOT_RELEASED
+    return np.where(held.any(axis=1), MU[held.argmax(axis=1)], np.inf)
 
 
 def _perturb_straight(study: Study, straight: NDArray[np.bool_]) -> Floats:

@@ -102,7 +102,7 @@ def _notes(document: dict[str, Any]) -> list[str]:
     fit = document["fit"]
     if fit["method"] == "spline":
         notes.append(
-            f"The polynomial misses the points by up to {fit['polynomial_deviation_m']:.0f} m "
+            f"The polynomial misses the points by up to {fit['polynomial_deviation_m']:.1f} m "
             f"(over {MISFIT_LIMIT_M:.0f} m): a smoothing spline was taken."
         )
     if not document["monotone"]:

@@ -1,0 +1,57 @@
+"""The twin, imported once for the commands that only read."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from avahazard.store import upkeep
+from avahazard.workflow.importing import import_files
+
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAM = Path(sys.executable).with_name("avahazard")
+
+
+@pytest.fixture(scope="session")
+def twin_database(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Give a database with the twin; do not write to it."""
+    file = str(tmp_path_factory.mktemp("twin") / "twin.db")
+    upkeep.create(file)
+    import_files(file, [ROOT / "data"])
+    return file
+
+
+@pytest.fixture
+def on_twin(twin_database: str) -> Callable[..., Result]:
+    """Give a function that runs the command line on the twin."""
+    from avahazard.cli.main import app  # noqa: PLC0415
+
+    runner = CliRunner()
+
+    def run(*words: str) -> Result:
+        return runner.invoke(app, ["--db", twin_database, *words], prog_name="avahazard")
+
+    return run
+
+
+@pytest.fixture
+def installed(twin_database: str) -> Callable[..., Any]:
+    """Give a function that runs the installed command on the twin and reads its JSON."""
+
+    def run(*words: str) -> Any:
+        done = subprocess.run(
+            [PROGRAM, "--db", twin_database, "--json", *words],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        return json.loads(done.stdout)
+
+    return run

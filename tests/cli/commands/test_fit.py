@@ -1,0 +1,58 @@
+"""`avahazard fit`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import Result
+
+Run = Callable[..., Result]
+
+
+def test_the_installed_command(installed: Callable[..., Any]) -> None:
+    fits = {entry["law"]: entry for entry in installed("fit")}
+    assert fits.keys() == {"exponential", "power", "rational", "constant"}
+    exponential = fits["exponential"]
+    se = [parameter["se"] for parameter in exponential["parameters"].values()]
+    assert np.sqrt(np.diag(exponential["covariance"])) == pytest.approx(se)
+    a = exponential["parameters"]["a"]
+    assert abs(a["value"] - 0.519) < 3.0 * a["se"]
+    assert exponential["n_events"] == 170
+
+
+def test_people_see_a_table_and_what_was_left_out(on_twin: Run) -> None:
+    done = on_twin("fit")
+    assert done.exit_code == 0
+    assert "μ = a exp(-n V)" in done.stdout
+    assert "3 of 173 events are left out" in done.stderr
+    assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+def test_rock_avalanches_without_profiles(avahazard: Run, shared_data: Path) -> None:
+    avahazard("import", str(shared_data / "rock-avalanches-canada"))
+    power = json.loads(avahazard("--json", "fit").stdout)[1]
+    assert power["parameters"]["beta"]["value"] == pytest.approx(0.085, abs=0.01)
+
+
+def test_nothing_to_fit(avahazard: Run, write: Callable[[str, str], Path]) -> None:
+    head = "event_id,fall_height_m,runout_length_m,volume_m3\n"
+    avahazard("import", str(write("events.csv", head + "a,500,1000,\nb,500,900,3e4\n")))
+    done = avahazard("fit")
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert "there is 1" in done.stderr
+    assert "volume_m3" in done.stderr
+
+
+def test_laws_with_too_many_constants_are_left_out(
+    avahazard: Run, write: Callable[[str, str], Path]
+) -> None:
+    head = "event_id,fall_height_m,runout_length_m,volume_m3\n"
+    avahazard("import", str(write("events.csv", head + "a,500,1000,2e4\nb,500,900,3e4\n")))
+    done = avahazard("--json", "fit")
+    assert [entry["law"] for entry in json.loads(done.stdout)] == ["constant"]
+    assert "at least 3 events" in done.stderr

@@ -1,0 +1,45 @@
+"""`avahazard path`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import Result
+
+Run = Callable[..., Result]
+
+
+def test_the_installed_command(installed: Callable[..., Any]) -> None:
+    document = installed("path", "scey")
+    assert document["fit"].keys() == {"method", "degree", "max_deviation_m"}
+    assert (document["path_id"], document["fit"]["method"]) == ("scey", "legendre")
+    assert document["drop_m"] == pytest.approx(1090.0, abs=1.0)
+    assert document["monotone"] is True
+
+
+def test_people_see_a_table_and_why_a_spline_was_taken(on_twin: Run) -> None:
+    done = on_twin("path", "saint-clement")
+    assert done.exit_code == 0
+    assert "smoothing spline" in done.stdout
+    assert "over 10 m" in done.stderr
+    assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+def test_a_picture_is_written(on_twin: Run, tmp_path: Path) -> None:
+    file = tmp_path / "path.png"
+    assert on_twin("path", "scey", "--plot", str(file)).exit_code == 0
+    assert file.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_what_cannot_be_shown(on_twin: Run, tmp_path: Path) -> None:
+    unknown = on_twin("path", "everest")
+    assert (unknown.exit_code, unknown.stdout) == (1, "")
+    assert "There is no path 'everest'." in unknown.stderr
+    assert "saint-clement" in unknown.stderr
+    picture = on_twin("path", "scey", "--plot", str(tmp_path / "path.doc"))
+    assert picture.exit_code == 1
+    assert ".png" in picture.stderr
+    assert on_twin("path").exit_code == 2

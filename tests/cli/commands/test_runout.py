@@ -1,0 +1,49 @@
+"""`avahazard runout`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from typer.testing import Result
+
+Run = Callable[..., Result]
+
+
+def test_the_installed_command(installed: Callable[..., Any]) -> None:
+    document = installed("runout", "scey", "--mu", "0.45")
+    assert (document["path_id"], document["mu"], document["status"]) == ("scey", 0.45, "stopped")
+    assert 960.0 < document["runout_elevation_m"] < 1500.0
+    places = document["speeds"]
+    assert places[-1] == {"x_m": document["runout_x_m"], "speed_m_s": 0.0}
+    fastest = max(place["speed_m_s"] for place in places)
+    assert fastest <= document["speed_max_m_s"] < 1.02 * fastest
+
+
+def test_people_see_the_stop_and_some_speeds(on_twin: Run) -> None:
+    done = on_twin("runout", "scey", "--mu", "0.45")
+    assert done.exit_code == 0
+    assert "stops at" in done.stdout
+    assert len(done.stdout.splitlines()) < 20
+    assert "leaves the profile" in on_twin("runout", "scey", "--mu", "0.2").stdout
+    held = on_twin("--json", "runout", "scey", "--mu", "3")
+    assert '"status": "not_released"' in held.stdout
+    assert "does not move" in on_twin("runout", "scey", "--mu", "3").stdout
+
+
+@pytest.mark.parametrize("mu", ["0", "-0.3", "nan", "inf", "steep"])
+def test_a_friction_that_is_none(on_twin: Run, mu: str) -> None:
+    done = on_twin("runout", "scey", "--mu", mu)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert "--mu" in done.stderr
+
+
+def test_what_cannot_be_run(on_twin: Run) -> None:
+    unknown = on_twin("runout", "everest", "--mu", "0.4")
+    assert (unknown.exit_code, unknown.stdout) == (1, "")
+    assert "There is no path 'everest'." in unknown.stderr
+    volume = on_twin("runout", "scey", "--mu", "0.4", "--volume", "5000")
+    assert volume.exit_code == 2
+    assert "model" in volume.stderr
+    assert on_twin("runout", "scey").exit_code == 2
