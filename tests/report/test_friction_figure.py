@@ -1,0 +1,17 @@
+"""The picture of densities."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from avahazard.report.friction_figure import draw_densities
+
+
+def test_each_density_is_a_line_dashed_beyond_the_records(tmp_path: Path) -> None:
+    mu = np.linspace(0.2, 0.8, 61)
+    density = {"n": 9, "mu": mu, "pdf": np.exp(-mu), "extrapolated": mu > 0.6}
+    draw_densities(tmp_path / "a.svg", [{"path_id": "all", **density}, {"path_id": "B", **density}])
+    drawn = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert drawn.count("stroke-dasharray") == 2
