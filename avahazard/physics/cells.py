@@ -31,15 +31,15 @@ class Cells(NamedTuple):
     """Arrays over cells `[n_cells]` or nodes `[n_cells + 1]`; powers of μ stand lowest first.
 
     `growth`, `drive` `[n_cells, ORDER + 1]` are A and B; below `dip` a minimum inside the cell
-    may touch zero; above `lift` the block may lose the ground, above `free_above` it is off it
-    all through the cell. `slope` is tanθ, `steepening` its derivative; `curvature` scales the
-    centrifugal load.
+    may touch zero; above `lift` the block may lose the ground. `slope` is tanθ, `steepening` its
+    derivative, `bend` = dθ/dx; `curvature` scales the centrifugal load.
     """
 
     x: Floats
     y: Floats
     slope: Floats
     steepening: Floats
+    bend: Floats
     growth: Floats
     drive: Floats
     factor: Floats
@@ -48,7 +48,6 @@ class Cells(NamedTuple):
     drag: Floats
     dip: Floats
     lift: Floats
-    free_above: Floats
     length: Floats
     speed_factor: Floats
     speed_constant: Floats
@@ -78,14 +77,20 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     for k in range(ORDER):
         growth[:, k + 1] = growth[:, k] * whole * (2.0 / (k + 1))
 
-    speed_dependent = resistance.speed_factor is not None or resistance.speed_constant is not None
+    speed_factor, speed_constant = np.ones(1), np.zeros(1)
+    if resistance.speed_factor is not None:
+        speed_factor = resistance.speed_factor
+    if resistance.speed_constant is not None:
+        speed_constant = resistance.speed_constant
+    # Tables at their neutral values must give the base model to the last bit.
+    speed_dependent = bool(np.any(speed_factor != 1.0) or np.any(speed_constant != 0.0))
     slope = np.tan(terrain.theta)
-    lift, free_above = _contact_limits(terrain, resistance.curvature)
     return Cells(
         x=terrain.x,
         y=terrain.y,
         slope=slope,
         steepening=terrain.bend * (1.0 + slope**2),
+        bend=terrain.bend,
         growth=growth,
         drive=drive,
         factor=resistance.factor,
@@ -93,13 +98,10 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
         constant=resistance.constant,
         drag=resistance.drag,
         dip=_dip(terrain),
-        lift=lift,
-        free_above=free_above,
+        lift=_lift(terrain, resistance.curvature),
         length=length,
-        speed_factor=np.ones(1) if resistance.speed_factor is None else resistance.speed_factor,
-        speed_constant=(
-            np.zeros(1) if resistance.speed_constant is None else resistance.speed_constant
-        ),
+        speed_factor=speed_factor,
+        speed_constant=speed_constant,
         speed_dependent=speed_dependent,
         curvature=float(resistance.curvature),
     )
@@ -118,12 +120,12 @@ def _dip(terrain: Terrain) -> Floats:
     return np.where(steepens, 2.5 * GRAVITY * spread * np.diff(terrain.x), 0.0)
 
 
-def _contact_limits(terrain: Terrain, curvature: float) -> tuple[Floats, Floats]:
-    """w below which the block stays on the ground in a cell, and above which it is off it.
+def _lift(terrain: Terrain, curvature: float) -> Floats:
+    """w below which the block stays on the ground all through a cell.
 
     N = 0 where w = g / (dθ/dx); a margin of 2 % covers places between the samples.
     """
     bend = curvature * _across(terrain.bend, terrain.gauss_bend)
     limit = np.full(bend.shape, np.inf)
     np.divide(GRAVITY, bend, out=limit, where=bend > 0.0)
-    return 0.98 * np.min(limit, axis=1), 1.02 * np.max(limit, axis=1)
+    return np.asarray(0.98 * np.min(limit, axis=1))

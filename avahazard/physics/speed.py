@@ -6,10 +6,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.physics.block import LANES, _releases, cell_step, finish_cell
 from avahazard.physics.cell_motion import end_accelerations, hermite
+from avahazard.physics.cell_step import LANES
 from avahazard.physics.cells import Cells
-from avahazard.physics.constants import KEEPS_NAN
+from avahazard.physics.constants import KERNEL
+from avahazard.physics.lanes import Lanes, march, new_lanes, release
 
 Floats = NDArray[np.float64]
 
@@ -24,38 +25,33 @@ def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
     )
 
 
-@njit(cache=True, fastmath=KEEPS_NAN)
+@njit(**KERNEL)
 def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
     n_cells = len(cells.length)
-    order = np.argsort(x)
     speeds = np.zeros((len(mu), len(x)))
-    friction = np.empty(LANES)
-    w = np.empty(LANES)
-    w_new = np.empty(LANES)
-    moving = np.ones(LANES, dtype=np.int64)
-    flag = np.zeros(LANES, dtype=np.int64)
-    for k in range(len(mu)):
-        if start >= n_cells or not _releases(cells, start, mu[k]):
-            continue
-        friction[:] = mu[k]
-        w[:] = 0.0
-        place = 0
-        while place < len(x) and x[order[place]] < cells.x[start]:
-            place += 1
-        for i in range(start, n_cells):
-            t_stop = -1.0
-            if cell_step(cells, i, friction, moving, w, w_new, flag):
-                w_end, t_stop, _ = finish_cell(cells, i, mu[k], w[0], w_new[0])
-                w_new[:] = w_end
-            h = cells.x[i + 1] - cells.x[i]
-            end = 1.0 if t_stop < 0.0 else t_stop
-            a0, a1 = end_accelerations(cells, i, mu[k], w[0], w_new[0])
-            while place < len(x) and x[order[place]] <= cells.x[i] + end * h:
-                t = (x[order[place]] - cells.x[i]) / h
-                value = hermite(t, w[0], h * a0, w_new[0], h * a1)
-                speeds[k, order[place]] = np.sqrt(max(value, 0.0))
-                place += 1
-            if t_stop >= 0.0 or place == len(x):
-                break
-            w[:] = w_new
+    lanes = new_lanes(n_cells + 1, -1)
+    for first in range(0, len(mu), LANES):
+        n_moving = release(cells, start, mu, first, lanes)
+        march(cells, start, lanes, n_moving)
+        for k in range(len(x)):
+            if cells.x[start] <= x[k] <= cells.x[n_cells]:
+                i = min(np.searchsorted(cells.x, x[k], side="right") - 1, n_cells - 1)
+                t = (x[k] - cells.x[i]) / (cells.x[i + 1] - cells.x[i])
+                for j in range(min(LANES, len(mu) - first)):
+                    if not np.isnan(lanes.w[start, j]):
+                        speeds[first + j, k] = speed_in_cell(cells, i, t, lanes, j)
     return speeds
+
+
+@njit(**KERNEL)
+def speed_in_cell(cells: Cells, i: int, t: float, lanes: Lanes, j: int) -> float:
+    """Speed of lane j at fraction t of cell i, of a block that was released above."""
+    w0, w1 = lanes.w[i, j], lanes.w[i + 1, j]
+    if lanes.stop_cell[j] >= 0:
+        if i > lanes.stop_cell[j] or (i == lanes.stop_cell[j] and t > lanes.stop_t[j]):
+            return 0.0
+        if i == lanes.stop_cell[j]:
+            w1 = lanes.stop_w1[j]
+    h = cells.x[i + 1] - cells.x[i]
+    a0, a1 = end_accelerations(cells, i, lanes.friction[j], w0, w1)
+    return np.sqrt(max(hermite(t, w0, h * a0, w1, h * a1), 0.0))
