@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from avahazard.effects.catalogue import definition, require
 from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.inference.laws import LAWS
@@ -43,6 +45,9 @@ def with_effects(
         else:
             facts[key] = entry.facts(study.columns, study.sites)
         specification = replace(specification, effects=(*specification.effects, key))
+    if specification.scatter == "volume":
+        large = float(np.exp(np.quantile(study.volumes.mean, 0.9)))
+        specification = replace(specification, reference_volume_m3=large)
     return specification, facts
 
 

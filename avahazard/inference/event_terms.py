@@ -73,7 +73,7 @@ def _terms(nodes, location, scatter, volume_weight, student):  # type: ignore[no
                     lift,
                     part[q],
                 )
-        total = _gather(part, volume_weight[i], by_location[i], by_scatter[i])
+        total = _gather(part, volume_weight[i], nodes.floor[i], by_location[i], by_scatter[i])
         value[i] = np.log(max(total[0], TINY)) + nodes.log_scale[i] - lift
         curvature[i] = total[1]
         if nodes.has_limit[i]:
@@ -88,7 +88,7 @@ def _terms(nodes, location, scatter, volume_weight, student):  # type: ignore[no
                 )
             seen_location = np.zeros(n_volumes)
             seen_scatter = np.zeros(n_volumes)
-            seen = _gather(part, volume_weight[i], seen_location, seen_scatter)
+            seen = _gather(part, volume_weight[i], nodes.seen_floor[i], seen_location, seen_scatter)
             value[i] -= np.log(max(seen[0], TINY))
             curvature[i] -= seen[1]
             by_location[i] -= seen_location
@@ -100,9 +100,9 @@ TINY = 1e-290
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _gather(part, weight, by_location, by_scatter):  # type: ignore[no-untyped-def]
+def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-untyped-def]
     """Sum over volume nodes; log derivatives; returns the sum and the second log derivative."""
-    total, first, second = 0.0, 0.0, 0.0
+    total, first, second = floor, 0.0, 0.0
     for q in range(len(weight)):
         total += weight[q] * part[q, 0]
         first += weight[q] * part[q, 1]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,14 @@ from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
 
 Floats = NDArray[np.float64]
+Grids = Mapping[str, tuple[float, ...]]
+"""Grids of coordinates by slot name."""
 
 SCATTER_CENTRE = 0.15
 """Prior centre of the scatter of log friction: the paper's Gibbs fit has 0.158."""
 PATH_SCATTER = 0.2
 """Scale of the half-normal prior of the spread between paths, on log friction."""
+MIN_PATH_SCATTER = 1e-3
 SPEED_SCATTER_M_S = 3.0
 """Prior centre of the model's own error of speed; its log has standard deviation 1."""
 SPEED_GRID = tuple(float(v) for v in np.log([0.3, 0.6, 1.2, 2.0, 3.3, 5.5, 9.0, 15.0, 25.0]))
@@ -25,7 +29,11 @@ SPEED_GRID = tuple(float(v) for v in np.log([0.3, 0.6, 1.2, 2.0, 3.3, 5.5, 9.0, 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One coordinate: a normal prior cut to [low, high], and the grid if it shapes the tables."""
+    """One coordinate: a normal prior cut to [low, high], and the grid if it shapes the tables.
+
+    The parameter that people read is the coordinate times `scale`, so that samplers move in
+    coordinates of order one.
+    """
 
     name: str
     unit: str
@@ -35,6 +43,7 @@ class Slot:
     high: float = np.inf
     grid: tuple[float, ...] = ()
     neutral: float = np.nan
+    scale: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,12 +77,18 @@ class Layout:
     def log_prior(self, u: Floats) -> float:
         """Log density of the prior at coordinates u `[n_slots]`, up to a constant."""
         z = (u - self._mean) / self._sd
-        value = -0.5 * float(z @ z)
-        if self.path_scatter is not None:
-            # Half-normal in τ, seen from log τ.
-            log_tau = u[self.path_scatter]
-            value += log_tau - 0.5 * (np.exp(log_tau) / PATH_SCATTER) ** 2
-        return value
+        return -0.5 * float(z @ z)
+
+    def effect_values(self, u: Floats) -> dict[str, Floats]:
+        """Parameter values by effect key; exactly neutral where the coordinate is."""
+        return {
+            key: np.array([self._value(k, float(u[k])) for k in range(place.start, place.stop)])
+            for key, place in self.places.items()
+        }
+
+    def _value(self, k: int, u: float) -> float:
+        slot = self.slots[k]
+        return round(u * slot.scale, 12) if u == slot.neutral else u * slot.scale
 
     @property
     def _mean(self) -> Floats:
@@ -95,16 +110,19 @@ class Layout:
             result["sigma_n"] = (u[..., self.scatter_slope] / self.reference_volume, "1/m3")
         for place in self.places.values():
             for k in range(place.start, place.stop):
-                result[self.slots[k].name] = (u[..., k], self.slots[k].unit)
+                slot = self.slots[k]
+                result[slot.name] = (u[..., k] * slot.scale, slot.unit)
         if self.path_scatter is not None:
-            result["path-effect.tau"] = (np.exp(u[..., self.path_scatter]), "")
+            result["path-effect.tau"] = (u[..., self.path_scatter] * PATH_SCATTER, "log friction")
         if self.speed_scatter is not None:
             result["speed_sigma"] = (np.exp(u[..., self.speed_scatter]), "m/s")
         return result
 
 
-def build_layout(specification: Specification, effects: tuple[Effect, ...], study: Study) -> Layout:
-    """The coordinates of a model on a study; effects set their ranges by the data."""
+def build_layout(
+    specification: Specification, effects: tuple[Effect, ...], study: Study, grids: Grids
+) -> Layout:
+    """The coordinates of a model on a study; `grids` replaces grids, and so ranges, by name."""
     chosen = law(specification.law)
     slots = [
         Slot(name, "", float(mean), float(sd))
@@ -125,7 +143,7 @@ def build_layout(specification: Specification, effects: tuple[Effect, ...], stud
     for effect in effects:
         if effect.groups is not None:
             path_scatter = len(slots)
-            slots.append(Slot("log tau", "", 0.0, 1e3, float(np.log(1e-3)), 1.0))
+            slots.append(Slot("tau", "", 0.0, 1.0, MIN_PATH_SCATTER / PATH_SCATTER, 10.0))
             continue
         places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
         slots += [_slot(effect, p) for p in effect.parameters]
@@ -144,13 +162,13 @@ def build_layout(specification: Specification, effects: tuple[Effect, ...], stud
                 SPEED_GRID,
             )
         )
-    volumes = np.exp(study.volumes.log_volume[:, study.volumes.log_volume.shape[1] // 2])
+    slots = [_regridded(slot, grids) for slot in slots]
     return Layout(
         law=chosen,
         slots=tuple(slots),
         scatter=scatter,
         scatter_slope=slope,
-        reference_volume=float(np.quantile(volumes, 0.9)),
+        reference_volume=specification.reference_volume_m3,
         path_scatter=path_scatter,
         speed_scatter=speed_scatter,
         places=places,
@@ -159,6 +177,22 @@ def build_layout(specification: Specification, effects: tuple[Effect, ...], stud
     )
 
 
+def _regridded(slot: Slot, grids: Grids) -> Slot:
+    grid = grids.get(slot.name)
+    return slot if grid is None else replace(slot, grid=grid, low=grid[0], high=grid[-1])
+
+
 def _slot(effect: Effect, p: Parameter) -> Slot:
     name = effect.key if p.name == "" else f"{effect.key}.{p.name}"
-    return Slot(name, p.unit, p.prior_mean, p.prior_sd, p.low, p.high, p.grid, p.neutral)
+    scale = p.prior_sd
+    return Slot(
+        name,
+        p.unit,
+        p.prior_mean / scale,
+        1.0,
+        p.low / scale,
+        p.high / scale,
+        tuple(g / scale for g in p.grid),
+        p.neutral / scale,
+        scale,
+    )

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.chains import Chains, chains
-from avahazard.inference.mode import Mode, find_mode
+from avahazard.inference.mode import Mode, find_mode, refined
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.seeds import generator
 
@@ -25,6 +25,10 @@ FREEDOM = 6.0
 """Degrees of freedom of the jumps: tails heavier than the posterior's."""
 WIDEN = 1.2
 """Widening of the jumps' covariance."""
+KEEP_EVERY = 2
+"""Steps for each draw that is kept: one jump and one random-walk step."""
+MAX_ROUNDS = 4
+EDGE_SHARE = 0.005
 WARM_UP_ROUNDS = 3
 DISPERSION = 2.0
 """Chains start that many posterior standard deviations from the mode."""
@@ -35,13 +39,24 @@ class Sample:
     """Draws of the coordinates `[n_chains, n_draws, n_slots]` and what is read from them.
 
     `chains` holds the readable parameters with their diagnostics; `offsets` are draws of the
-    path offsets `[n_chains, n_draws, n_groups]`, None without path effect.
+    path offsets `[n_chains, n_draws, n_groups]`, None without path effect. `posterior` is the
+    one that was sampled, with grids fit to it.
     """
 
     coordinates: Floats
     chains: Chains
     mode: Mode
     offsets: Floats | None
+    posterior: Posterior
+
+
+@dataclass(slots=True, eq=False)
+class _State:
+    """Where one chain is, and the generator that moves it."""
+
+    u: Floats
+    value: float
+    rng: np.random.Generator
 
 
 def sample(
@@ -50,63 +65,93 @@ def sample(
     n_chains: int = 4,
     n_draws: int = 1000,
     seed: int = 0,
-    mode: Mode | None = None,
-    progress: Callable[[float], None] | None = None,
+    start: Floats | None = None,
+    progress: Callable[[float], None] = lambda _share: None,
 ) -> Sample:
     """Draw from the posterior with several chains from dispersed starts.
 
-    `progress` is told the share done. Equal seeds give equal draws.
+    Where the chains have not converged, what they found so far reshapes the proposals and they
+    run on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept.
+    `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
+    Equal seeds give equal draws.
     """
-    mode = find_mode(posterior) if mode is None else mode
+    mode = find_mode(posterior, start)
+    fine = refined(posterior, mode)
+    if fine is not posterior:
+        fine_mode = find_mode(fine, mode.u)
+        tried = _rounds(fine, fine_mode, n_chains, n_draws, seed, progress)
+        if not _at_edges(tried.coordinates, fine, posterior):
+            return tried
+    return _rounds(posterior, mode, n_chains, n_draws, seed, progress)
+
+
+def _rounds(
+    posterior: Posterior,
+    mode: Mode,
+    n_chains: int,
+    n_draws: int,
+    seed: int,
+    progress: Callable[[float], None],
+) -> Sample:
+    """Warm up every chain, then rounds of draws until they have converged."""
     warm_up = max(100, n_draws // 4)
-    total = n_chains * (WARM_UP_ROUNDS * warm_up + n_draws)
-    draws = np.empty((n_chains, n_draws, len(mode.u)))
-    acceptance = np.empty(n_chains)
+    states, proposals = [], []
     for c in range(n_chains):
-        rng = generator(seed, "marginal", c)
-        done = c * total // n_chains
-
-        def tell(steps: int, done: int = done) -> None:
-            if progress is not None:
-                progress((done + steps) / total)
-
-        draws[c], acceptance[c] = _chain(posterior, mode, rng, warm_up, n_draws, tell)
+        state, proposal = _warm(posterior, mode, generator(seed, "marginal", c), warm_up)
+        states.append(state)
+        proposals.append(proposal)
+        progress(0.2 * (c + 1) / n_chains)
+    for round_ in range(MAX_ROUNDS):
+        results = []
+        for c, (state, proposal) in enumerate(zip(states, proposals, strict=True)):
+            results.append(_walk(posterior, state, *proposal, n_draws, KEEP_EVERY * 2**round_))
+            progress(0.2 + 0.8 * (c + 1) / n_chains)
+        draws = np.stack([kept for kept, _ in results])
+        acceptance = np.array([share for _, share in results])
+        drawn = _read(posterior, draws, acceptance)
+        if drawn.diagnostics.converged:
+            break
+        pooled = draws.reshape(-1, draws.shape[2])
+        proposals = [(pooled.mean(axis=0), _shrunk_covariance(pooled, mode.covariance))] * n_chains
     offsets = _offset_draws(posterior, draws, seed) if posterior.groups is not None else None
+    return Sample(draws, drawn, mode, offsets, posterior)
+
+
+def _read(posterior: Posterior, draws: Floats, acceptance: Floats) -> Chains:
     readable = posterior.layout.readable(draws)
-    return Sample(
-        coordinates=draws,
-        chains=chains(
-            tuple(readable),
-            tuple(unit for _, unit in readable.values()),
-            np.stack([np.broadcast_to(v, draws.shape[:2]) for v, _ in readable.values()], axis=-1),
-            acceptance,
-        ),
-        mode=mode,
-        offsets=offsets,
+    return chains(
+        tuple(readable),
+        tuple(unit for _, unit in readable.values()),
+        np.stack([np.broadcast_to(v, draws.shape[:2]) for v, _ in readable.values()], axis=-1),
+        acceptance,
     )
 
 
-def _chain(
-    posterior: Posterior,
-    mode: Mode,
-    rng: np.random.Generator,
-    warm_up: int,
-    n_draws: int,
-    tell: Callable[[int], None],
-) -> tuple[Floats, float]:
-    """One chain: rounds of warm-up that reshape the proposals, then draws with them frozen."""
-    u, value = _dispersed_start(posterior, mode, rng)
+def _at_edges(draws: Floats, fine: Posterior, coarse: Posterior) -> bool:
+    """Whether draws gather at an edge that only the refined grid has."""
+    for k, (slot, whole) in enumerate(zip(fine.layout.slots, coarse.layout.slots, strict=True)):
+        margin = 0.02 * (slot.high - slot.low)
+        near_low = slot.low > whole.low and np.mean(draws[..., k] < slot.low + margin) > EDGE_SHARE
+        near_high = (
+            slot.high < whole.high and np.mean(draws[..., k] > slot.high - margin) > EDGE_SHARE
+        )
+        if near_low or near_high:
+            return True
+    return False
+
+
+def _warm(
+    posterior: Posterior, mode: Mode, rng: np.random.Generator, warm_up: int
+) -> tuple[_State, tuple[Floats, Floats]]:
+    """Rounds of warm-up that reshape the proposals of one chain by its own draws."""
+    state = _dispersed_start(posterior, mode, rng)
     centre, covariance = mode.u, mode.covariance
     for round_ in range(WARM_UP_ROUNDS):
-        kept, u, value, _ = _walk(posterior, u, value, centre, covariance, rng, warm_up)
+        kept, _ = _walk(posterior, state, centre, covariance, warm_up, KEEP_EVERY)
         if round_ > 0:
             centre = kept.mean(axis=0)
             covariance = _shrunk_covariance(kept, mode.covariance)
-        tell((round_ + 1) * warm_up)
-    kept, _, _, accepted = _walk(
-        posterior, u, value, centre, covariance, rng, n_draws, lambda k: tell(3 * warm_up + k)
-    )
-    return kept, accepted / n_draws
+    return state, (centre, covariance)
 
 
 def _shrunk_covariance(draws: Floats, prior: Floats) -> Floats:
@@ -115,40 +160,37 @@ def _shrunk_covariance(draws: Floats, prior: Floats) -> Floats:
     return np.asarray(share * np.cov(draws.T).reshape(prior.shape) + (1.0 - share) * prior)
 
 
-def _dispersed_start(
-    posterior: Posterior, mode: Mode, rng: np.random.Generator
-) -> tuple[Floats, float]:
+def _dispersed_start(posterior: Posterior, mode: Mode, rng: np.random.Generator) -> _State:
     factor = np.linalg.cholesky(mode.covariance)
     for scale in (DISPERSION, 1.0, 0.3, 0.1, 0.03):
         for _ in range(20):
             u = mode.u + scale * factor @ rng.standard_normal(len(mode.u))
             value = posterior.log_density(u)
             if np.isfinite(value):
-                return u, value
-    return mode.u.copy(), mode.log_density
+                return _State(u, value, rng)
+    return _State(mode.u.copy(), posterior.log_density(mode.u), rng)
 
 
 def _walk(
     posterior: Posterior,
-    u: Floats,
-    value: float,
+    state: _State,
     centre: Floats,
     covariance: Floats,
-    rng: np.random.Generator,
-    n_steps: int,
-    tell: Callable[[int], None] = lambda _steps: None,
-) -> tuple[Floats, Floats, float, int]:
-    """`n_steps` steps; returns the states after each, the last state, its value, acceptances."""
+    n_draws: int,
+    keep_every: int,
+) -> tuple[Floats, float]:
+    """Move the chain on; returns the draws kept `[n_draws, n_slots]` and the share accepted."""
+    u, value, rng = state.u, state.value, state.rng
     d = len(u)
-    factor: Floats = np.linalg.cholesky(covariance)
-    kept = np.empty((n_steps, d))
+    factor = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+    kept = np.empty((n_draws, d))
     accepted = 0
     weight = _jump_log_density(u, centre, factor)
-    for k in range(n_steps):
-        if k % 2 == 0:
-            z = rng.standard_normal(d)
+    for k in range(keep_every * n_draws):
+        jumps = k % 2 == 0
+        if jumps:
             stretch = np.sqrt(WIDEN * FREEDOM / rng.chisquare(FREEDOM))
-            candidate = centre + stretch * (factor @ z)
+            candidate = centre + stretch * (factor @ rng.standard_normal(d))
         else:
             # Mostly the size that is best for a normal target, now and then a small one.
             size = 2.38 / np.sqrt(d) * (0.2 if rng.random() < 0.25 else 1.0)
@@ -156,15 +198,14 @@ def _walk(
         candidate_value = posterior.log_density(candidate)
         candidate_weight = _jump_log_density(candidate, centre, factor)
         log_ratio = candidate_value - value
-        if k % 2 == 0:
+        if jumps:
             log_ratio += weight - candidate_weight
         if np.log(rng.random()) < log_ratio:
             u, value, weight = candidate, candidate_value, candidate_weight
             accepted += 1
-        kept[k] = u
-        if k % 100 == 0:
-            tell(k)
-    return kept, u, value, accepted
+        kept[k // keep_every] = u
+    state.u, state.value = u, value
+    return kept, accepted / (keep_every * n_draws)
 
 
 def _jump_log_density(u: Floats, centre: Floats, factor: Floats) -> float:

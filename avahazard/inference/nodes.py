@@ -6,8 +6,8 @@ Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
     p(record | m, σ) = ∫ p(record | μ) p(ν | m, σ) dν ≈ Σ_k w_k p(ν_k | m, σ),  ν = log μ,
 
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
-bump has two parts. Events that left the profile give a probability instead, Σ_k w_k P(ν < ν_k),
-and so does the chance that a stop low enough was seen.
+bump has two parts. Events that left the profile give a probability instead,
+w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop low enough was seen.
 """
 
 from __future__ import annotations
@@ -38,16 +38,19 @@ class Nodes(NamedTuple):
     """Nodes of all events, `[n_events, N_NODES]`; `place` is ν, or μ for normal scatter.
 
     `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
-    probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by.
-    `seen_place`, `seen_weight` are edges for the chance to be seen, where `has_limit`.
+    probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by,
+    `floor` `[n_events]` is w₀. `seen_place`, `seen_weight`, `seen_floor` give the chance to be
+    seen, where `has_limit`.
     """
 
     place: Floats
     weight: Floats
     log_scale: Floats
     is_probability: NDArray[np.bool_]
+    floor: Floats
     seen_place: Floats
     seen_weight: Floats
+    seen_floor: Floats
     has_limit: NDArray[np.bool_]
 
 
@@ -118,11 +121,13 @@ def _build(  # type: ignore[no-untyped-def]
     is_probability = np.zeros(n, dtype=np.bool_)
     seen_place = np.zeros((n, N_NODES))
     seen_weight = np.zeros((n, N_NODES))
+    floor = np.zeros(n)
+    seen_floor = np.ones(n)
     has_limit = np.zeros(n, dtype=np.bool_)
     for i in range(n):
         if observed_left[i] and not has_speed[i]:
             is_probability[i] = True
-            _edges_of_leaving(left[i], grid, place[i], weight[i])
+            floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
         else:
             log_scale[i] = _bump(
                 record[i],
@@ -137,97 +142,96 @@ def _build(  # type: ignore[no-untyped-def]
             )
         if not np.isnan(limit[i]):
             has_limit[i] = True
-            _edges_of_sight(
+            seen_floor[i] = _edges_of_sight(
                 elevation[i], left[i], limit[i], sigma[i], grid, seen_place[i], seen_weight[i]
             )
-    return place, weight, log_scale, is_probability, seen_place, seen_weight, has_limit
+    return (
+        place,
+        weight,
+        log_scale,
+        is_probability,
+        floor,
+        seen_place,
+        seen_weight,
+        seen_floor,
+        has_limit,
+    )
 
 
 @njit(cache=True, nogil=True)
 def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def]
-    """P(leaves) = Σ w_k P(ν < ν_k): an edge midway wherever the status changes."""
+    """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀."""
     k = 0
-    inside = left[len(left) - 1]
-    if inside:
-        # Even the highest friction leaves: certain.
-        place[0], weight[0] = grid[len(grid) - 1] + 1e3, 1.0
-        k = 1
     for j in range(len(left) - 1, 0, -1):
         if left[j - 1] != left[j] and k < len(place):
             place[k] = 0.5 * (grid[j - 1] + grid[j])
             weight[k] = 1.0 if left[j - 1] else -1.0
             k += 1
-    for rest in range(max(k, 1), len(place)):
-        place[rest] = place[0]
+    return 1.0 if left[len(left) - 1] else 0.0
 
 
 @njit(cache=True, nogil=True)
 def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type: ignore[no-untyped-def]
-    """P(seen) = Σ w_k P(ν < ν_k): the chance falls from 1 to 0 as friction rises."""
+    """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀."""
     n = len(grid)
-    drop = np.zeros(n)
+    points = np.empty(n)
+    drops = np.empty(n)
+    count = 0
     level = 1.0
     for j in range(n):
-        chance = 1.0
-        if not left[j]:
-            chance = _normal_cdf((limit - elevation[j]) / sigma)
+        chance = 1.0 if left[j] else _normal_cdf((limit - elevation[j]) / sigma)
         # Steps of the terrain may raise it again; the running minimum keeps weights positive.
-        chance = min(chance, level)
-        drop[j] = level - chance
-        level = chance
-    total = np.sum(drop)
-    if total <= 1e-12:
-        place[:], weight[:] = grid[n - 1] + 1e3, 0.0
-        weight[0] = 1.0
-        return
-    keep = np.flatnonzero(drop > 1e-9)
-    points = np.empty(len(keep))
-    for k in range(len(keep)):
-        j = keep[k]
-        points[k] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
-    _gauss(points, drop[keep], place, weight)
-    for k in range(len(place)):
-        weight[k] *= total
-    if level > 1e-9:
-        # A part is seen whatever the friction.
-        place[len(place) - 1] = grid[n - 1] + 1e3
-        weight[len(place) - 1] = level
+        if level - chance > 1e-9:
+            points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
+            drops[count] = level - chance
+            level = chance
+            count += 1
+    if count:
+        _gauss(points[:count], drops[:count], place, weight)
+        weight *= 1.0 - level
+    return level
 
 
 @njit(cache=True, nogil=True)
 def _bump(record, left, observed_left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
     """Nodes of p(record | μ); returns the log of its total mass."""
     n = len(grid)
-    points = np.empty(64 * 1024)
-    logs = np.empty(64 * 1024)
+    most = int(np.ceil(2.0 * REACH / PIECE)) + 2
+    points = np.empty(most * n)
+    logs = np.empty(most * n)
     count = 0
     for j in range(n - 1):
+        g0, g1 = grid[j], grid[j + 1]
+        l0, l1 = log_speed[j], log_speed[j + 1]
         if observed_left:
-            if left[j] and left[j + 1]:
-                points[count] = 0.5 * (grid[j] + grid[j + 1])
-                logs[count] = np.log(grid[j + 1] - grid[j])
-                logs[count] += 0.5 * (log_speed[j] + log_speed[j + 1])
+            if left[j] or left[j + 1]:
+                # The status changes midway between two frictions.
+                whole = left[j] and left[j + 1]
+                t = 0.5 if whole else (0.25 if left[j] else 0.75)
+                points[count] = g0 + t * (g1 - g0)
+                logs[count] = np.log((g1 - g0) * (1.0 if whole else 0.5)) + l0 + t * (l1 - l0)
                 count += 1
             continue
         if left[j] and left[j + 1]:
             continue
         f0, f1 = record[j], record[j + 1]
-        g0, g1 = grid[j], grid[j + 1]
-        l0, l1 = log_speed[j], log_speed[j + 1]
-        if left[j]:
-            f0, g0, l0 = f1, 0.5 * (g0 + g1), l1
-        elif left[j + 1]:
-            f1, g1, l1 = f0, 0.5 * (g0 + g1), l0
+        # Across a jump of F, or to the end of the profile, records are taken as spread evenly:
+        # real terrain and real avalanches have no such gaps.
         z0, z1 = (f0 - observed) / sigma, (f1 - observed) / sigma
         if min(z0, z1) > REACH or max(z0, z1) < -REACH:
             continue
-        pieces = min(64, int(np.ceil(abs(z1 - z0) / PIECE)) + 1)
-        step = (g1 - g0) / pieces
+        first, last = 0.0, 1.0
+        if abs(z1 - z0) > PIECE:
+            # Only the part of a jump that is within reach of the record counts.
+            first = max(0.0, min((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
+            last = min(1.0, max((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
+        if last <= first:
+            continue
+        pieces = int(np.ceil((last - first) * abs(z1 - z0) / PIECE)) + 1
+        step = (last - first) * (g1 - g0) / pieces
         for p in range(pieces):
-            t = (p + 0.5) / pieces
+            t = first + (last - first) * (p + 0.5) / pieces
             z = z0 + t * (z1 - z0)
-            if abs(z) > REACH or count == len(points):
-                continue
             points[count] = g0 + t * (g1 - g0)
             logs[count] = -0.5 * z * z - np.log(sigma) - HALF_LOG_2PI + np.log(step)
             logs[count] += l0 + t * (l1 - l0)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
+from avahazard.inference.blend import Corner, blend, line_weights
 from avahazard.inference.event_terms import EventTerms, event_terms
-from avahazard.inference.layout import Layout, build_layout
+from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout
 from avahazard.inference.nodes import Nodes, build_nodes
 from avahazard.inference.predicted import Predicted, Values, predict_records
 from avahazard.inference.specification import Specification
@@ -33,20 +34,25 @@ class Posterior:
 
     Tables and nodes depend on the parameters of effects on the motion and the record (and on the
     scatter of speeds) alone. They are built where needed on the grids of these parameters and
-    kept; between grid points the log likelihood of each event is interpolated by cubics.
+    kept; between grid points nodes are interpolated. `grids` replaces the grids of parameters by
+    name (`refine`).
     """
 
     def __init__(
-        self, study: Study, specification: Specification, effects: tuple[Effect, ...]
+        self,
+        study: Study,
+        specification: Specification,
+        effects: tuple[Effect, ...],
+        grids: Grids | None = None,
     ) -> None:
         self.study = study
         self.specification = specification
         self.effects = effects
-        self.layout: Layout = build_layout(specification, effects, study)
+        self.layout: Layout = build_layout(specification, effects, study, grids or {})
         self._student = specification.tails == "student"
         self._in_log = specification.distribution == "lognormal"
         self._design = [
-            (self.layout.places[e.key], e.design(study.columns))
+            (self.layout.places[e.key], e.design(study.columns) * self._scales(e.key))
             for e in effects
             if e.design is not None
         ]
@@ -69,16 +75,16 @@ class Posterior:
         """Log likelihood at u, path offsets integrated out (Laplace's method)."""
         location, scatter = self.location_and_scatter(u)
         if self.groups is None or self.layout.path_scatter is None:
-            return float(np.sum(self.terms(u, location, scatter).value))
+            return float(np.sum(self.terms(self.nodes_at(u), location, scatter).value))
         offsets, terms = self._offsets(u, location, scatter)
-        tau = np.exp(u[self.layout.path_scatter])
+        tau = PATH_SCATTER * u[self.layout.path_scatter]
         penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
         return float(np.sum(terms.value) - penalty + np.sum(np.log(offsets.sd / tau)))
 
     def event_log_likelihood(self, u: Floats, offsets: Floats | None = None) -> Floats:
         """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`."""
         location, scatter = self.location_and_scatter(u)
-        return self.terms(u, self._shifted(location, offsets), scatter).value
+        return self.terms(self.nodes_at(u), self._shifted(location, offsets), scatter).value
 
     def path_offsets(self, u: Floats) -> PathOffsets:
         """Mode and standard deviation of the path offsets given coordinates u."""
@@ -100,19 +106,22 @@ class Posterior:
             location = np.exp(location)
         return location, np.exp(np.clip(log_scatter, -12.0, 4.0))
 
-    def terms(self, u: Floats, location: Floats, scatter: Floats) -> EventTerms:
-        """Terms of every event at given location and scatter, interpolated between tables."""
-        result: EventTerms | None = None
-        for weight, index in self._stencil(u):
-            terms = event_terms(
-                self.nodes(index), location, scatter, self.study.volumes.weight, self._student
+    def nodes_at(self, u: Floats) -> Nodes:
+        """Nodes at coordinates u, between those of the grids."""
+        lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
+        corners = [
+            Corner(
+                float(np.prod([cubic for cubic, _, _ in corner])),
+                float(np.prod([linear for _, linear, _ in corner])),
+                tuple(k for _, _, k in corner),
             )
-            if result is None:
-                result = terms if weight == 1.0 else EventTerms(*(weight * t for t in terms))
-            else:
-                result = EventTerms(*(a + weight * t for a, t in zip(result, terms, strict=True)))
-        assert result is not None
-        return result
+            for corner in product(*lines)
+        ]
+        return blend(corners, [self.nodes(c.place) for c in corners])
+
+    def terms(self, nodes: Nodes, location: Floats, scatter: Floats) -> EventTerms:
+        """Terms of every event at given nodes, location and scatter."""
+        return event_terms(nodes, location, scatter, self.study.volumes.weight, self._student)
 
     def nodes(self, index: tuple[int, ...]) -> Nodes:
         """Nodes at one point of the grids of the table parameters."""
@@ -142,16 +151,19 @@ class Posterior:
 
     def predicted_at(self, u: Floats) -> Predicted:
         """Tables of expected records at coordinates u, run afresh."""
-        values = {key: u[place] for key, place in self.layout.places.items()}
+        values = self.layout.effect_values(u)
         return predict_records(
             self.study, self.effects, values, float(self.specification.centrifugal)
         )
+
+    def _scales(self, key: str) -> Floats:
+        return np.array([slot.scale for slot in self.layout.slots[self.layout.places[key]]])
 
     def _values(self, index: tuple[int, ...]) -> Values:
         u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
         for axis, k in zip(self._axes, index, strict=False):
             u[axis] = self.layout.slots[axis].grid[k]
-        return {key: u[place] for key, place in self.layout.places.items()}
+        return self.layout.effect_values(u)
 
     def _limit(self, values: Values) -> Floats:
         limit = self.study.limit
@@ -159,14 +171,6 @@ class Posterior:
             if effect.limit is not None:
                 limit = effect.limit(self.study.columns, values[effect.key])
         return limit
-
-    def _stencil(self, u: Floats) -> list[tuple[float, tuple[int, ...]]]:
-        """Grid points around u with the weights of tensor-product cubic interpolation."""
-        lines = [_line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
-        return [
-            (float(np.prod([w for w, _ in corner])), tuple(k for _, k in corner))
-            for corner in product(*lines)
-        ]
 
     def _shifted(self, location: Floats, offsets: Floats | None) -> Floats:
         if self.groups is None or offsets is None:
@@ -182,11 +186,12 @@ class Posterior:
         assert self.layout.path_scatter is not None
         groups, n_groups = self.groups, int(np.max(self.groups)) + 1
         mine = groups >= 0
-        precision = np.exp(-2.0 * u[self.layout.path_scatter])
+        precision = (PATH_SCATTER * u[self.layout.path_scatter]) ** -2.0
         offsets = np.zeros(n_groups)
+        nodes = self.nodes_at(u)
         for step in range(NEWTON_STEPS):
             shifted = self._shifted(location, offsets)
-            terms = self.terms(u, shifted, scatter)
+            terms = self.terms(nodes, shifted, scatter)
             first, second = terms.by_location.sum(axis=1), terms.curvature
             if not self._in_log:
                 # The offset acts on log μ: m changes by m per unit.
@@ -197,19 +202,3 @@ class Posterior:
             if step < NEWTON_STEPS - 1:
                 offsets = offsets + np.clip(slope / bend, -0.5, 0.5)
         return PathOffsets(offsets, 1.0 / np.sqrt(bend)), terms
-
-
-def _line_weights(grid: tuple[float, ...], value: float) -> list[tuple[float, int]]:
-    """Weights of cubic interpolation on up to four neighbouring points of the grid."""
-    points = np.asarray(grid)
-    exact = np.flatnonzero(points == value)
-    if len(exact):
-        return [(1.0, int(exact[0]))]
-    width = min(4, len(points))
-    first = int(np.clip(np.searchsorted(points, value) - width // 2, 0, len(points) - width))
-    window = points[first : first + width]
-    weights = []
-    for k in range(width):
-        others = np.delete(window, k)
-        weights.append((float(np.prod((value - others) / (window[k] - others))), first + k))
-    return weights

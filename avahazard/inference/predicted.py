@@ -26,7 +26,8 @@ class Predicted:
     """The record to be expected, `[n_events, n_friction]` over `runout_table.MU`.
 
     `record` is in the coordinate of each event's record, `elevation` (m) that of the record in
-    any case (nan without a profile), `status` that of `block.Stops`. `speeds`: for each
+    any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
+    are those of the profile's end. `speeds`: for each
     `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`.
     """
 
@@ -69,15 +70,18 @@ def predict_records(
     for k, site in enumerate(study.sites):
         mine = np.flatnonzero(study.columns.path_index == k)
         table = site.table(resistances[k])
-        x[mine], y[mine] = table.x[study.release[mine]], table.y[study.release[mine]]
+        left = table.left[study.release[mine]]
+        # What left the profile passed its end at least.
+        x[mine] = np.where(left, site.smooth.x_max, table.x[study.release[mine]])
+        y[mine] = np.where(left, site.terrain.y[-1], table.y[study.release[mine]])
         status[mine] = table.status[study.release[mine]]
         ahead = mine[advance[mine] != 0.0]
         if len(ahead):
-            x[ahead] = _ahead(site, x[ahead], advance[ahead])
+            front = _ahead(site, x[ahead], advance[ahead])
             # The front may have passed the end of the profile where the block did not.
-            status[ahead] = np.where(x[ahead] > site.smooth.x_max, LEFT_PROFILE, status[ahead])
-            inside = np.minimum(x[ahead], site.smooth.x_max)
-            y[ahead] = site.smooth.height(inside)
+            status[ahead] = np.where(front > site.smooth.x_max, LEFT_PROFILE, status[ahead])
+            x[ahead] = np.minimum(front, site.smooth.x_max)
+            y[ahead] = site.smooth.height(x[ahead])
     y += _sum_of(study, effects, values, "shift")[:, None]
     record = np.where(study.kind[:, None] == PLACE, x, y)
     straight = study.kind == LENGTH
@@ -107,7 +111,7 @@ def _ahead(site: Site, x: Floats, distance: Floats) -> Floats:
     terrain = site.terrain
     s = np.interp(x, terrain.x, terrain.s) + distance[:, None]
     beyond = np.maximum(s - terrain.s[-1], 0.0)
-    return np.where(np.isnan(x), np.nan, np.interp(s, terrain.s, terrain.x) + beyond)
+    return np.asarray(np.interp(s, terrain.s, terrain.x) + beyond)
 
 
 __all__ = ["ELEVATION", "Predicted", "Values", "predict_records", "resistance_of"]

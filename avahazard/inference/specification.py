@@ -17,7 +17,8 @@ class Specification:
 
     `distribution` is that of friction given volume; `tails` `student` lets friction scatter as
     Student's t with 4 degrees of freedom, which bears wrong records. `centrifugal` keeps the
-    load of curvature on the bed.
+    load of curvature on the bed. `reference_volume_m3` scales the coordinate of a scatter that
+    changes with volume; it is taken from the data of the calibration.
     """
 
     law: LawName = "exponential"
@@ -26,3 +27,4 @@ class Specification:
     tails: TailsName = "normal"
     effects: tuple[str, ...] = ()
     centrifugal: bool = True
+    reference_volume_m3: float = 1e5
