@@ -96,4 +96,4 @@ def release_place(smooth: SmoothProfile, elevation: float | None) -> float:
         else:
             high = middle
     # Rounded so that a record read twice gives the same node.
-    return round(high, 6)
+    return min(round(high, 6), smooth.x_max)

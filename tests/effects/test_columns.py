@@ -1,0 +1,76 @@
+"""Columns over events."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.effects.columns import build_columns
+from avahazard.records.event import Event
+from avahazard.records.path import Path
+
+PATHS = {
+    "P": Path("P", section="open", covariates={"aspect": 45.0, "zone": "north"}),
+    "Q": Path("Q", covariates={"aspect": 90.0}),
+}
+EVENTS = (
+    Event("a", "Q", "1950-02-13", volume_m3=1e4, covariates={"wind": 3.0, "snow_type": "wet"}),
+    Event("b", "P", "1999", runout_elevation_m=810.0, covariates={"wind": "calm", "zone": "x"}),
+    Event("c", fall_height_m=500.0, runout_length_m=900.0, deposit_length_m=70.0),
+    Event("d", "Q", "1951-11-01", covariates={"aspect": 10.0}),
+)
+
+
+def _columns():
+    return build_columns(EVENTS, PATHS, np.array([1800.0, 1700.0, np.nan, 1800.0]))
+
+
+def test_events_point_to_their_paths_in_the_order_met() -> None:
+    columns = _columns()
+    assert len(columns) == 4
+    assert columns.event_id == ("a", "b", "c", "d")
+    assert columns.paths == ("Q", "P")
+    assert columns.path_index.tolist() == [0, 1, -1, 0]
+    assert columns.section.tolist() == ["", "open", "", ""]
+
+
+def test_what_is_missing_is_nan() -> None:
+    columns = _columns()
+    nan = np.nan
+    for got, expected in (
+        (columns.year, [1950.0, 1999.0, nan, 1951.0]),
+        (columns.log_volume, [np.log(1e4), nan, nan, nan]),
+        (columns.deposit_length, [nan, nan, 70.0, nan]),
+        (columns.stop_elevation, [nan, 810.0, nan, nan]),
+        (columns.release_elevation, [1800.0, 1700.0, nan, 1800.0]),
+    ):
+        assert got == pytest.approx(np.array(expected), nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("date", "day"),
+    [
+        ("1950-11-01", 0.0),
+        ("1950-10-31", 364.0),
+        ("1951-01-01", 61.0),
+        ("1952-03-01", 121.0),  # a leap year
+        ("1951-03-01", 120.0),
+        ("1951", np.nan),
+        (None, np.nan),
+    ],
+)
+def test_days_of_the_winter_count_from_november(date: str | None, day: float) -> None:
+    columns = build_columns((Event("a", date=date),), {}, np.array([np.nan]))
+    assert columns.day_of_winter[0] == pytest.approx(day, nan_ok=True)
+
+
+def test_covariates_of_events_go_before_those_of_their_paths() -> None:
+    columns = _columns()
+    assert columns.numbers.keys() == {"aspect"}
+    assert columns.numbers["aspect"] == pytest.approx([90.0, 45.0, np.nan, 10.0], nan_ok=True)
+    assert columns.texts["zone"].tolist() == ["", "x", "", ""]
+    assert columns.texts["snow_type"].tolist() == ["wet", "", "", ""]
+
+
+def test_a_column_with_one_word_is_all_words() -> None:
+    assert _columns().texts["wind"].tolist() == ["3.0", "calm", "", ""]

@@ -1,0 +1,101 @@
+"""Paths made ready to run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.effects.site import build_site, release_place
+from avahazard.physics.block import STOPPED, run
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import no_resistance
+from avahazard.physics.runout_table import MU
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.path import Path, Profile
+
+X = np.linspace(0.0, 1900.1234567, 96)
+Y = 1000.0 - 0.8 * X + 2e-4 * X**2
+
+
+def _profile(land_cover: tuple[str, ...] | None = None) -> Profile:
+    return Profile("B", X, Y, land_cover)
+
+
+def _site(releases: list[float], land_cover: tuple[str, ...] | None = None):
+    return build_site(Path("B"), _profile(land_cover), smooth_profile(X, Y), releases)
+
+
+@pytest.mark.parametrize("elevation", [950.0, 700.0, 400.0])
+def test_the_release_is_where_the_path_has_its_elevation(elevation: float) -> None:
+    smooth = smooth_profile(X, Y)
+    place = release_place(smooth, elevation)
+    assert smooth.height(place) == pytest.approx(elevation, abs=1e-5)
+    assert place == round(place, 6)
+
+
+def test_releases_outside_the_path_are_moved_to_its_ends() -> None:
+    smooth = smooth_profile(X, Y)
+    assert release_place(smooth, None) == smooth.x_min
+    assert release_place(smooth, 5000.0) == smooth.x_min
+    assert release_place(smooth, 0.0) == pytest.approx(smooth.x_max)
+    end = float(smooth.height(smooth.x_max))
+    for elevation in (end, end + 1e-9, end - 1e-9):
+        assert release_place(smooth, elevation) <= smooth.x_max
+
+
+def test_the_first_of_two_places_with_one_elevation() -> None:
+    x = np.linspace(0.0, 3000.0, 151)
+    smooth = smooth_profile(x, 1000.0 - 0.8 * x + 2e-4 * x**2)
+    assert release_place(smooth, 300.0) < 1500.0
+
+
+def test_releases_are_nodes_once_each_and_in_order() -> None:
+    site = _site([300.25, 0.0, 300.25, 77.7])
+    assert site.release_x.tolist() == [0.0, 77.7, 300.25]
+    for terrain in (site.terrain, site.fine_terrain):
+        assert [terrain.x[terrain.node(x)] for x in site.release_x] == site.release_x.tolist()
+    assert site.fine_terrain.n_cells > 3 * site.terrain.n_cells
+
+
+def test_cover_is_that_of_the_point_before_and_changes_at_nodes() -> None:
+    names = np.where(X < 600.0, "open", np.where(X < 1100.0, "forest", "rock"))
+    site = _site([0.0], tuple(names.tolist()))
+    for terrain in (site.terrain, site.fine_terrain):
+        cover = site.cover(terrain)
+        slow = [names[max(i for i in range(len(X)) if X[i] <= x)] for x in terrain.middle_x]
+        assert cover.tolist() == slow
+        edges = X[np.flatnonzero(names[1:] != names[:-1]) + 1]
+        assert np.isin(edges, terrain.x).all()
+
+
+def test_without_cover_all_is_open() -> None:
+    site = _site([0.0])
+    assert set(site.cover(site.terrain)) == {"open"}
+    assert len(site.cover(site.terrain)) == site.terrain.n_cells
+
+
+def test_the_table_has_a_row_for_every_release() -> None:
+    site = _site([0.0, 300.25])
+    table = site.table(no_resistance(site.terrain))
+    cells = build_cells(site.terrain, no_resistance(site.terrain))
+    for row, release in enumerate(site.release_x):
+        stops = run(cells, np.array([site.terrain.node(release)]), MU)
+        assert np.array_equal(table.x[row], stops.x[0], equal_nan=True)
+        assert np.array_equal(table.status[row], stops.status[0])
+
+
+def test_a_fine_resistance_runs_over_fine_cells() -> None:
+    site = _site([0.0, 300.25])
+    coarse, fine = no_resistance(site.terrain), no_resistance(site.fine_terrain)
+    assert site.terrain_for(coarse) is site.terrain
+    assert site.terrain_for(fine) is site.fine_terrain
+    one, other = site.table(coarse), site.table(fine)
+    both = (one.status == STOPPED) & (other.status == STOPPED)
+    assert both.sum() > 100
+    assert one.x[both] == pytest.approx(other.x[both], abs=0.01)
+
+
+def test_a_release_at_the_end_goes_nowhere() -> None:
+    site = _site([X[-1]])
+    table = site.table(no_resistance(site.terrain))
+    assert table.not_released.all()
