@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from itertools import product
 from typing import NamedTuple
 
@@ -59,11 +60,18 @@ class Posterior:
         grouping = [e.groups for e in effects if e.groups is not None]
         self.groups = grouping[0](study.columns) if grouping else None
         self._volume = np.exp(study.volumes.log_volume)
+        self._keep: NDArray[np.bool_] | None = None
         self._axes = self.layout.tables + (
             () if self.layout.speed_scatter is None else (self.layout.speed_scatter,)
         )
         self._predicted: dict[tuple[int, ...], Predicted] = {}
         self._nodes: dict[tuple[int, ...], Nodes] = {}
+
+    def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
+        """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
+        part = copy(self)
+        part._keep = keep
+        return part
 
     def log_density(self, u: Floats) -> float:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
@@ -75,11 +83,11 @@ class Posterior:
         """Log likelihood at u, path offsets integrated out (Laplace's method)."""
         location, scatter = self.location_and_scatter(u)
         if self.groups is None or self.layout.path_scatter is None:
-            return float(np.sum(self.terms(self.nodes_at(u), location, scatter).value))
+            return self._total(self.terms(self.nodes_at(u), location, scatter))
         offsets, terms = self._offsets(u, location, scatter)
         tau = PATH_SCATTER * u[self.layout.path_scatter]
         penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
-        return float(np.sum(terms.value) - penalty + np.sum(np.log(offsets.sd / tau)))
+        return float(self._total(terms) - penalty + np.sum(np.log(offsets.sd / tau)))
 
     def event_log_likelihood(self, u: Floats, offsets: Floats | None = None) -> Floats:
         """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`."""
@@ -91,17 +99,26 @@ class Posterior:
         location, scatter = self.location_and_scatter(u)
         return self._offsets(u, location, scatter)[0]
 
-    def location_and_scatter(self, u: Floats) -> tuple[Floats, Floats]:
-        """Location m (log μ, or μ for normal) and scatter σ, each `[n_events, n_volumes]`."""
+    def _total(self, terms: EventTerms) -> float:
+        return float(np.sum(terms.value if self._keep is None else terms.value[self._keep]))
+
+    def location_and_scatter(
+        self, u: Floats, volume: Floats | None = None
+    ) -> tuple[Floats, Floats]:
+        """Location m (log μ, or μ for normal) and scatter σ, each `[n_events, n_volumes]`.
+
+        They are given at the volume nodes, or at `volume` (m3) `[n_events, n_volumes]`.
+        """
         layout = self.layout
+        volume = self._volume if volume is None else volume
         law = layout.law
-        shape = self._volume.shape
-        location = law.log_friction(u[: len(law.coordinates)], self._volume.ravel()).reshape(shape)
+        shape = volume.shape
+        location = law.log_friction(u[: len(law.coordinates)], volume.ravel()).reshape(shape)
         for place, design in self._design:
             location = location + (design @ u[place])[:, None]
         log_scatter = np.full(shape, u[layout.scatter])
         if layout.scatter_slope is not None:
-            log_scatter -= u[layout.scatter_slope] * self._volume / layout.reference_volume
+            log_scatter -= u[layout.scatter_slope] * volume / layout.reference_volume
         if not self._in_log:
             location = np.exp(location)
         return location, np.exp(np.clip(log_scatter, -12.0, 4.0))
@@ -185,7 +202,7 @@ class Posterior:
         assert self.groups is not None
         assert self.layout.path_scatter is not None
         groups, n_groups = self.groups, int(np.max(self.groups)) + 1
-        mine = groups >= 0
+        mine = groups >= 0 if self._keep is None else (groups >= 0) & self._keep
         precision = (PATH_SCATTER * u[self.layout.path_scatter]) ** -2.0
         offsets = np.zeros(n_groups)
         nodes = self.nodes_at(u)

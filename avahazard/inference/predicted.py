@@ -25,13 +25,14 @@ Values = dict[str, Floats]
 class Predicted:
     """The record to be expected, `[n_events, n_friction]` over `runout_table.MU`.
 
-    `record` is in the coordinate of each event's record, `elevation` (m) that of the record in
+    `record` is in the coordinate of each event's record; `x`, `elevation` (m) are its place in
     any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
     are those of the profile's end. `speeds`: for each
     `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`.
     """
 
     record: Floats
+    x: Floats
     elevation: Floats
     status: NDArray[np.int8]
     speeds: tuple[Floats, ...]
@@ -93,7 +94,7 @@ def predict_records(
         site, terrain = study.sites[k], study.sites[k].terrain_for(resistances[k])
         start = terrain.node(site.release_x[study.release[measured.event]])
         speeds.append(speeds_along(build_cells(terrain, resistances[k]), start, MU, measured.x))
-    return Predicted(record=record, elevation=y, status=status, speeds=tuple(speeds))
+    return Predicted(record=record, x=x, elevation=y, status=status, speeds=tuple(speeds))
 
 
 def _sum_of(study: Study, effects: tuple[Effect, ...], values: Values, action: str) -> Floats:
