@@ -50,6 +50,7 @@ def _nodes(
     )
     predicted = Predicted(
         record=curve[None],
+        x=np.full((1, len(MU)), np.nan),
         elevation=curve[None],
         status=left[None].astype(np.int8),
         speeds=() if speeds is None else (speeds[1],),

@@ -64,6 +64,7 @@ def test_records_stand_in_the_coordinate_of_each_event(event: int) -> None:
     record = x if event == 0 else y
     end = site.smooth.x_max if event == 0 else site.terrain.y[-1]
     assert np.array_equal(BASE.record[event], np.where(left, end, record))
+    assert np.array_equal(BASE.x[event], np.where(left, site.smooth.x_max, x))
     assert np.array_equal(BASE.elevation[event], np.where(left, site.terrain.y[-1], y))
     assert np.array_equal(BASE.status[event], status)
 
