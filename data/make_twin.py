@@ -13,12 +13,14 @@ import json
 from dataclasses import replace
 from pathlib import Path as FilePath
 
+import numpy as np
+from numpy.typing import NDArray
+
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Exponential, Settings, Site
-from avahazard.synth.sites import concave_profile
 from avahazard.synth.writing import write_records
 
 # The one of the first hundred whose 173 true frictions, few as they are, come nearest to
@@ -28,32 +30,62 @@ LAW = Exponential(a=0.519, n=3.36e-7)
 SCATTER = 0.158
 VOLUME_REL_SIGMA = 0.1
 
+SPACING_M = 15.0
+
 # name, section, top m, bottom m, events, smallest m3, largest m3, slopes at top and bottom,
-# power, steps (amplitude, number, phase), seen below m, records from
+# bend (middle and half width, shares of the length), steps (amplitude, number, phase),
+# seen below m, records from
 PATHS = (
-    ("Saint Clément", "channelled", 2250, 400, 42, 3e3, 1.2e6, (0.98, 0.08), 1.90,
+    ("Saint Clément", "channelled", 2250, 400, 42, 3e3, 1.2e6, (0.98, 0.08), (0.33, 0.25),
      ((0.06, 1.5, 0.1), (0.05, 3.2, 0.4)), None, 1900),
-    ("Gurraz", "open", 3650, 1450, 16, 7e3, 3e5, (1.05, 0.06), 1.95,
+    ("Gurraz", "open", 3650, 1450, 16, 7e3, 3e5, (1.00, 0.05), (0.37, 0.23),
      ((0.08, 2.1, 0.7),), 2300, 1905),
-    ("Saugy", "channelled", 2300, 750, 19, 1.6e3, 1.58e5, (1.00, 0.07), 1.80,
+    ("Saugy", "channelled", 2300, 750, 19, 1.6e3, 1.58e5, (1.00, 0.07), (0.32, 0.27),
      ((0.05, 1.2, 0.3), (0.06, 2.6, 0.9)), None, 1900),
-    ("Scey", "channelled", 2050, 960, 15, 1e3, 6e4, (1.02, 0.07), 1.80,
+    ("Scey", "channelled", 2050, 960, 15, 1e3, 6e4, (1.02, 0.07), (0.32, 0.28),
      ((0.07, 1.8, 0.5),), None, 1902),
-    ("Entremène", "channelled", 2230, 1000, 27, 3e3, 4.8e5, (0.97, 0.06), 1.75,
+    ("Entremène", "channelled", 2230, 1000, 27, 3e3, 4.8e5, (0.97, 0.06), (0.30, 0.30),
      ((0.06, 2.4, 0.2),), None, 1900),
-    ("Nants", "open", 2450, 1250, 27, 2e3, 2.5e5, (1.00, 0.05), 1.85,
+    ("Nants", "open", 2450, 1250, 27, 2e3, 2.5e5, (1.00, 0.05), (0.31, 0.26),
      ((0.05, 1.4, 0.6), (0.04, 3.0, 0.1)), 1850, 1900),
-    ("Grand Chantey", "open", 2300, 1200, 27, 2e3, 2.7e5, (1.03, 0.06), 1.85,
+    ("Grand Chantey", "open", 2300, 1200, 27, 2e3, 2.7e5, (1.03, 0.06), (0.33, 0.28),
      ((0.07, 2.0, 0.9),), None, 1903),
 )  # fmt: skip
+
+
+def bent_profile(
+    drop_m: float,
+    top_m: float,
+    slopes: tuple[float, float],
+    bend: tuple[float, float],
+    waves: tuple[tuple[float, float, float], ...],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Profile points x, y `[n_points]` in metres: straight, then bent, then straight.
+
+    The slope falls from `slopes[0]` to `slopes[1]` as a tanh of the relative distance, with
+    its middle and half width in `bend`; each wave (amplitude, number, phase) makes steps in
+    the middle of the path. All of it is smooth enough for the polynomial of the paper,
+    which does not follow a path that is curved at its ends.
+    """
+    t = np.linspace(0.0, 1.0, 4001)
+    share = -np.tanh((t - bend[0]) / bend[1])
+    share = (share - share[-1]) / (share[0] - share[-1])
+    in_middle = np.clip((t - 0.12) / 0.1, 0.0, 1.0) * np.clip((0.9 - t) / 0.2, 0.0, 1.0)
+    steps = sum((a * np.sin(2 * np.pi * (k * t + phase)) for a, k, phase in waves), np.zeros(4001))
+    slope = (slopes[1] + (slopes[0] - slopes[1]) * share) * (1.0 + in_middle * steps)
+    length = drop_m / float(np.trapezoid(slope, t))
+    x = np.arange(0.0, length + SPACING_M, SPACING_M)
+    at = np.interp(x / length, t, slope)
+    fall = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * SPACING_M)])
+    return np.round(x, 1), np.round(top_m - fall, 3)
 
 
 def make_sites() -> tuple[Site, ...]:
     """The seven paths, each with the shape that was made up for it."""
     sites = []
-    for name, section, top, bottom, n, low, high, slopes, power, waves, below, since in PATHS:
+    for name, section, top, bottom, n, low, high, slopes, bend, waves, below, since in PATHS:
         path_id = name.lower().replace(" ", "-").replace("é", "e").replace("è", "e")
-        x, y = concave_profile(top - bottom, top, slopes, power, waves)
+        x, y = bent_profile(top - bottom, top, slopes, bend, waves)
         keep = y >= bottom
         sites.append(
             Site(

@@ -9,6 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from avahazard.physics.smooth_profile import MISFIT_LIMIT_M, smooth_profile
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.reading import read_records
 
@@ -76,6 +77,14 @@ def test_twin_has_the_facts_of_the_paper() -> None:
         assert "twin" in (path.name or "")
         assert "twin" in (path.location or "")
     assert 0 < sum(e.left_profile for e in records.events) < 6
+
+
+def test_polynomial_of_the_paper_follows_every_profile() -> None:
+    for profile in read_records([DATA]).profiles:
+        smooth = smooth_profile(profile.x_m, profile.y_m)
+        assert smooth.method == "legendre", profile.path_id
+        assert smooth.max_deviation_m < MISFIT_LIMIT_M
+        assert np.all(smooth.derivatives(profile.x_m)[1] < 0.0)
 
 
 def test_true_frictions_give_the_law_back(script: ModuleType) -> None:
