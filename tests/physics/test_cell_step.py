@@ -1,0 +1,64 @@
+"""The vector step against its definition in `cells`, one block at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.polynomial.polynomial import polyval
+
+from avahazard.physics.cell_motion import at_speed
+from avahazard.physics.cell_step import LANES, step, step_by_speed
+from avahazard.physics.resistance import SPEEDS
+from avahazard.physics.terrain import build_terrain
+from tests.physics.paths import cells_of, ski_jump
+
+TERRAIN = build_terrain(ski_jump())
+RNG = np.random.default_rng(2)
+FRICTION = RNG.uniform(0.1, 1.3, LANES)
+
+
+def before() -> np.ndarray:
+    w = np.empty((2, LANES))
+    w[0] = RNG.uniform(0.0, 3000.0, LANES) * (RNG.uniform(size=LANES) > 0.2)
+    w[0, 3] = np.nan
+    return w
+
+
+def test_step_is_growth_times_w_plus_drive() -> None:
+    cells = cells_of(TERRAIN, factor=0.9, offset=0.05, drag=0.003)
+    seen = set()
+    for i in range(TERRAIN.n_cells):
+        w = before()
+        low, high = step(cells, i, FRICTION, w, 0, 1)
+        m = 0.9 * FRICTION + 0.05
+        expected = polyval(m, cells.growth[i]) * w[0] + polyval(m, cells.drive[i])
+        np.testing.assert_allclose(w[1], expected, rtol=1e-12, atol=1e-10)
+        assert low == bool(np.any(expected <= cells.dip[i]))
+        assert high == bool(np.any((expected > cells.lift[i]) | (w[0] > cells.lift[i])))
+        seen |= {(low, high)}
+    assert {(True, False), (True, True)} <= seen
+
+
+def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
+    factor, push = 0.5 + 0.5 / (1.0 + SPEEDS / 9.0), 0.02 * SPEEDS
+    cells = cells_of(TERRAIN, speed_factor=factor, speed_constant=push, offset=0.01)
+    for i in range(0, TERRAIN.n_cells, 7):
+        w = before()
+        step_by_speed(cells, i, FRICTION, w, 0, 1)
+        w1 = w[0].copy()
+        for _ in range(60):
+            u = np.sqrt(0.5 * (w[0] + np.maximum(w1, 0.0)))
+            m = FRICTION * np.interp(u, SPEEDS, factor) + 0.01
+            w1 = polyval(m, cells.growth[i]) * w[0] + polyval(m, cells.drive[i])
+            w1 -= 2.0 * np.interp(u, SPEEDS, push) * cells.length[i]
+        fast = w[0] > 800.0  # where three rounds suffice
+        np.testing.assert_allclose(w[1][fast], w1[fast], rtol=1e-4)
+        assert np.isnan(w[1, 3])
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.3, 7.25, 149.9, 150.0, 400.0])
+def test_at_speed_interpolates_the_table(speed: float) -> None:
+    table = np.cos(SPEEDS / 20.0)
+    assert at_speed(table, speed**2) == pytest.approx(np.interp(speed, SPEEDS, table))
+    assert at_speed(table, np.nan) == table[-1]
+    assert at_speed(table, -4.0) == table[0]

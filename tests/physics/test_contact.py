@@ -1,0 +1,66 @@
+"""Cells where contact changes against very small steps of the equation of motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.physics.cell_step import LANES, step
+from avahazard.physics.contact import step_with_contact
+from avahazard.physics.smooth_profile import spline_profile
+from avahazard.physics.terrain import build_terrain
+from tests.physics import naive
+from tests.physics.paths import cells_of, read_profiles, ski_jump
+
+
+def follow(profile, terrain, i, mu, w, n=4000, **resistance):
+    """w at the end of cell i and the place where N was first zero, by the midpoint rule."""
+    x = np.linspace(terrain.x[i], terrain.x[i + 1], 2 * n + 1)
+    _, slope, second = profile.derivatives(x)
+    h = x[2] - x[0]
+    lost = np.full(len(w), np.nan)
+    for k in range(n):
+        kappa_over_cos = second[2 * k] / (1.0 + slope[2 * k] ** 2)
+        off = np.isnan(lost) & (naive.G + kappa_over_cos * w < 0.0)
+        lost[off] = x[2 * k]
+        half = w + 0.5 * h * naive.rate(mu, w, slope[2 * k], second[2 * k], **resistance)
+        w = w + h * naive.rate(mu, half, slope[2 * k + 1], second[2 * k + 1], **resistance)
+    return w, lost
+
+
+@pytest.mark.parametrize("resistance", [{}, {"drag": 0.01, "constant": 0.5, "factor": 0.8}])
+def test_ski_jump(resistance) -> None:
+    profile = ski_jump()
+    check(profile, build_terrain(profile), resistance, 0.1, 0.05)
+
+
+def test_rough_path(shared_data) -> None:
+    x, y = read_profiles(shared_data / "tyrol-profiles" / "profiles.csv")["gar2345"]
+    profile = spline_profile(x, y)
+    check(profile, build_terrain(profile), {}, 0.25, 0.3)
+
+
+def check(profile, terrain, resistance, tolerance, place_tolerance) -> None:
+    cells = cells_of(terrain, **resistance)
+    rng = np.random.default_rng(1)
+    mu = rng.uniform(0.15, 0.8, LANES)
+    kinds = set()
+    reachable = 2.0 * naive.G * (terrain.y[0] - terrain.y[1:])
+    for i in np.flatnonzero(cells.lift < reachable)[::3]:
+        w = np.empty((2, LANES))
+        w[0] = cells.lift[i] * rng.uniform(0.9, 1.4, LANES)
+        step(cells, i, mu, w, 0, 1)
+        on_ground = w[1].copy()
+        held, push, lost = np.empty(LANES), np.empty(LANES), np.empty(LANES)
+        step_with_contact(cells, i, mu, w, 0, 1, held, push, lost)
+        w_end, place = follow(profile, terrain, i, mu, w[0].copy(), **resistance)
+        np.testing.assert_allclose(w[1], w_end, atol=tolerance)
+        both = np.isfinite(lost) & np.isfinite(place)
+        np.testing.assert_allclose(lost[both], place[both], atol=place_tolerance)
+        untouched = np.maximum(w[0], on_ground) <= cells.lift[i]
+        np.testing.assert_array_equal(w[1][untouched], on_ground[untouched])
+        assert np.isnan(lost[untouched]).all()
+        kinds |= {"ground"} if untouched.any() else set()
+        kinds |= {"leaves"} if (lost > terrain.x[i]).any() else set()
+        kinds |= {"flies"} if (lost == terrain.x[i]).any() else set()
+    assert kinds == {"ground", "leaves", "flies"}
