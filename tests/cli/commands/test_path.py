@@ -20,8 +20,15 @@ def test_the_installed_command(installed: Callable[..., Any]) -> None:
     assert document["monotone"] is True
 
 
-def test_people_see_a_table_and_why_a_spline_was_taken(on_twin: Run) -> None:
-    done = on_twin("path", "saint-clement")
+def test_people_see_a_table_and_why_a_spline_was_taken(
+    avahazard: Run, write: Callable[[str, str], Path]
+) -> None:
+    # A cliff of 100 m, which no polynomial of degree 8 follows.
+    rows = [f"cliff,{x},{3000 - 0.5 * x - (100 if x >= 1000 else 0)}" for x in range(0, 2001, 20)]
+    write("paths.csv", "path_id\ncliff\n")
+    points = write("profiles.csv", "path_id,x_m,y_m\n" + "\n".join(rows) + "\n")
+    assert avahazard("import", str(points.parent)).exit_code == 0
+    done = avahazard("path", "cliff")
     assert done.exit_code == 0
     assert "smoothing spline" in done.stdout
     assert "over 10 m" in done.stderr
