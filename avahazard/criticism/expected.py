@@ -1,0 +1,128 @@
+"""The records to be expected: stops drawn from the model, with the error of the record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.posterior import Posterior
+from avahazard.inference.predictive import PredictedStops, predict_stops
+from avahazard.inference.study import LEFT, PLACE, Study
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+SPARE = 4
+"""Draws for each one that is needed, where some would not be seen."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExpectedRecords:
+    """Records `observed` `[n_events]` (m) and `draws` `[n_events, n_draws]` of what they might be.
+
+    Both are in the coordinate of each record (elevation, x or runout length); `sigma`
+    `[n_events]` is its measurement error. What left its profile, in the records or in the draws
+    (`left` `[n_events, n_draws]`), counts as reaching the profile's end. `x` `[n_events, n_draws]`
+    is the place of the stops, nan without a profile.
+    """
+
+    observed: Floats
+    sigma: Floats
+    draws: Floats
+    left: Bools
+    x: Floats
+
+    @property
+    def mean(self) -> Floats:
+        """Predicted means `[n_events]`."""
+        return np.asarray(self.draws.mean(axis=1))
+
+
+def expected_records(
+    posterior: Posterior,
+    coordinates: Floats,
+    offsets: Mapping[str, Floats],
+    n_draws: int,
+    rng: np.random.Generator,
+) -> ExpectedRecords:
+    """Draw records of every event of the posterior's study.
+
+    `coordinates` `[n_posterior, n_slots]` and path `offsets` `[n_posterior]` are draws of the
+    posterior. On paths where stops above an elevation are not seen, only draws that would be
+    seen are kept.
+    """
+    study = posterior.study
+    limited = bool(np.any(np.isfinite(_limits(posterior, coordinates[:1]))))
+    n_stops = SPARE * n_draws if limited else n_draws
+    stops = predict_stops(posterior, coordinates, offsets, n_stops, rng)
+    end = profile_end(study)[:, None]
+    noise = study.sigma[:, None] * rng.standard_normal(stops.record.shape)
+    draws = np.where(stops.left, end, stops.record + noise)
+    left, x = stops.left, stops.x
+    if limited:
+        limit = _limits(posterior, coordinates)[:, _used(len(coordinates), n_stops)]
+        kept = _seen_first(_seen(stops, noise, limit), n_draws, rng)
+        rows = np.arange(study.n_events)[:, None]
+        draws, left, x = draws[rows, kept], left[rows, kept], x[rows, kept]
+    return ExpectedRecords(
+        observed=observed_records(study), sigma=study.sigma, draws=draws, left=left, x=x
+    )
+
+
+def observed_records(study: Study) -> Floats:
+    """The records `[n_events]` (m); an event that left its profile reached its end."""
+    return np.where(study.kind == LEFT, profile_end(study), study.observed)
+
+
+def profile_end(study: Study) -> Floats:
+    """The profile's end in the coordinate of each record, `[n_events]`; nan without a profile."""
+    end = np.full(study.n_events, np.nan)
+    for k, site in enumerate(study.sites):
+        mine = study.columns.path_index == k
+        end[mine] = np.where(study.kind[mine] == PLACE, site.smooth.x_max, site.terrain.y[-1])
+    return end
+
+
+def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
+    """Elevation above which a stop is not seen, `[n_events, n_posterior]`; nan where all are."""
+    study = posterior.study
+    effects = [e for e in posterior.effects if e.limit is not None]
+    if not effects:
+        return np.repeat(study.limit[:, None], len(coordinates), axis=1)
+    effect = effects[-1]
+    assert effect.limit is not None
+    columns = []
+    for u in coordinates:
+        values = posterior.layout.effect_values(u)[effect.key]
+        columns.append(effect.limit(study.columns, values))
+    return np.column_stack(columns)
+
+
+def _used(n_posterior: int, n_draws: int) -> NDArray[np.int64]:
+    """The draws of the posterior that `predict_stops` uses."""
+    return np.linspace(0, n_posterior - 1, n_draws).round().astype(np.int64)
+
+
+def _seen(stops: PredictedStops, noise: Floats, limit: Floats) -> Bools:
+    """Whether each draw would have been recorded."""
+    above = stops.elevation + noise > limit
+    return np.asarray(~above | stops.left | np.isnan(limit))
+
+
+def _seen_first(seen: Bools, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Index `[n_events, n_draws]` of draws that are seen; where too few are, some come twice."""
+    chosen = np.empty((len(seen), n_draws), dtype=np.int64)
+    for i, row in enumerate(seen):
+        found = np.flatnonzero(row)
+        if len(found) == 0:
+            found = np.arange(len(row))
+        # Evenly over the posterior, which the draws run through in order.
+        chosen[i] = (
+            found[np.linspace(0, len(found) - 1, n_draws).round().astype(np.int64)]
+            if len(found) >= n_draws
+            else rng.choice(found, n_draws)
+        )
+    return chosen

@@ -1,0 +1,135 @@
+"""Events held out: the model is fitted to the others and says how likely these were.
+
+Every fit is a true one (the posterior mode without the events held out); about it, the posterior
+is taken as normal with the curvature found there, cut to its bounds.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from avahazard.criticism.expected import ExpectedRecords, expected_records
+from avahazard.inference.mode import find_mode
+from avahazard.inference.posterior import Posterior
+from avahazard.inference.seeds import generator
+from avahazard.inference.study import Study
+
+Floats = NDArray[np.float64]
+Groups = NDArray[np.int64]
+
+MIN_PATHS = 3
+N_FOLDS = 5
+DENSITY_DRAWS = 50
+RECORD_DRAWS = 300
+
+
+class HeldOut(NamedTuple):
+    """What is held out together: a group for each event `[n_events]`, made by path or fold."""
+
+    by: Literal["path", "fold"]
+    groups: Groups
+
+
+class NormalDraws(NamedTuple):
+    """Draws about the mode of a fit: coordinates `[n_draws, n_slots]` and, with a path effect,
+    path offsets `[n_draws, n_groups]`."""
+
+    coordinates: Floats
+    offsets: Floats | None
+
+
+def choose_groups(study: Study) -> HeldOut:
+    """Whole paths where there are three or more, else five folds of events drawn at random."""
+    path = study.columns.path_index
+    if len(np.unique(path[path >= 0])) >= MIN_PATHS:
+        return HeldOut("path", path)
+    order = generator(0, "folds").permutation(study.n_events)
+    groups = np.empty(study.n_events, dtype=np.int64)
+    groups[order] = np.arange(study.n_events) % min(N_FOLDS, study.n_events)
+    return HeldOut("fold", groups)
+
+
+def held_out_log_density(posterior: Posterior, groups: Groups, start: Floats) -> Floats:
+    """Log density of each record given the events of all other groups, `[n_events]`.
+
+    `groups` `[n_events]` says which events are held out together; each fit starts from the
+    coordinates `start` `[n_slots]`.
+    """
+    result = np.empty(len(groups))
+    for group in np.unique(groups):
+        out = groups == group
+        result[out] = left_out_log_density(posterior, out, start)[out]
+    return result
+
+
+def left_out_log_density(posterior: Posterior, out: NDArray[np.bool_], start: Floats) -> Floats:
+    """Log density of every record `[n_events]` given the events that are not `out`.
+
+    The mean over draws of the density given the parameters and the path offsets; a path all of
+    whose events are out has an offset from the spread between paths.
+    """
+    rest = posterior.restricted(~out)
+    draws = normal_draws(rest, start, DENSITY_DRAWS, _key(out))
+    given = [
+        rest.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k])
+        for k, u in enumerate(draws.coordinates)
+    ]
+    return np.asarray(logsumexp(given, axis=0) - np.log(len(given)))
+
+
+def held_out_records(posterior: Posterior, groups: Groups, start: Floats) -> ExpectedRecords:
+    """Records to be expected of each event by the fit to the other groups."""
+    parts = {}
+    for group in np.unique(groups):
+        out = groups == group
+        rest = posterior.restricted(~out)
+        draws = normal_draws(rest, start, RECORD_DRAWS, _key(out))
+        rng = generator(0, "held out records", _key(out))
+        parts[group] = expected_records(
+            rest, draws.coordinates, offsets_by_path(rest, draws.offsets), RECORD_DRAWS, rng
+        )
+    first = next(iter(parts.values()))
+    return ExpectedRecords(
+        observed=first.observed,
+        sigma=first.sigma,
+        draws=np.stack([parts[g].draws[i] for i, g in enumerate(groups)]),
+        left=np.stack([parts[g].left[i] for i, g in enumerate(groups)]),
+        x=np.stack([parts[g].x[i] for i, g in enumerate(groups)]),
+    )
+
+
+def normal_draws(posterior: Posterior, start: Floats, n_draws: int, key: str) -> NormalDraws:
+    """Fit the posterior from `start` and draw about its mode; equal keys give equal draws."""
+    layout = posterior.layout
+    mode = find_mode(posterior, start)
+    rng = generator(0, "normal draws", key)
+    # The same random numbers for every model: their scores then differ by the models alone.
+    noise = rng.standard_normal((n_draws, len(mode.u)))
+    values, vectors = np.linalg.eigh(mode.covariance)
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    coordinates = np.clip(mode.u + noise @ root, layout.low, layout.high)
+    if posterior.groups is None:
+        return NormalDraws(coordinates, None)
+    rng = generator(0, "offset draws", key)
+    offsets = []
+    for u in coordinates:
+        found = posterior.path_offsets(u)
+        offsets.append(found.mode + found.sd * rng.standard_normal(len(found.mode)))
+    return NormalDraws(coordinates, np.array(offsets))
+
+
+def offsets_by_path(posterior: Posterior, offsets: Floats | None) -> dict[str, Floats]:
+    """Draws of path offsets `[n_draws]` by path."""
+    if offsets is None:
+        return {}
+    paths = posterior.study.columns.paths
+    return {paths[k]: offsets[:, k] for k in range(offsets.shape[1])}
+
+
+def _key(out: NDArray[np.bool_]) -> str:
+    """A text for the events held out, to key random numbers by."""
+    return np.packbits(out).tobytes().hex()
