@@ -24,6 +24,9 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("runout", "runout", "Run the block once: its stop and its speeds."),
     Entry("friction", "friction", "Show the apparent friction of the events and its density."),
     Entry("fit", "fit", "Fit laws of friction against volume by least squares."),
+    Entry("calibrate", "calibrate", "Calibrate a model on the records and store it."),
+    Entry("models", "models", "List the stored models."),
+    Entry("model", "model", "Show a stored model: its posterior, and whether it converged."),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )
 

@@ -9,6 +9,7 @@ LawName = Literal["exponential", "power", "rational", "constant"]
 ScatterName = Literal["constant", "volume"]
 DistributionName = Literal["lognormal", "normal"]
 TailsName = Literal["normal", "student"]
+MethodName = Literal["marginal", "metropolis", "gibbs"]
 
 
 @dataclass(frozen=True, slots=True)

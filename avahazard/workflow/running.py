@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from avahazard.effects.site import Site
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.speed import speeds_along
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
@@ -41,17 +41,19 @@ def run_path(database: str, path_id: str, mu: float) -> dict[str, Any]:
     return {"path_id": path_id, **run_site(path_site(path, find_profile(records, path)), mu)}
 
 
-def run_site(site: Site, mu: float) -> dict[str, Any]:
-    """Return the document of `run_path` but for its path."""
-    cells = build_cells(site.terrain, no_resistance(site.terrain))
-    start = site.terrain.node(site.release_x[0])
+def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> dict[str, Any]:
+    """Return the document of `run_path` but for its path; by itself without any effect."""
+    resistance = no_resistance(site.terrain) if resistance is None else resistance
+    terrain = site.terrain_for(resistance)
+    cells = build_cells(terrain, resistance)
+    start = terrain.node(site.release_x[0])
     stops = run(cells, np.array([start]), np.array([mu]))
     status = int(stops.status[0, 0])
     left = status == LEFT_PROFILE
     release_x = float(site.release_x[0])
     end = site.smooth.x_max if left else float(stops.x[0, 0])
     x = _places(release_x, end)
-    nodes = site.terrain.x[(site.terrain.x >= release_x) & (site.terrain.x <= end)]
+    nodes = terrain.x[(terrain.x >= release_x) & (terrain.x <= end)]
     speeds = speeds_along(cells, start, np.array([mu]), np.concatenate([x, nodes]))[0]
     if not left:
         # At the stop itself the interpolation leaves a rest of rounding.

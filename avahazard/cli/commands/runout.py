@@ -16,37 +16,32 @@ SHOWN = 10
 """Places in the table of speeds for people."""
 
 
-def _positive(mu: float) -> float:
-    if not (math.isfinite(mu) and mu > 0.0):
-        raise typer.BadParameter("it must be a number over 0, such as 0.4")
-    return mu
-
-
-def _needs_model(volume: float | None) -> float | None:
-    if volume is not None:
-        raise typer.BadParameter("a volume changes the run only through a model; there is none")
-    return volume
+def _positive(value: float | None) -> float | None:
+    if value is not None and not (math.isfinite(value) and value > 0.0):
+        raise typer.BadParameter("it must be a number over 0")
+    return value
 
 
 def runout(
     context: typer.Context,
     path: Annotated[str, typer.Argument(help="The path_id of a path.", show_default=False)],
     mu: Annotated[
-        float,
-        typer.Option(
-            "--mu", metavar="MU", callback=_positive, help="Coulomb friction.", show_default=False
-        ),
-    ],
+        float | None, typer.Option(metavar="MU", callback=_positive, help="Coulomb friction.")
+    ] = None,
     volume: Annotated[
         float | None,
-        typer.Option(metavar="M3", callback=_needs_model, help="Volume, for a model's effects."),
+        typer.Option(metavar="M3", callback=_positive, help="Volume: the model then gives MU."),
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Run with the effects of a stored model.")
     ] = None,
 ) -> None:
     """Run the block once: its stop and its speeds."""
-    from avahazard.workflow.running import run_path  # noqa: PLC0415
-
-    del volume
-    document = run_path(settings(context).database, path, mu)
+    if mu is None and (model is None or volume is None):
+        raise typer.BadParameter("Give --mu MU, or --model NAME with --volume M3.")
+    if volume is not None and model is None:
+        raise typer.BadParameter("A --volume changes the run only through a --model.")
+    document = _run(settings(context).database, path, mu, volume, model)
 
     def render(console: Console) -> None:
         console.print(_ending(document), soft_wrap=True)
@@ -58,11 +53,26 @@ def runout(
     emit(context, document, render)
     if math.isfinite(document["lift_off_x_m"]):
         warn(f"the block loses the ground at x = {document['lift_off_x_m']:.0f} m.")
+    for note in document.get("notes", ()):
+        warn(note)
+
+
+def _run(
+    database: str, path: str, mu: float | None, volume: float | None, model: str | None
+) -> dict[str, Any]:
+    from avahazard.workflow.running import run_path  # noqa: PLC0415
+    from avahazard.workflow.running_model import run_model  # noqa: PLC0415
+
+    if model is not None:
+        return run_model(database, path, model, volume_m3=volume, mu=mu)
+    assert mu is not None
+    return run_path(database, path, mu)
 
 
 def _ending(document: dict[str, Any]) -> str:
+    by = f" ({document['mu_from']}, {document['model']})" if "model" in document else ""
     start = (
-        f"{document['path_id']}, μ = {document['mu']:g}: released at "
+        f"{document['path_id']}, μ = {document['mu']:.4g}{by}: released at "
         f"{document['release_elevation_m']:.0f} m, "
     )
     if document["status"] == "left_profile":

@@ -1,0 +1,89 @@
+"""`avahazard calibrate`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.model_table import show_calibration
+from avahazard.cli.output import emit, warn
+from avahazard.cli.progress import show_progress
+from avahazard.cli.settings import settings
+from avahazard.inference.specification import (
+    DistributionName,
+    LawName,
+    MethodName,
+    ScatterName,
+    TailsName,
+)
+
+
+def calibrate(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="A new name for the model.", show_default=False)],
+    law: Annotated[LawName, typer.Option(help="Friction as a function of volume.")] = "exponential",
+    scatter: Annotated[
+        ScatterName, typer.Option(help="Scatter of friction: the same for all, or by volume.")
+    ] = "constant",
+    distribution: Annotated[
+        DistributionName, typer.Option(help="Distribution of friction given volume.")
+    ] = "lognormal",
+    method: Annotated[
+        MethodName,
+        typer.Option(help="marginal knows the errors of records; the others are the paper's."),
+    ] = "marginal",
+    tails: Annotated[
+        TailsName, typer.Option(help="student bears wrong records (4 degrees of freedom).")
+    ] = "normal",
+    with_: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="EFFECT", help="Add an effect; may be given again."),
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(metavar="EFFECT", help="Leave out an effect, such as centrifugal."),
+    ] = None,
+    path: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATH", help="Only events of this path; may be given again."),
+    ] = None,
+    chains: Annotated[int, typer.Option(min=2, max=64, help="How many chains.")] = 4,
+    draws: Annotated[
+        int | None,
+        typer.Option(
+            min=50,
+            help="Draws of each chain. [default: 1000 by marginal, else 5000]",
+            show_default=False,
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+) -> None:
+    """Calibrate a model on the records and store it."""
+    from avahazard.workflow.calibrating import calibrate as run  # noqa: PLC0415
+
+    with show_progress() as report:
+        document = run(
+            settings(context).database,
+            name,
+            law=law,
+            scatter=scatter,
+            distribution=distribution,
+            method=method,
+            tails=tails,
+            with_=with_ or (),
+            without=without or (),
+            paths=path or (),
+            chains=chains,
+            draws=draws,
+            seed=seed,
+            report=report,
+        )
+
+    def render(console: Console) -> None:
+        show_calibration(console, document)
+
+    emit(context, document, render)
+    for note in document["notes"]:
+        warn(note)

@@ -1,0 +1,38 @@
+"""`avahazard models`."""
+
+from __future__ import annotations
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, table
+from avahazard.cli.settings import settings
+
+
+def models(context: typer.Context) -> None:
+    """List the stored models."""
+    from avahazard.workflow.models_view import show_models  # noqa: PLC0415
+
+    document = show_models(settings(context).database)
+
+    def render(console: Console) -> None:
+        if not document:
+            console.print("There are no models yet: make one with `avahazard calibrate NAME`.")
+            return
+        rows = [
+            (
+                row["model"],
+                row["parent"],
+                row["law"],
+                ", ".join(row["effects"]) or None,
+                row["method"],
+                row["n_events"],
+                row["converged"],
+                row["created"][:10],
+            )
+            for row in document
+        ]
+        columns = ("model", "parent", "law", "effects", "method", ">events", "converged", "made")
+        console.print(table("", columns, rows))
+
+    emit(context, document, render)

@@ -1,0 +1,129 @@
+"""What a calibration found, by whichever method, and the document that tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.effect import Facts
+from avahazard.inference.chains import Chains
+from avahazard.inference.specification import MethodName, Specification
+
+Floats = NDArray[np.float64]
+
+KDE_DRAWS, KDE_POINTS = 4000, 401
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibrated:
+    """A model calibrated on a study.
+
+    `chains` holds the parameters that people read; `coordinates` `[n_chains, n_draws, n_slots]`
+    those that the model runs on, named by `slots`; `offsets` `[n_chains, n_draws]` of log
+    friction by path, empty without a path effect. `grids` are those of parameters whose tables
+    were refined. `left_out` counts events by the reason why the method cannot use them; `notes`
+    are sentences for people.
+    """
+
+    specification: Specification
+    facts: dict[str, Facts]
+    method: MethodName
+    chains: Chains
+    slots: tuple[str, ...]
+    coordinates: Floats
+    n_events: int
+    offsets: dict[str, Floats] = field(default_factory=dict)
+    grids: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    left_out: dict[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def result_document(
+    found: Calibrated, name: str, *, seed: int, data_fingerprint: str, parent: str | None = None
+) -> dict[str, Any]:
+    """The document of `calibrate` and `add` (contract, section 3).
+
+    Besides the contract's keys: `tails`, `centrifugal`, `left_out`, `notes`, the tail ESS and
+    `converged` among the diagnostics, and path offsets as `path:PATH_ID` among the parameters.
+    """
+    specification, chains = found.specification, found.chains
+    n_chains, n_draws = chains.draws.shape[:2]
+    checks = chains.diagnostics
+    notes = list(found.notes)
+    if not checks.converged:
+        notes.append(
+            f"the chains have not converged (R-hat {checks.rhat_max:.3f}, smallest effective "
+            f"sample size {min(checks.ess_bulk_min, checks.ess_tail_min):.0f}): the model is "
+            "stored as such. More --draws may help."
+        )
+    return {
+        "model": name,
+        "parent": parent,
+        "law": specification.law,
+        "scatter": specification.scatter,
+        "distribution": specification.distribution,
+        "tails": specification.tails,
+        "centrifugal": specification.centrifugal,
+        "method": found.method,
+        "effects": list(specification.effects),
+        "n_events": found.n_events,
+        "left_out": found.left_out,
+        "parameters": {key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
+        "diagnostics": {
+            "rhat_max": checks.rhat_max,
+            "ess_bulk_min": checks.ess_bulk_min,
+            "ess_tail_min": checks.ess_tail_min,
+            "acceptance": checks.acceptance,
+            "divergent_or_stuck_chains": checks.stuck_chains,
+            "converged": checks.converged,
+        },
+        "chains": n_chains,
+        "draws": n_draws,
+        "seed": seed,
+        "data_fingerprint": data_fingerprint,
+        "notes": notes,
+    }
+
+
+def _all_draws(found: Calibrated) -> Iterator[tuple[str, Floats, str]]:
+    """Name, draws and unit of every parameter, path offsets last."""
+    for k, (name, unit) in enumerate(zip(found.chains.names, found.chains.units, strict=True)):
+        yield name, found.chains.draws[..., k].ravel(), unit
+    for path_id, draws in found.offsets.items():
+        yield f"path:{path_id}", draws.ravel(), "log friction"
+
+
+def summary(draws: Floats, unit: str) -> dict[str, float | str]:
+    """Mean, sd, mode and 5 and 95 % quantiles of draws `[n]`."""
+    low, high = np.quantile(draws, [0.05, 0.95])
+    return {
+        "mean": float(draws.mean()),
+        "sd": float(draws.std(ddof=1)),
+        "mode": mode(draws),
+        "q05": float(low),
+        "q95": float(high),
+        "unit": unit,
+    }
+
+
+def mode(draws: Floats) -> float:
+    """Where the density of draws `[n]` is highest, by a normal kernel.
+
+    Its width is Silverman's rule, which a long tail does not widen.
+    """
+    from scipy.stats import gaussian_kde  # noqa: PLC0415 (slow)
+
+    draws = draws[:: max(1, len(draws) // KDE_DRAWS)]
+    sd = float(np.std(draws, ddof=1))
+    quartiles = np.quantile(draws, [0.25, 0.75])
+    width = min(sd, float(np.ptp(quartiles)) / 1.349)
+    if width <= 0.0 or np.ptp(draws) <= 1e-12 * float(np.max(np.abs(draws))):
+        return float(np.median(draws))
+    density = gaussian_kde(draws / sd, bw_method=0.9 * width / sd * len(draws) ** -0.2)
+    # Places close together where the draws are dense.
+    x = np.quantile(draws, np.linspace(0.005, 0.995, KDE_POINTS))
+    return float(x[np.argmax(density(x / sd))])

@@ -1,0 +1,164 @@
+"""The paper's own samplers on a study: Metropolis-Hastings (2c) and Gibbs (2d).
+
+Both use the stops as recorded and the volumes as exact, and no measured speeds.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.chains import Chains
+from avahazard.inference.gibbs import gibbs
+from avahazard.inference.laws import Law, law
+from avahazard.inference.metropolis import metropolis
+from avahazard.inference.predicted import Predicted, predict_records
+from avahazard.inference.specification import MethodName, Specification
+from avahazard.inference.study import LEFT, LENGTH, PLACE, Study
+from avahazard.physics.runout_table import MU, MU_STEP
+from avahazard.records.errors import AvahazardError
+from avahazard.workflow.calibrated import Calibrated
+from avahazard.workflow.frictions import back_calculate
+
+Floats = NDArray[np.float64]
+
+MIN_EVENTS = 3
+BASE = Specification()
+
+
+def check_method(method: MethodName, specification: Specification) -> None:
+    """Raise `AvahazardError` where `method` cannot do what the specification asks."""
+    if method == "marginal":
+        return
+    asked = {
+        "a scatter that changes with volume": specification.scatter != BASE.scatter,
+        "normal friction": specification.distribution != BASE.distribution,
+        "Student's tails": specification.tails != BASE.tails,
+        f"the effect {', '.join(specification.effects)}": bool(specification.effects),
+        "the rational law": method == "gibbs" and specification.law == "rational",
+    }
+    for what, wanted in asked.items():
+        if wanted:
+            raise AvahazardError(
+                f"Method {method} does not work with {what}.",
+                "Take --method marginal, which does.",
+            )
+
+
+def calibrate_paper(
+    study: Study,
+    specification: Specification,
+    method: MethodName,
+    *,
+    n_chains: int,
+    n_draws: int,
+    seed: int,
+) -> Calibrated:
+    """Draw from the posterior of `method` metropolis or gibbs.
+
+    Metropolis: σ is the scatter of recorded elevations, in metres, about F(μ(V)). Gibbs: σ is
+    the scatter of the log of apparent friction. Events that the method cannot use are counted.
+    Raises `AvahazardError` where the method cannot do it or fewer than three events are left.
+    """
+    check_method(method, specification)
+    chosen = law(specification.law)
+    predicted = predict_records(study, (), {}, float(specification.centrifugal))
+    mu = back_calculate(study, predicted).mu
+    keep, left_out = _usable(study, method, chosen, mu)
+    volume = np.exp(study.columns.log_volume[keep])
+    if chosen.name == "constant":
+        volume = np.ones(len(volume))
+    if method == "gibbs":
+        chains = gibbs(chosen, volume, mu[keep], seed=seed, n_chains=n_chains, n_draws=n_draws)
+    else:
+        table, stop_y = _tables(study, predicted, keep)
+        chains = metropolis(
+            chosen,
+            volume,
+            recorded_elevation(study)[keep],
+            table,
+            stop_y,
+            float(MU[0]),
+            MU_STEP,
+            chosen.start(volume, mu[keep]),
+            seed=seed,
+            n_chains=n_chains,
+            n_draws=n_draws,
+        )
+    notes = []
+    if left_out:
+        reasons = ", ".join(f"{n} {reason}" for reason, n in left_out.items())
+        notes.append(
+            f"method {method} leaves out {sum(left_out.values())} of {study.n_events} events: "
+            f"{reasons}."
+        )
+    if study.speeds:
+        notes.append(f"method {method} does not use measured speeds.")
+    return Calibrated(
+        specification=specification,
+        facts={},
+        method=method,
+        chains=chains,
+        slots=(*chosen.coordinates, "log sigma"),
+        coordinates=_coordinates(chosen, chains),
+        n_events=int(np.sum(keep)),
+        left_out=left_out,
+        notes=tuple(notes),
+    )
+
+
+def recorded_elevation(study: Study) -> Floats:
+    """Elevation (m) of every recorded stop, `[n_events]`; nan without one."""
+    elevation = np.where((study.kind == LEFT) | (study.kind == LENGTH), np.nan, study.observed)
+    for i in np.flatnonzero(study.kind == PLACE):
+        smooth = study.sites[study.columns.path_index[i]].smooth
+        elevation[i] = float(smooth.height(study.observed[i]))
+    return elevation
+
+
+def _usable(
+    study: Study, method: MethodName, chosen: Law, mu: Floats
+) -> tuple[NDArray[np.bool_], dict[str, int]]:
+    """The events that the method can use, and the number of others by their first reason."""
+    none = np.zeros(study.n_events, dtype=np.bool_)
+    reasons = {
+        "left the profile": study.kind == LEFT,
+        "have no volume": none
+        if chosen.name == "constant"
+        else ~np.isfinite(study.columns.log_volume),
+        "have no profile": study.kind == LENGTH if method == "metropolis" else none,
+        "stopped where no friction stops the block": ~np.isfinite(mu)
+        if method == "gibbs"
+        else none,
+    }
+    keep = ~none
+    left_out = {}
+    for reason, lacking in reasons.items():
+        if np.any(keep & lacking):
+            left_out[reason] = int(np.sum(keep & lacking))
+        keep &= ~lacking
+    n = int(np.sum(keep))
+    if n < MIN_EVENTS:
+        why = ", ".join(f"{count} {reason}" for reason, count in left_out.items())
+        raise AvahazardError(
+            f"Method {method} can use {n} of {study.n_events} events, and needs {MIN_EVENTS}"
+            + (f" ({why})." if why else "."),
+            "Take --method marginal, or import more events.",
+        )
+    return keep, left_out
+
+
+def _tables(
+    study: Study, predicted: Predicted, keep: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], Floats]:
+    """Row `[n_kept]` of each event's table, and the tables `[n_tables, n_friction]`, one for
+    each path and release."""
+    places = np.column_stack([study.columns.path_index, study.release])[keep]
+    _, first, row = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    return row.ravel(), predicted.elevation[keep][first]
+
+
+def _coordinates(chosen: Law, chains: Chains) -> Floats:
+    """Coordinates of the law and log σ, `[n_chains, n_draws, n_slots]`."""
+    natural, sigma = chains.draws[..., :-1], chains.draws[..., -1:]
+    return np.concatenate([chosen.from_natural(natural), np.log(sigma)], axis=-1)
