@@ -1,0 +1,44 @@
+"""How two sides are measured against each other: A B A B in one run, medians of ratios."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from statistics import median
+from typing import NamedTuple
+
+
+class Result(NamedTuple):
+    """One row of the table; `ratio` is compared with `target`, `meaning` says which way."""
+
+    ratio: float
+    ours: float
+    theirs: float
+    unit: str
+    target: float
+    at_most: bool
+    meaning: str
+    note: str
+
+    @property
+    def reached(self) -> bool:
+        """Whether the target is met."""
+        return self.ratio <= self.target if self.at_most else self.ratio >= self.target
+
+
+def alternate(
+    ours: Callable[[], float], theirs: Callable[[], float], rounds: int
+) -> tuple[float, float, float]:
+    """Medians of what both give, and of theirs / ours round by round, after one round unseen."""
+    ours(), theirs()
+    pairs = [(ours(), theirs()) for _ in range(rounds)]
+    a, b = zip(*pairs, strict=True)
+    return median(a), median(b), median(theirs / ours for ours, theirs in pairs)
+
+
+def seconds(work: Callable[[], object], repeats: int = 1) -> float:
+    """Seconds that one call takes, the mean of `repeats` calls in a row."""
+    start = time.perf_counter()
+    for _ in range(repeats):
+        work()
+    return (time.perf_counter() - start) / repeats
