@@ -63,7 +63,9 @@ def expected_records(
     draws = np.where(stops.left, end, stops.record + noise)
     left, x = stops.left, stops.x
     if limited:
-        limit = _limits(posterior, coordinates)[:, _used(len(coordinates), n_stops)]
+        used = _used(len(coordinates), n_stops)
+        first, place = np.unique(used, return_inverse=True)
+        limit = _limits(posterior, coordinates[first])[:, place]
         kept = _seen_first(_seen(stops, noise, limit), n_draws, rng)
         rows = np.arange(study.n_events)[:, None]
         draws, left, x = draws[rows, kept], left[rows, kept], x[rows, kept]

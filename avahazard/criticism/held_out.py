@@ -1,7 +1,8 @@
 """Events held out: the model is fitted to the others and says how likely these were.
 
-Every fit is a true one (the posterior mode without the events held out); about it, the posterior
-is taken as normal with the curvature found there, cut to its bounds.
+Every fit is a true one: the posterior mode without the events held out. About it, draws of the
+normal distribution with the curvature found there are weighted by the posterior density
+(importance sampling; Ionides 2008), so that bounds and bends of the posterior are kept.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from avahazard.criticism.expected import ExpectedRecords, expected_records
-from avahazard.inference.mode import find_mode
+from avahazard.inference.mode import Mode, find_mode
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.seeds import generator
 from avahazard.inference.study import Study
@@ -23,8 +24,10 @@ Groups = NDArray[np.int64]
 
 MIN_PATHS = 3
 N_FOLDS = 5
-DENSITY_DRAWS = 50
+DENSITY_DRAWS = 80
 RECORD_DRAWS = 300
+EDGE = 2e-3
+"""A mode that close to a bound, in coordinates of order one, lies on it."""
 
 
 class HeldOut(NamedTuple):
@@ -34,11 +37,12 @@ class HeldOut(NamedTuple):
     groups: Groups
 
 
-class NormalDraws(NamedTuple):
-    """Draws about the mode of a fit: coordinates `[n_draws, n_slots]` and, with a path effect,
-    path offsets `[n_draws, n_groups]`."""
+class FitDraws(NamedTuple):
+    """Draws of a fit: coordinates `[n_draws, n_slots]`, their log weights `[n_draws]` (which sum
+    to 1) and, with a path effect, path offsets `[n_draws, n_groups]`."""
 
     coordinates: Floats
+    log_weight: Floats
     offsets: Floats | None
 
 
@@ -73,12 +77,12 @@ def left_out_log_density(posterior: Posterior, out: NDArray[np.bool_], start: Fl
     whose events are out has an offset from the spread between paths.
     """
     rest = posterior.restricted(~out)
-    draws = normal_draws(rest, start, DENSITY_DRAWS, _key(out))
+    draws = fit_draws(rest, start, DENSITY_DRAWS, _key(out))
     given = [
         rest.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k])
         for k, u in enumerate(draws.coordinates)
     ]
-    return np.asarray(logsumexp(given, axis=0) - np.log(len(given)))
+    return np.asarray(logsumexp(np.array(given) + draws.log_weight[:, None], axis=0))
 
 
 def held_out_records(posterior: Posterior, groups: Groups, start: Floats) -> ExpectedRecords:
@@ -87,7 +91,7 @@ def held_out_records(posterior: Posterior, groups: Groups, start: Floats) -> Exp
     for group in np.unique(groups):
         out = groups == group
         rest = posterior.restricted(~out)
-        draws = normal_draws(rest, start, RECORD_DRAWS, _key(out))
+        draws = _evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out)))
         rng = generator(0, "held out records", _key(out))
         parts[group] = expected_records(
             rest, draws.coordinates, offsets_by_path(rest, draws.offsets), RECORD_DRAWS, rng
@@ -102,24 +106,63 @@ def held_out_records(posterior: Posterior, groups: Groups, start: Floats) -> Exp
     )
 
 
-def normal_draws(posterior: Posterior, start: Floats, n_draws: int, key: str) -> NormalDraws:
+def fit_draws(posterior: Posterior, start: Floats, n_draws: int, key: str) -> FitDraws:
     """Fit the posterior from `start` and draw about its mode; equal keys give equal draws."""
     layout = posterior.layout
     mode = find_mode(posterior, start)
-    rng = generator(0, "normal draws", key)
+    root = np.linalg.cholesky(_bounded_covariance(posterior, mode))
     # The same random numbers for every model: their scores then differ by the models alone.
-    noise = rng.standard_normal((n_draws, len(mode.u)))
-    values, vectors = np.linalg.eigh(mode.covariance)
-    root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-    coordinates = np.clip(mode.u + noise @ root, layout.low, layout.high)
+    rng = generator(0, "fit draws", key)
+    coordinates, noise = [], []
+    for z in rng.standard_normal((20 * n_draws, len(mode.u))):
+        u = mode.u + root @ z
+        if np.all((u >= layout.low) & (u <= layout.high)):
+            coordinates.append(u)
+            noise.append(z)
+        if len(coordinates) == n_draws:
+            break
+    if not coordinates:
+        coordinates, noise = [mode.u], [np.zeros(len(mode.u))]
+    log_density = np.array([posterior.log_density(u) for u in coordinates])
+    log_weight = log_density + 0.5 * np.sum(np.square(noise), axis=1)
+    # Weights are cut where a single draw would count for too many.
+    most = logsumexp(log_weight) - 0.5 * np.log(len(log_weight))
+    log_weight = np.minimum(log_weight, most)
+    log_weight = log_weight - logsumexp(log_weight)
     if posterior.groups is None:
-        return NormalDraws(coordinates, None)
+        return FitDraws(np.array(coordinates), log_weight, None)
     rng = generator(0, "offset draws", key)
     offsets = []
     for u in coordinates:
         found = posterior.path_offsets(u)
         offsets.append(found.mode + found.sd * rng.standard_normal(len(found.mode)))
-    return NormalDraws(coordinates, np.array(offsets))
+    return FitDraws(np.array(coordinates), log_weight, np.array(offsets))
+
+
+def _bounded_covariance(posterior: Posterior, mode: Mode) -> Floats:
+    """The covariance at the mode, narrowed where the density falls off from a bound."""
+    layout, u = posterior.layout, mode.u
+    on_edge = np.flatnonzero((u < layout.low + EDGE) | (u > layout.high - EDGE))
+    precision = np.linalg.inv(mode.covariance)
+    for k in on_edge:
+        inside = u.copy()
+        inside[k] += EDGE if u[k] < layout.low[k] + EDGE else -EDGE
+        slope = (mode.log_density - posterior.log_density(inside)) / EDGE
+        # The standard deviation of an exponential fall-off is one over its rate.
+        precision[k, k] += max(slope, 0.0) ** 2
+    return np.linalg.inv(precision)
+
+
+def _evenly_weighted(draws: FitDraws) -> FitDraws:
+    """Draws by their weights, each as often as it counts (systematic resampling)."""
+    n = RECORD_DRAWS
+    level = np.cumsum(np.exp(draws.log_weight))
+    chosen = np.searchsorted(level, (np.arange(n) + 0.5) / n * level[-1])
+    return FitDraws(
+        draws.coordinates[chosen],
+        np.full(n, -np.log(n)),
+        None if draws.offsets is None else draws.offsets[chosen],
+    )
 
 
 def offsets_by_path(posterior: Posterior, offsets: Floats | None) -> dict[str, Floats]:
