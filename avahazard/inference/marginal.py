@@ -96,16 +96,18 @@ def _rounds(
     """Warm up every chain, then rounds of draws until they have converged."""
     warm_up = max(100, n_draws // 4)
     states, proposals = [], []
+    done, first = WARM_UP_ROUNDS * KEEP_EVERY * warm_up, KEEP_EVERY * n_draws
     for c in range(n_chains):
         state, proposal = _warm(posterior, mode, generator(seed, "marginal", c), warm_up)
         states.append(state)
         proposals.append(proposal)
-        progress(0.2 * (c + 1) / n_chains)
+        progress(done / (done + first) * (c + 1) / n_chains)
     for round_ in range(MAX_ROUNDS):
-        results = []
+        results, steps = [], first * 2**round_
         for c, (state, proposal) in enumerate(zip(states, proposals, strict=True)):
             results.append(_walk(posterior, state, *proposal, n_draws, KEEP_EVERY * 2**round_))
-            progress(0.2 + 0.8 * (c + 1) / n_chains)
+            progress((done + steps * (c + 1) / n_chains) / (done + steps))
+        done += steps
         draws = np.stack([kept for kept, _ in results])
         acceptance = np.array([share for _, share in results])
         drawn = _read(posterior, draws, acceptance)

@@ -85,6 +85,12 @@ def calibrate_paper(
             n_chains=n_chains,
             n_draws=n_draws,
         )
+    if np.any(chains.draws[..., -1] <= 0.0):
+        raise AvahazardError(
+            "One friction law stops every block exactly where its record says, which leaves no "
+            f"scatter for method {method}.",
+            "Take --method marginal, which knows the errors of the records.",
+        )
     notes = []
     if left_out:
         reasons = ", ".join(f"{n} {reason}" for reason, n in left_out.items())

@@ -21,8 +21,7 @@ def models(context: typer.Context) -> None:
             return
         rows = [
             (
-                row["model"],
-                row["parent"],
+                row["model"] if row["parent"] is None else f"{row['model']} (from {row['parent']})",
                 row["law"],
                 ", ".join(row["effects"]) or None,
                 row["method"],
@@ -32,7 +31,7 @@ def models(context: typer.Context) -> None:
             )
             for row in document
         ]
-        columns = ("model", "parent", "law", "effects", "method", ">events", "converged", "made")
+        columns = ("model", "law", "effects", "method", ">events", "converged", "made")
         console.print(table("", columns, rows))
 
     emit(context, document, render)
