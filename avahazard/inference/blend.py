@@ -6,6 +6,8 @@ and log mass are interpolated by cubics. Its shape is mixed linearly, so that we
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -28,21 +30,19 @@ class Corner(NamedTuple):
 
 def line_weights(grid: tuple[float, ...], value: float) -> list[tuple[float, float, int]]:
     """Cubic and linear weights on up to four neighbouring points of a grid."""
-    points = np.asarray(grid)
-    exact = np.flatnonzero(points == value)
-    if len(exact):
-        return [(1.0, 1.0, int(exact[0]))]
-    width = min(4, len(points))
-    right = int(np.clip(np.searchsorted(points, value), 1, len(points) - 1))
-    first = int(np.clip(right - width // 2, 0, len(points) - width))
-    share = float((value - points[right - 1]) / (points[right] - points[right - 1]))
+    right = min(max(bisect_left(grid, value), 1), len(grid) - 1)
+    for k in (right - 1, right):
+        if grid[k] == value:
+            return [(1.0, 1.0, k)]
+    width = min(4, len(grid))
+    first = min(max(right - width // 2, 0), len(grid) - width)
+    share = (value - grid[right - 1]) / (grid[right] - grid[right - 1])
     linear = {right - 1: 1.0 - share, right: share}
-    window = points[first : first + width]
+    window = range(first, first + width)
     weights = []
-    for k in range(width):
-        others = np.delete(window, k)
-        cubic = float(np.prod((value - others) / (window[k] - others)))
-        weights.append((cubic, linear.get(first + k, 0.0), first + k))
+    for k in window:
+        cubic = math.prod((value - grid[j]) / (grid[k] - grid[j]) for j in window if j != k)
+        weights.append((cubic, linear.get(k, 0.0), k))
     return weights
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ class Slot:
     scale: float = 1.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Layout:
     """Coordinates `[n_slots]`: law, log scatter (and its slope), effects, path, speed.
 
@@ -64,12 +65,12 @@ class Layout:
     tables: tuple[int, ...]
     log_scatter: bool
 
-    @property
+    @cached_property
     def low(self) -> Floats:
         """Lower bounds `[n_slots]`."""
         return np.array([s.low for s in self.slots])
 
-    @property
+    @cached_property
     def high(self) -> Floats:
         """Upper bounds `[n_slots]`."""
         return np.array([s.high for s in self.slots])
@@ -90,11 +91,11 @@ class Layout:
         slot = self.slots[k]
         return round(u * slot.scale, 12) if u == slot.neutral else u * slot.scale
 
-    @property
+    @cached_property
     def _mean(self) -> Floats:
         return np.array([s.mean for s in self.slots])
 
-    @property
+    @cached_property
     def _sd(self) -> Floats:
         return np.array([s.sd for s in self.slots])
 
@@ -162,8 +163,7 @@ def build_layout(
                 SPEED_GRID,
             )
         )
-    slots = [_regridded(slot, grids) for slot in slots]
-    return Layout(
+    layout = Layout(
         law=chosen,
         slots=tuple(slots),
         scatter=scatter,
@@ -175,11 +175,18 @@ def build_layout(
         tables=tables,
         log_scatter=log_scatter,
     )
+    return regridded(layout, grids)
 
 
-def _regridded(slot: Slot, grids: Grids) -> Slot:
-    grid = grids.get(slot.name)
-    return slot if grid is None else replace(slot, grid=grid, low=grid[0], high=grid[-1])
+def regridded(layout: Layout, grids: Grids) -> Layout:
+    """The layout with the grids, and so the ranges, of some slots replaced by name."""
+    slots = [
+        replace(s, grid=grids[s.name], low=grids[s.name][0], high=grids[s.name][-1])
+        if s.name in grids
+        else s
+        for s in layout.slots
+    ]
+    return replace(layout, slots=tuple(slots))
 
 
 def _slot(effect: Effect, p: Parameter) -> Slot:

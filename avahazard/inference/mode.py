@@ -118,6 +118,4 @@ def refined(posterior: Posterior, mode: Mode) -> Posterior:
         low = max(slot.low, float(mode.u[k]) - REACH * sd)
         high = min(slot.high, float(mode.u[k]) + REACH * sd)
         grids[slot.name] = tuple(float(v) for v in np.linspace(low, high, FINE_POINTS))
-    if not grids:
-        return posterior
-    return Posterior(posterior.study, posterior.specification, posterior.effects, grids)
+    return posterior.regridded(grids) if grids else posterior

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from copy import copy
 from itertools import product
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from avahazard.effects.effect import Effect
 from avahazard.inference.blend import Corner, blend, line_weights
 from avahazard.inference.event_terms import EventTerms, event_terms
-from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout
+from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
 from avahazard.inference.nodes import Nodes, build_nodes
 from avahazard.inference.predicted import Predicted, Values, predict_records
 from avahazard.inference.specification import Specification
@@ -73,19 +74,27 @@ class Posterior:
         part._keep = keep
         return part
 
+    def regridded(self, grids: Grids) -> Posterior:
+        """The same posterior with other grids, and so ranges, of parameters by name."""
+        other = copy(self)
+        other.layout = regridded(self.layout, grids)
+        other._predicted, other._nodes = {}, {}
+        return other
+
     def log_density(self, u: Floats) -> float:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
-        if np.any(u < self.layout.low) or np.any(u > self.layout.high):
+        if (u < self.layout.low).any() or (u > self.layout.high).any():
             return -np.inf
         return self.log_likelihood(u) + self.layout.log_prior(u)
 
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, path offsets integrated out (Laplace's method)."""
         location, scatter = self.location_and_scatter(u)
-        if self.groups is None or self.layout.path_scatter is None:
+        place = self.layout.path_scatter
+        if self.groups is None or place is None or u[place] == 0.0:
             return self._total(self.terms(self.nodes_at(u), location, scatter))
         offsets, terms = self._offsets(u, location, scatter)
-        tau = PATH_SCATTER * u[self.layout.path_scatter]
+        tau = PATH_SCATTER * u[place]
         penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
         return float(self._total(terms) - penalty + np.sum(np.log(offsets.sd / tau)))
 
@@ -128,8 +137,8 @@ class Posterior:
         lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
         corners = [
             Corner(
-                float(np.prod([cubic for cubic, _, _ in corner])),
-                float(np.prod([linear for _, linear, _ in corner])),
+                math.prod(cubic for cubic, _, _ in corner),
+                math.prod(linear for _, linear, _ in corner),
                 tuple(k for _, _, k in corner),
             )
             for corner in product(*lines)
