@@ -36,7 +36,7 @@ SPACING_M = 15.0
 # bend (middle and half width, shares of the length), steps (amplitude, number, phase),
 # seen below m, records from
 PATHS = (
-    ("Saint Clément", "channelled", 2250, 400, 42, 3e3, 1.2e6, (0.98, 0.08), (0.33, 0.25),
+    ("Saint Clément", "channelled", 2250, 400, 42, 3e3, 1.2e6, (0.85, 0.05), (0.33, 0.25),
      ((0.06, 1.5, 0.1), (0.05, 3.2, 0.4)), None, 1900),
     ("Gurraz", "open", 3650, 1450, 16, 7e3, 3e5, (1.00, 0.05), (0.37, 0.23),
      ((0.08, 2.1, 0.7),), 2300, 1905),
