@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
 from avahazard.physics.resistance import SPEEDS, no_resistance
-from avahazard.physics.smooth_profile import legendre_profile
+from avahazard.physics.smooth_profile import spline_profile
 from tests.physics.naive import small_steps
 from tests.physics.paths import (
     RELEASE_M,
@@ -52,9 +54,7 @@ def test_stops_where_small_steps_stop(profile, effects) -> None:
     terrain = terrain_of(profile)
     cells = cells_of(terrain, **fields(terrain, **effects))
     stops = run(cells, np.array([terrain.node(RELEASE_M)]), MU)
-    resistance = no_resistance(terrain)
-    for name, value in fields(terrain, **effects).items():
-        object.__setattr__(resistance, name, value)
+    resistance = replace(no_resistance(terrain), **fields(terrain, **effects))
     expected, _, _ = small_steps(profile, RELEASE_M, MU, terrain, resistance)
     np.testing.assert_array_equal(stops.status[0] == LEFT_PROFILE, np.isnan(expected))
     assert (stops.status == STOPPED).any()
@@ -73,9 +73,7 @@ def test_stops_where_small_steps_stop(profile, effects) -> None:
 def test_tables_over_speed(tables) -> None:
     terrain = terrain_of(JUMP, max_cell=5.0)
     stops = run(cells_of(terrain, **tables), np.array([terrain.node(RELEASE_M)]), MU)
-    resistance = no_resistance(terrain)
-    for name, value in tables.items():
-        object.__setattr__(resistance, name, value)
+    resistance = replace(no_resistance(terrain), **tables)
     expected, _, _ = small_steps(JUMP, RELEASE_M, MU, terrain, resistance)
     np.testing.assert_array_equal(stops.status[0] == LEFT_PROFILE, np.isnan(expected))
     np.testing.assert_allclose(stops.x[0], expected, atol=0.5)
@@ -144,7 +142,6 @@ def test_counter_slope_stops_what_reaches_it() -> None:
 def test_fast_blocks_leave_the_ground_at_the_edge() -> None:
     stops = run_from(JUMP)
     flies = np.isfinite(stops.lift_off_x[0])
-    _, _, w = small_steps(JUMP, RELEASE_M, MU)
     assert flies[0]
     assert not flies[-1]
     assert np.all(np.diff(flies.astype(int)) <= 0)  # the slow ones do not
@@ -152,12 +149,10 @@ def test_fast_blocks_leave_the_ground_at_the_edge() -> None:
     assert np.all((edge > 400.0) & (edge < 520.0))
     assert np.all(np.diff(edge) >= 0.0)  # the slower, the later
     # Where it is lost, N is zero.
-    place, _, w = small_steps(JUMP, RELEASE_M, MU[:1])[0:3]
-    x = np.linspace(RELEASE_M, JUMP.x_max, len(w))
+    _, places, w = small_steps(JUMP, RELEASE_M, MU[:1])
     _, slope, second = JUMP.derivatives(edge[:1])
-    w_there = np.interp(edge[0], x, w[:, 0])
+    w_there = np.interp(edge[0], places, w[:, 0])
     assert 9.81 + second[0] / (1.0 + slope[0] ** 2) * w_there == pytest.approx(0.0, abs=0.1)
-    assert place is not None
     assert np.isnan(run_from(JUMP, curvature=0.0).lift_off_x).all()
 
 
@@ -209,25 +204,15 @@ JUMP_CELLS = cells_of(JUMP_TERRAIN), np.array([JUMP_TERRAIN.node(RELEASE_M)])
 
 @settings(deadline=None, max_examples=60)
 @given(
-    st.lists(st.floats(-60.0, 60.0), min_size=7, max_size=7),
+    st.lists(st.floats(-25.0, 25.0), min_size=7, max_size=7),
     st.floats(0.2, 0.8),
-    st.booleans(),
+    st.sampled_from([0.0, 1.0]),
 )
 def test_more_friction_never_carries_farther(bumps, slope, curvature) -> None:
-    """w falls with μ everywhere while N > 0: both 2g(tanθ - μ) and -2μκw/cosθ fall with it.
-
-    With κ < 0 a slower block presses harder, so this holds only where no contact is lost and, on
-    convex ground, by the exact form: d(w e^{-2μθ}) has to fall. It always does without curvature;
-    with it, it is asserted on concave paths.
-    """
+    """dw/dξ = 2(g sinθ - μN) with N ≥ 0 falls with μ at every place and speed, and so does w."""
     x = np.linspace(0.0, 1500.0, 80)
-    y = 1000.0 - slope * x
-    if curvature:
-        y = y + np.abs(bumps[0]) * (x / 800.0) ** 2
-    else:
-        y = y + sum(b * np.sin((k + 1) * x / 300.0) for k, b in enumerate(bumps))
-    profile = legendre_profile(x, y)
-    terrain = terrain_of(profile, 0.0)
-    stops = run(cells_of(terrain, curvature=float(curvature)), np.array([0]), MU)
+    y = 1000.0 - slope * x + sum(b * np.sin((k + 1) * x / 150.0) for k, b in enumerate(bumps))
+    terrain = terrain_of(spline_profile(x, y, 1.0), 0.0)
+    stops = run(cells_of(terrain, curvature=curvature), np.array([0]), MU)
     reached = np.where(stops.status[0] == LEFT_PROFILE, np.inf, stops.x[0])
-    assert np.all(reached[1:] <= reached[:-1] + 1e-6)
+    assert np.all(reached[1:] <= reached[:-1] + 1e-2)
