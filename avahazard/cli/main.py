@@ -27,6 +27,7 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("calibrate", "calibrate", "Calibrate a model on the records and store it."),
     Entry("models", "models", "List the stored models."),
     Entry("model", "model", "Show a stored model: its posterior, and whether it converged."),
+    Entry("hazard", "hazard", "Draw the runout for volumes or return periods, path by path."),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )
 

@@ -6,21 +6,22 @@ from dataclasses import asdict
 from typing import Any
 
 from avahazard.hazard.runout_bounds import RunoutBounds
-from avahazard.hazard.volume_frequency import ReturnVolume
+from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency
 
 
 def hazard_row(
     path_id: str,
-    volume_m3: float,
+    volume_m3: float | None,
     bounds: RunoutBounds,
     interval: str,
     returned: ReturnVolume | None = None,
-    method: str | None = None,
+    frequency: VolumeFrequency | None = None,
 ) -> dict[str, Any]:
     """The row as plain values; lengths in m, None where a runout lies beyond the profile.
 
-    `interval` says what varies between the draws; `returned` and `method` tell where the volume of
-    a return period comes from, and are left out for a volume that the user gave.
+    `interval` says what varies between the draws; `returned` and `frequency` tell where the volume
+    of a return period comes from, and are left out for a volume that the user gave. Volume is None
+    where the model has no use for it.
     """
     row: dict[str, Any] = {
         "path_id": path_id,
@@ -34,10 +35,17 @@ def hazard_row(
         "n_draws": bounds.n_draws,
         "n_nonpositive_friction": bounds.n_nonpositive,
     }
-    if returned:
+    if returned and frequency:
+        record = frequency.record
         row |= {
             "volume_interval_m3": {"q05": returned.q05_m3, "q95": returned.q95_m3},
-            "volume_method": method,
+            "volume_method": frequency.method,
+            "pooled": frequency.pooled,
+            "n_records": record.n_events,
+            "first_year": record.first_year,
+            "last_year": record.last_year,
+            "years_from": record.window,
+            "events_per_year": record.events_per_year,
             "extrapolated": returned.extrapolated,
         }
     return row

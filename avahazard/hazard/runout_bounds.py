@@ -70,13 +70,18 @@ def runout_bounds(
     the natural variability alone, with `scatter` 0 the uncertainty of the parameters alone.
     """
     x, y, status_counts = draw_runouts(curve, friction, scatter, distribution, n_draws, rng)
+    return bounds_of_stops(x, y, int(status_counts[NOT_RELEASED]), n_draws)
+
+
+def bounds_of_stops(x: Floats, y: Floats, n_not_released: int, n_draws: int) -> RunoutBounds:
+    """Sum up stops (m) `[n_positive]` of `n_draws` draws, those as `draw_runouts` gives them."""
     n = len(x)
     left = int(np.count_nonzero(np.isinf(x)))
     return RunoutBounds(
         x=_spread(x),
         elevation=_spread(y),
         p_left_profile=left / n if n else 0.0,
-        p_not_released=int(status_counts[NOT_RELEASED]) / n if n else 0.0,
+        p_not_released=n_not_released / n if n else 0.0,
         n_draws=n_draws,
         n_nonpositive=n_draws - n,
     )

@@ -1,8 +1,11 @@
 import json
 
+import numpy as np
+
 from avahazard.hazard.row import hazard_row
 from avahazard.hazard.runout_bounds import RunoutBounds, Spread
-from avahazard.hazard.volume_frequency import ReturnVolume
+from avahazard.hazard.volume_frequency import ReturnVolume, fit_volume_frequency
+from avahazard.hazard.volume_record import VolumeRecord
 
 BOUNDS = RunoutBounds(
     x=Spread(None, 1800.0, 1900.0, None),
@@ -12,11 +15,15 @@ BOUNDS = RunoutBounds(
     n_draws=1000,
     n_nonpositive=3,
 )
+RECORD = VolumeRecord(
+    "p", 1950, 1999, "the span of its records", 20, 18, 0, np.linspace(8.0, 11.0, 18)
+)
 
 
 def test_row_of_a_return_period() -> None:
     volume = ReturnVolume(100.0, 5e4, 2e4, 9e4, extrapolated=True)
-    row = hazard_row("p", volume.volume_m3, BOUNDS, "friction", volume, "GEV")
+    frequency = fit_volume_frequency("p", [RECORD])
+    row = hazard_row("p", volume.volume_m3, BOUNDS, "friction", volume, frequency)
     assert json.loads(json.dumps(row)) == {
         "path_id": "p",
         "return_period_years": 100.0,
@@ -29,7 +36,13 @@ def test_row_of_a_return_period() -> None:
         "n_draws": 1000,
         "n_nonpositive_friction": 3,
         "volume_interval_m3": {"q05": 2e4, "q95": 9e4},
-        "volume_method": "GEV",
+        "volume_method": frequency.method,
+        "pooled": False,
+        "n_records": 20,
+        "first_year": 1950,
+        "last_year": 1999,
+        "years_from": "the span of its records",
+        "events_per_year": 0.4,
         "extrapolated": True,
     }
 

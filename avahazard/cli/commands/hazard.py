@@ -1,0 +1,55 @@
+"""`avahazard hazard`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from avahazard.cli.hazard_table import show_bounds
+from avahazard.cli.output import emit, warn
+from avahazard.cli.progress import show_progress
+from avahazard.cli.settings import settings
+
+
+def hazard(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)],
+    return_period: Annotated[
+        list[float] | None,
+        typer.Option(
+            "-T",
+            "--return-period",
+            metavar="YEARS",
+            help="May be given again. [default: 100, where no volume is given]",
+            show_default=False,
+        ),
+    ] = None,
+    volume: Annotated[
+        list[float] | None,
+        typer.Option("-V", "--volume", metavar="M3", help="May be given again."),
+    ] = None,
+    path: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATH", help="Only this path; may be given again."),
+    ] = None,
+    draws: Annotated[int, typer.Option(min=100, max=10_000_000, help="For each row.")] = 20_000,
+    seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+) -> None:
+    """Draw the runout for volumes or return periods, with its interval, path by path."""
+    from avahazard.workflow.hazard import hazard as run  # noqa: PLC0415
+
+    with show_progress() as report:
+        rows, notes = run(
+            settings(context).database,
+            name,
+            return_periods=return_period or (),
+            volumes=volume or (),
+            paths=path or (),
+            n_draws=draws,
+            seed=seed,
+            report=report,
+        )
+    emit(context, rows, lambda console: show_bounds(console, rows))
+    for note in notes:
+        warn(note)
