@@ -19,6 +19,8 @@ MISFIT_LIMIT_M = 10.0
 """Largest deviation of the polynomial from the points that is still accepted."""
 SPLINE_DEVIATION_M = 5.0
 """Largest deviation that the smoothing spline is stiffened to."""
+FEWEST_SPLINE_POINTS = 5
+"""Paths with fewer points are first filled up on the straight lines between them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +91,10 @@ def spline_profile(x: Floats, y: Floats, deviation: float = SPLINE_DEVIATION_M) 
     from scipy.interpolate import make_smoothing_spline  # noqa: PLC0415 (import cost)
 
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    while len(x) < FEWEST_SPLINE_POINTS:
+        middles = 0.5 * (x[1:] + x[:-1])
+        filled = np.sort(np.concatenate([x, middles]))
+        x, y = filled, np.interp(filled, x, y)
     # The penalty is ∫ f''² dx: scaled by the mean spacing and length, its exponent has a
     # sensible range for any path.
     scale = (x[-1] - x[0]) ** 3

@@ -78,3 +78,11 @@ def test_few_points_lower_the_degree(n: int) -> None:
     fitted = smooth_profile(x, y)
     assert fitted.degree == n - 1
     np.testing.assert_allclose(fitted.height([150.0, 450.0]), [725.0, 575.0], atol=1e-6)
+
+
+def test_few_points_that_no_polynomial_follows_take_the_spline() -> None:
+    x, y = np.array([0.0, 60.0, 3000.0]), np.array([2500.0, 400.0, 0.0])
+    fitted = smooth_profile(x, y)
+    assert fitted.method == "spline"
+    assert np.max(np.abs(fitted.height(x) - y)) <= SPLINE_DEVIATION_M
+    assert spline_profile(x[:2], y[:2]).height(30.0) == pytest.approx(1450.0, abs=5.0)
