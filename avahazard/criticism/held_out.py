@@ -7,6 +7,7 @@ normal distribution with the curvature found there are weighted by the posterior
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from avahazard.criticism.expected import ExpectedRecords, expected_records
+from avahazard.criticism.speed_misfit import MatchedSpeeds, matched_speeds
 from avahazard.inference.mode import Mode, find_mode
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.seeds import generator
@@ -44,6 +46,15 @@ class FitDraws(NamedTuple):
     coordinates: Floats
     log_weight: Floats
     offsets: Floats | None
+
+
+class HeldOutPredictions(NamedTuple):
+    """For each event, by the fit to the other groups: the log density of its record `[n_events]`,
+    the records to be expected, and the speeds along measured tracks (None without)."""
+
+    log_density: Floats
+    records: ExpectedRecords
+    speeds: MatchedSpeeds | None
 
 
 def choose_groups(study: Study) -> HeldOut:
@@ -78,32 +89,48 @@ def left_out_log_density(posterior: Posterior, out: NDArray[np.bool_], start: Fl
     """
     rest = posterior.restricted(~out)
     draws = fit_draws(rest, start, DENSITY_DRAWS, _key(out))
+    return mean_log_density(rest, draws)
+
+
+def mean_log_density(posterior: Posterior, draws: FitDraws) -> Floats:
+    """Log of the weighted mean over draws of the density of each record, `[n_events]`."""
     given = [
-        rest.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k])
+        posterior.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k])
         for k, u in enumerate(draws.coordinates)
     ]
     return np.asarray(logsumexp(np.array(given) + draws.log_weight[:, None], axis=0))
 
 
-def held_out_records(posterior: Posterior, groups: Groups, start: Floats) -> ExpectedRecords:
-    """Records to be expected of each event by the fit to the other groups."""
-    parts = {}
-    for group in np.unique(groups):
+def held_out_predictions(
+    posterior: Posterior,
+    groups: Groups,
+    start: Floats,
+    progress: Callable[[float], None] = lambda _share: None,
+) -> HeldOutPredictions:
+    """What the fits without each group say of it: one fit a group, from the coordinates `start`."""
+    n = len(groups)
+    log_density = np.empty(n)
+    draws, x = (np.empty((n, RECORD_DRAWS)) for _ in range(2))
+    left = np.empty((n, RECORD_DRAWS), dtype=np.bool_)
+    speeds = None
+    names = np.unique(groups)
+    for done, group in enumerate(names):
         out = groups == group
         rest = posterior.restricted(~out)
-        draws = _evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out)))
+        fit = _evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out)))
         rng = generator(0, "held out records", _key(out))
-        parts[group] = expected_records(
-            rest, draws.coordinates, offsets_by_path(rest, draws.offsets), RECORD_DRAWS, rng
-        )
-    first = next(iter(parts.values()))
-    return ExpectedRecords(
-        observed=first.observed,
-        sigma=first.sigma,
-        draws=np.stack([parts[g].draws[i] for i, g in enumerate(groups)]),
-        left=np.stack([parts[g].left[i] for i, g in enumerate(groups)]),
-        x=np.stack([parts[g].x[i] for i, g in enumerate(groups)]),
-    )
+        by_path = offsets_by_path(rest, fit.offsets)
+        found = expected_records(rest, fit.coordinates, by_path, RECORD_DRAWS, rng)
+        draws[out], left[out], x[out] = found.draws[out], found.left[out], found.x[out]
+        log_density[out] = mean_log_density(rest, fit)[out]
+        tracks = matched_speeds(rest, fit.coordinates, fit.offsets, rng)
+        if tracks is not None:
+            speeds = tracks if speeds is None else speeds
+            mine = out[speeds.event]
+            speeds.draws[mine] = tracks.draws[mine]
+        progress((done + 1) / len(names))
+    records = ExpectedRecords(found.observed, found.sigma, draws, left, x)
+    return HeldOutPredictions(log_density, records, speeds)
 
 
 def fit_draws(posterior: Posterior, start: Floats, n_draws: int, key: str) -> FitDraws:
