@@ -20,62 +20,56 @@ from avahazard.inference.nodes import Nodes
 Floats = NDArray[np.float64]
 
 
-class Corner(NamedTuple):
-    """One grid point near the wanted place: its weight in cubic and in linear interpolation."""
+class Line(NamedTuple):
+    """Neighbouring points of a grid, from index `first`, with their weights `[n_points]`."""
 
-    cubic: float
-    linear: float
-    place: tuple[int, ...]
+    first: int
+    cubic: tuple[float, ...]
+    linear: tuple[float, ...]
 
 
-def line_weights(grid: tuple[float, ...], value: float) -> list[tuple[float, float, int]]:
-    """Cubic and linear weights on up to four neighbouring points of a grid."""
+def line_weights(grid: tuple[float, ...], value: float) -> Line:
+    """Weights of up to four neighbours for cubic and linear interpolation; of one if it is met."""
     right = min(max(bisect_left(grid, value), 1), len(grid) - 1)
     for k in (right - 1, right):
         if grid[k] == value:
-            return [(1.0, 1.0, k)]
+            return Line(k, (1.0,), (1.0,))
     width = min(4, len(grid))
     first = min(max(right - width // 2, 0), len(grid) - width)
     share = (value - grid[right - 1]) / (grid[right] - grid[right - 1])
     linear = {right - 1: 1.0 - share, right: share}
     window = range(first, first + width)
-    weights = []
-    for k in window:
-        cubic = math.prod((value - grid[j]) / (grid[k] - grid[j]) for j in window if j != k)
-        weights.append((cubic, linear.get(k, 0.0), k))
-    return weights
+    cubic = tuple(
+        math.prod((value - grid[j]) / (grid[k] - grid[j]) for j in window if j != k) for k in window
+    )
+    return Line(first, cubic, tuple(linear.get(k, 0.0) for k in window))
 
 
-def blend(corners: Sequence[Corner], nodes: Sequence[Nodes]) -> Nodes:
-    """Nodes at a place between the corners; exactly those of a corner that is met."""
-    if len(nodes) == 1:
-        return nodes[0]
-    cubic = np.array([c.cubic for c in corners])
-    linear = np.array([c.linear for c in corners])
-    place, weight = _mix(
-        cubic,
-        linear,
-        np.stack([n.place for n in nodes]),
-        np.stack([n.weight for n in nodes]),
-        nodes[0].is_probability,
-    )
-    seen_place, seen_weight = _mix(
-        linear,
-        linear,
-        np.stack([n.seen_place for n in nodes]),
-        np.stack([n.seen_weight for n in nodes]),
-        np.ones(len(place), dtype=np.bool_),
-    )
+def stack(nodes: Sequence[Nodes]) -> Nodes:
+    """Nodes of several grid points, every array with these as its first axis."""
+    return Nodes(*(np.stack(arrays) for arrays in zip(*nodes, strict=True)))
+
+
+def blend(cubic: Floats, linear: Floats, corners: Nodes) -> Nodes:
+    """Nodes at a place between the `corners`, with weights `[n_corners]` of each."""
+    plain = corners.is_probability[0]
+    place, weight = _mix(cubic, linear, corners.place, corners.weight, plain)
+    has_limit = np.any(corners.has_limit, axis=0)
+    seen_place, seen_weight = corners.seen_place[0], corners.seen_weight[0]
+    if has_limit.any():
+        seen_place, seen_weight = _mix(
+            linear, linear, corners.seen_place, corners.seen_weight, np.ones_like(plain)
+        )
     return Nodes(
         place=place,
         weight=weight,
-        log_scale=cubic @ np.stack([n.log_scale for n in nodes]),
-        is_probability=nodes[0].is_probability,
-        floor=linear @ np.stack([n.floor for n in nodes]),
+        log_scale=cubic @ corners.log_scale,
+        is_probability=plain,
+        floor=linear @ corners.floor,
         seen_place=seen_place,
         seen_weight=seen_weight,
-        seen_floor=linear @ np.stack([n.seen_floor for n in nodes]),
-        has_limit=np.any([n.has_limit for n in nodes], axis=0),
+        seen_floor=linear @ corners.seen_floor,
+        has_limit=has_limit,
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from copy import copy
+from functools import reduce
 from itertools import product
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
-from avahazard.inference.blend import Corner, blend, line_weights
+from avahazard.inference.blend import blend, line_weights, stack
 from avahazard.inference.event_terms import EventTerms, event_terms
 from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
 from avahazard.inference.nodes import Nodes, build_nodes
@@ -22,6 +22,8 @@ from avahazard.inference.study import Study
 Floats = NDArray[np.float64]
 
 NEWTON_STEPS = 4
+KEPT_STACKS = 8
+"""Neighbourhoods of grid points whose nodes are kept side by side."""
 
 
 class PathOffsets(NamedTuple):
@@ -67,6 +69,7 @@ class Posterior:
         )
         self._predicted: dict[tuple[int, ...], Predicted] = {}
         self._nodes: dict[tuple[int, ...], Nodes] = {}
+        self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
 
     def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
         """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
@@ -78,7 +81,7 @@ class Posterior:
         """The same posterior with other grids, and so ranges, of parameters by name."""
         other = copy(self)
         other.layout = regridded(self.layout, grids)
-        other._predicted, other._nodes = {}, {}
+        other._predicted, other._nodes, other._stacks = {}, {}, {}
         return other
 
     def log_density(self, u: Floats) -> float:
@@ -135,15 +138,22 @@ class Posterior:
     def nodes_at(self, u: Floats) -> Nodes:
         """Nodes at coordinates u, between those of the grids."""
         lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
-        corners = [
-            Corner(
-                math.prod(cubic for cubic, _, _ in corner),
-                math.prod(linear for _, linear, _ in corner),
-                tuple(k for _, _, k in corner),
-            )
-            for corner in product(*lines)
-        ]
-        return blend(corners, [self.nodes(c.place) for c in corners])
+        if all(len(line.cubic) == 1 for line in lines):
+            return self.nodes(tuple(line.first for line in lines))
+        return blend(
+            reduce(np.multiply.outer, [np.array(line.cubic) for line in lines]).ravel(),
+            reduce(np.multiply.outer, [np.array(line.linear) for line in lines]).ravel(),
+            self._corners(tuple((line.first, len(line.cubic)) for line in lines)),
+        )
+
+    def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
+        """Nodes of all grid points in these windows (first index, width), stacked and kept."""
+        if windows not in self._stacks:
+            if len(self._stacks) == KEPT_STACKS:
+                del self._stacks[next(iter(self._stacks))]
+            ranges = [range(first, first + width) for first, width in windows]
+            self._stacks[windows] = stack([self.nodes(index) for index in product(*ranges)])
+        return self._stacks[windows]
 
     def terms(self, nodes: Nodes, location: Floats, scatter: Floats) -> EventTerms:
         """Terms of every event at given nodes, location and scatter."""
