@@ -55,3 +55,27 @@ def installed(twin_database: str) -> Callable[..., Any]:
         return json.loads(done.stdout)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def model_database(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Give a database with the twin and the models `base` and `plain`; do not write to it."""
+    file = str(tmp_path_factory.mktemp("models") / "models.db")
+    upkeep.create(file)
+    import_files(file, [ROOT / "data"])
+    for words in (["base"], ["plain", "--method", "gibbs"]):
+        subprocess.run([PROGRAM, "--db", file, "calibrate", *words], check=True)
+    return file
+
+
+@pytest.fixture
+def on_models(model_database: str) -> Callable[..., Result]:
+    """Give a function that runs the command line on the database with models."""
+    from avahazard.cli.main import app  # noqa: PLC0415
+
+    runner = CliRunner()
+
+    def run(*words: str) -> Result:
+        return runner.invoke(app, ["--db", model_database, *words], prog_name="avahazard")
+
+    return run

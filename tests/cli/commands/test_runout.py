@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import Result
 
@@ -47,3 +49,21 @@ def test_what_cannot_be_run(on_twin: Run) -> None:
     assert volume.exit_code == 2
     assert "model" in volume.stderr
     assert on_twin("runout", "scey").exit_code == 2
+
+
+def test_a_model_gives_the_friction_of_a_volume(on_models: Run) -> None:
+    words = ("runout", "scey", "--model", "base", "--volume", "20000")
+    document = json.loads(on_models("--json", *words).stdout)
+    assert document["mu"] == pytest.approx(0.519 * np.exp(-3.36e-7 * 2e4), abs=0.03)
+    assert (document["model"], document["mu_from"]) == ("base", "posterior median")
+    assert "(posterior median, base)" in on_models(*words).stdout
+    given = on_models("runout", "scey", "--model", "base", "--mu", "0.45")
+    assert "μ = 0.45 (given, base)" in given.stdout
+
+
+def test_a_model_needs_a_volume_or_a_friction(on_models: Run) -> None:
+    assert on_models("runout", "scey", "--model", "base").exit_code == 2
+    assert on_models("runout", "scey", "--model", "base", "--volume", "0").exit_code == 2
+    done = on_models("runout", "scey", "--model", "nothing", "--volume", "1000")
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert "There is no model nothing." in done.stderr

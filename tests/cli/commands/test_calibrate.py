@@ -1,0 +1,134 @@
+"""`avahazard calibrate`."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from tests.cli.commands.conftest import PROGRAM
+
+Run = Callable[..., Result]
+SHORT = ("--draws", "100", "--chains", "2", "--path", "scey", "--path", "saugy")
+KEYS = {
+    *("model", "parent", "law", "scatter", "distribution", "method", "effects", "n_events"),
+    *("parameters", "diagnostics", "seed", "data_fingerprint"),
+}
+
+
+@pytest.fixture
+def mine(twin_database: str, tmp_path: Path) -> Run:
+    """Give a function that runs the command line on a copy of the twin."""
+    from avahazard.cli.main import app  # noqa: PLC0415
+
+    file = shutil.copy(twin_database, tmp_path / "mine.db")
+    runner = CliRunner()
+
+    def run(*words: str) -> Result:
+        return runner.invoke(app, ["--db", str(file), *words], prog_name="avahazard")
+
+    return run
+
+
+def test_the_installed_command(twin_database: str, tmp_path: Path) -> None:
+    file = shutil.copy(twin_database, tmp_path / "mine.db")
+    done = subprocess.run(
+        [PROGRAM, "--db", file, "--json", "calibrate", "m", *SHORT, "--seed", "4"],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    document = json.loads(done.stdout)
+    assert document.keys() >= KEYS
+    assert document["parameters"].keys() == {"a", "n", "sigma"}
+    assert document["parameters"]["n"].keys() == {"mean", "sd", "mode", "q05", "q95", "unit"}
+    assert document["diagnostics"].keys() >= {
+        *("rhat_max", "ess_bulk_min", "acceptance", "divergent_or_stuck_chains")
+    }
+    assert (document["model"], document["n_events"], document["seed"]) == ("m", 34, 4)
+
+
+def test_people_see_the_posterior(mine: Run) -> None:
+    done = mine("calibrate", "m", *SHORT, "--law", "power", "--tails", "student")
+    assert done.exit_code == 0
+    assert "m: power law, marginal, lognormal, Student's tails" in done.stdout
+    assert "alpha" in done.stdout
+    assert "34 events; 2 chains of 100 draws, seed 0" in done.stdout
+    assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+def test_a_run_that_has_not_converged_says_so_and_ends_with_0(mine: Run) -> None:
+    done = mine("calibrate", "m", "--draws", "50", "--chains", "2", "--path", "scey")
+    assert done.exit_code == 0
+    assert "Not converged" in done.stdout
+    assert "have not converged" in done.stderr
+    shown = json.loads(mine("--json", "model", "m").stdout)
+    assert shown["diagnostics"]["converged"] is False
+
+
+def test_equal_seeds_equal_output(mine: Run) -> None:
+    first = mine("--json", "calibrate", "a", *SHORT, "--seed", "9").stdout
+    second = mine("--json", "calibrate", "b", *SHORT, "--seed", "9").stdout
+    assert first.replace('"a",', '"b",', 1) == second
+
+
+@pytest.mark.parametrize("method", ["metropolis", "gibbs"])
+def test_the_papers_methods_leave_out_what_left_the_profile(mine: Run, method: str) -> None:
+    done = mine("--json", "calibrate", "m", "--method", method)
+    document = json.loads(done.stdout)
+    left = sum(document["left_out"].values())
+    assert document["n_events"] + left == 173
+    assert document["left_out"]["left the profile"] > 0
+    assert f"method {method} leaves out {left} of 173 events" in done.stderr
+    assert document["parameters"]["sigma"]["unit"] == ("m" if method == "metropolis" else "")
+
+
+@pytest.mark.parametrize(
+    ("words", "message", "hint"),
+    [
+        (["--path", "nowhere"], "There is no path 'nowhere'.", "scey"),
+        (["--with", "ghosts"], "There is no effect 'ghosts'.", "turbulent-drag"),
+        (["--without", "season"], "does not have the effect 'season'", "centrifugal"),
+        (["--with", "forest-drag"], "cannot be told from these data", "land_cover"),
+        (["--method", "gibbs", "--law", "rational"], "rational law", "--method marginal"),
+        (["--method", "metropolis", "--scatter", "volume"], "scatter", "--method marginal"),
+    ],
+)
+def test_what_cannot_be_calibrated(on_twin: Run, words: list[str], message: str, hint: str) -> None:
+    done = on_twin("calibrate", "m", *words)
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert message in done.stderr
+    assert hint in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_name_that_is_taken(on_models: Run) -> None:
+    done = on_models("calibrate", "base")
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert "There is a model base already." in done.stderr
+
+
+def test_an_empty_database(avahazard: Run) -> None:
+    done = avahazard("calibrate", "m")
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert "avahazard import" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["m", "--law", "cubic"],
+        ["m", "--draws", "3"],
+        ["m", "--chains", "1"],
+        ["m", "--seed=-1"],
+    ],
+)
+def test_wrong_usage(on_twin: Run, words: list[str]) -> None:
+    done = on_twin("calibrate", *words)
+    assert (done.exit_code, done.stdout) == (2, "")

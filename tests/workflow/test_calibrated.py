@@ -1,0 +1,72 @@
+"""The document of a calibration."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.inference.chains import chains
+from avahazard.inference.specification import Specification
+from avahazard.workflow.calibrated import Calibrated, mode, result_document, summary
+
+
+def _found(draws: np.ndarray, **others) -> Calibrated:
+    names = ("a", "sigma")[: draws.shape[2]]
+    return Calibrated(
+        Specification(law="constant"),
+        {},
+        "marginal",
+        chains(names, ("", "")[: len(names)], draws),
+        ("log a", "log sigma"),
+        draws,
+        7,
+        **others,
+    )
+
+
+def test_summary_of_known_draws() -> None:
+    draws = np.arange(101.0)
+    found = summary(draws, "m")
+    assert (found["mean"], found["q05"], found["q95"], found["unit"]) == (50.0, 5.0, 95.0, "m")
+    assert found["sd"] == pytest.approx(np.sqrt(101 * 102 / 12))
+
+
+@pytest.mark.parametrize("scale", [1e-7, 1.0, 1e6])
+def test_the_mode_of_a_gamma_distribution(scale: float) -> None:
+    draws = np.random.default_rng(1).gamma(4.0, scale, 40_000)
+    # Its mode is (k - 1) θ = 3, its mean 4.
+    assert mode(draws) == pytest.approx(3.0 * scale, rel=0.12)
+    assert mode(-draws) == pytest.approx(-3.0 * scale, rel=0.12)
+
+
+def test_a_long_tail_hardly_moves_the_mode() -> None:
+    draws = np.random.default_rng(2).lognormal(0.0, 1.5, 40_000)
+    # The mode is 0.1, the median 1, the mean 3.1.
+    assert 0.0 < mode(draws) < 0.5
+
+
+def test_the_mode_of_a_constant() -> None:
+    assert mode(np.ones(100)) == 1.0
+    assert mode(np.full(100, 0.1)) == 0.1
+
+
+def test_the_keys_of_the_contract_and_offsets() -> None:
+    draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
+    found = _found(draws, offsets={"P": draws[..., 0] - 0.5}, left_out={"have no volume": 2})
+    document = result_document(found, "m", seed=5, data_fingerprint="f", parent="p")
+    assert list(document["parameters"]) == ["a", "sigma", "path:P"]
+    assert document["parameters"]["path:P"]["unit"] == "log friction"
+    assert document["parameters"]["a"]["mean"] == pytest.approx(draws[..., 0].mean())
+    kept = ("model", "parent", "law", "effects", "n_events", "seed", "data_fingerprint")
+    assert [document[key] for key in kept] == ["m", "p", "constant", [], 7, 5, "f"]
+    assert (document["chains"], document["draws"]) == (4, 500)
+    assert document["diagnostics"]["converged"]
+    assert document["notes"] == []
+
+
+def test_chains_apart_are_said_not_to_have_converged() -> None:
+    draws = np.random.default_rng(4).normal(0.5, 0.1, (4, 500, 1)) + np.arange(4)[:, None, None]
+    document = result_document(_found(draws), "m", seed=0, data_fingerprint="f")
+    assert document["diagnostics"]["converged"] is False
+    assert document["diagnostics"]["rhat_max"] > 1.5
+    assert "have not converged" in document["notes"][0]

@@ -1,0 +1,161 @@
+"""Metropolis-Hastings and Gibbs on the twin."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from avahazard.inference.laws import LAWS
+from avahazard.inference.predicted import predict_records
+from avahazard.inference.specification import Specification
+from avahazard.inference.study import LEFT, build_study
+from avahazard.physics.runout_table import MU
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.workflow.calibrated import Calibrated, summary
+from avahazard.workflow.paper_methods import calibrate_paper, check_method, recorded_elevation
+from tests.workflow.twin import TRUTH, twin_study
+from tests.workflow.worlds import bowl, height, stop_x
+
+
+def _intervals(found: Calibrated) -> dict[str, tuple[float, float]]:
+    result = {}
+    for k, name in enumerate(found.chains.names):
+        s = summary(found.chains.draws[..., k].ravel(), "")
+        result[name] = (s["q05"], s["q95"])
+    return result
+
+
+def _bowl_study(volumes: list[float | None], mus: list[float], **more):
+    events = tuple(
+        Event(f"E{k}", "B", runout_x_m=stop_x(mu), volume_m3=v, **more)
+        for k, (v, mu) in enumerate(zip(volumes, mus, strict=True))
+    )
+    return build_study(bowl(events=events))
+
+
+def test_gibbs_finds_the_twins_law() -> None:
+    found = calibrate_paper(
+        twin_study(), Specification(), "gibbs", n_chains=4, n_draws=2000, seed=1
+    )
+    assert found.chains.diagnostics.converged
+    intervals = _intervals(found)
+    for name, value in TRUTH.items():
+        assert intervals[name][0] < value < intervals[name][1]
+    assert found.n_events + sum(found.left_out.values()) == 173
+    assert "left the profile" in found.notes[0]
+
+
+def test_metropolis_finds_the_law_of_the_mean_stop() -> None:
+    # Friction scatters, the stop is not linear in it, and this method scatters the stop about
+    # F(μ(V)): what it looks for is the law whose stops are the means of the twin's.
+    study = twin_study()
+    stops = predict_records(study, (), {}).elevation
+    volume = np.exp(study.columns.log_volume)
+
+    def stop(i: int, mu: np.ndarray) -> np.ndarray:
+        return np.interp(mu, MU, stops[i])
+
+    noise = np.exp(TRUTH["sigma"] * np.random.default_rng(0).standard_normal(2000))
+    means = np.array(
+        [stop(i, TRUTH["a"] * np.exp(-TRUTH["n"] * v) * noise).mean() for i, v in enumerate(volume)]
+    )
+
+    def squares(u: np.ndarray) -> float:
+        mu = u[0] * np.exp(-u[1] * 1e-7 * volume)
+        return float(sum((means[i] - stop(i, mu[i])) ** 2 for i in range(len(mu))))
+
+    a, n = minimize(squares, [0.519, 3.36], method="Nelder-Mead").x
+    assert a > TRUTH["a"] + 0.01
+
+    found = calibrate_paper(study, Specification(), "metropolis", n_chains=4, n_draws=5000, seed=1)
+    assert found.chains.diagnostics.converged
+    intervals = _intervals(found)
+    assert intervals["a"][0] < a < intervals["a"][1]
+    assert intervals["n"][0] < n * 1e-7 < intervals["n"][1]
+    assert found.chains.units[-1] == "m"
+    assert found.n_events == int(np.sum(study.kind != LEFT)) < 173
+
+
+@pytest.mark.parametrize("law", ["exponential", "power", "rational", "constant"])
+def test_coordinates_are_those_of_the_draws(law: str) -> None:
+    study = twin_study("scey", "saugy")
+    specification = Specification(law=law)  # type: ignore[arg-type]
+    found = calibrate_paper(study, specification, "metropolis", n_chains=2, n_draws=100, seed=3)
+    chosen = LAWS[law]
+    assert found.slots == (*chosen.coordinates, "log sigma")
+    natural = chosen.to_natural(found.coordinates[..., :-1])
+    np.testing.assert_allclose(natural, found.chains.draws[..., :-1], rtol=1e-12)
+    np.testing.assert_allclose(
+        np.exp(found.coordinates[..., -1]), found.chains.draws[..., -1], rtol=1e-12
+    )
+
+
+def test_a_place_counts_as_the_elevation_there() -> None:
+    study = _bowl_study([1e4, 1e4, 1e4], [0.45, 0.5, 0.55])
+    expected = [float(height(stop_x(mu))) for mu in (0.45, 0.5, 0.55)]
+    np.testing.assert_allclose(recorded_elevation(study), expected, atol=1.0)
+    left = replace(study, kind=np.array([1, 3, 2]))
+    assert np.isnan(recorded_elevation(left)).tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize("method", ["metropolis", "gibbs"])
+def test_events_without_a_volume_are_left_out_but_by_the_constant_law(method) -> None:
+    study = _bowl_study([1e4, None, 1e5, 2e4, 5e4], [0.45, 0.5, 0.55, 0.47, 0.53])
+    run = dict(method=method, n_chains=2, n_draws=100, seed=0)
+    found = calibrate_paper(study, Specification(), **run)
+    assert (found.n_events, found.left_out) == (4, {"have no volume": 1})
+    found = calibrate_paper(study, Specification(law="constant"), **run)
+    assert (found.n_events, found.left_out, found.notes) == (5, {}, ())
+
+
+def test_gibbs_takes_events_without_a_profile_and_metropolis_does_not() -> None:
+    rng = np.random.default_rng(0)
+    events = tuple(
+        Event(f"E{k}", fall_height_m=500.0, runout_length_m=500.0 / mu, volume_m3=1e4)
+        for k, mu in enumerate(0.4 * np.exp(0.1 * rng.standard_normal(400)))
+    )
+    study = build_study(Records(events=events))
+    law = Specification(law="constant")
+    found = calibrate_paper(study, law, "gibbs", n_chains=2, n_draws=1000, seed=0)
+    mu = 500.0 / study.observed
+    assert found.chains.draws[..., 0].mean() == pytest.approx(np.exp(np.log(mu).mean()), rel=1e-3)
+    assert found.chains.draws[..., 1].mean() == pytest.approx(np.log(mu).std(), rel=0.02)
+    with pytest.raises(AvahazardError, match="0 of 400 events.*400 have no profile") as error:
+        calibrate_paper(study, law, "metropolis", n_chains=2, n_draws=100, seed=0)
+    assert "--method marginal" in error.value.hint
+
+
+def test_records_that_fit_exactly_leave_no_scatter() -> None:
+    study = _bowl_study([1e4] * 3, [0.45] * 3)
+    # At the profile's very end lies the stop of every block that would run on.
+    end = replace(study, observed=np.full(3, study.sites[0].smooth.x_max))
+    with pytest.raises(AvahazardError, match="no scatter"):
+        calibrate_paper(
+            end, Specification(law="constant"), "metropolis", n_chains=2, n_draws=100, seed=0
+        )
+
+
+@pytest.mark.parametrize(
+    ("method", "asked", "word"),
+    [
+        ("gibbs", {"scatter": "volume"}, "scatter"),
+        ("metropolis", {"distribution": "normal"}, "normal friction"),
+        ("gibbs", {"tails": "student"}, "Student"),
+        ("metropolis", {"effects": ("season", "path-effect")}, "season, path-effect"),
+        ("gibbs", {"law": "rational"}, "rational"),
+    ],
+)
+def test_what_a_method_cannot_do(method, asked, word: str) -> None:
+    with pytest.raises(AvahazardError, match=word) as error:
+        check_method(method, Specification(**asked))
+    assert "--method marginal" in error.value.hint
+    check_method("marginal", Specification(**asked))
+
+
+def test_metropolis_can_do_the_rational_law() -> None:
+    check_method("metropolis", Specification(law="rational", centrifugal=False))
