@@ -52,7 +52,7 @@ def _build(facts: Facts) -> Effect:
 DEFINITION = Definition(
     key="epoch-bias",
     meaning="Old records were made differently (from hearsay, from the valley, to the reach of "
-    "the powder) and lie systematically too high or too low before some year.",
+    "the powder). Before some year they lie systematically too high or too low.",
     needs="date",
     build=_build,
     lacking=_lacking,

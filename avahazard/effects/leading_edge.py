@@ -29,7 +29,7 @@ def _build(_facts: Facts) -> Effect:
 DEFINITION = Definition(
     key="leading-edge",
     meaning="What is written down is where the front came to lie, while the block is the centre "
-    "of mass; the front is ahead by a share of the deposit's length (about a half).",
+    "of mass. The front is ahead by a share of the deposit's length (about a half).",
     needs="deposit length",
     build=_build,
     lacking=_lacking,

@@ -33,7 +33,7 @@ def _build(_facts: Facts) -> Effect:
 
 DEFINITION = Definition(
     key="release-elevation",
-    meaning="Snow is colder and drier the higher it lies, so avalanches that start high have "
+    meaning="Snow is colder and drier the higher it lies. Avalanches that start high then have "
     "another friction than those that start low.",
     needs="release_elevation_m",
     build=_build,

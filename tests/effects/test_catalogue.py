@@ -1,0 +1,140 @@
+"""The catalogue against the contract, and every effect's own description."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from avahazard.effects.catalogue import KEYS, definition, require
+from avahazard.effects.effect import Effect
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from tests.effects.examples import columns, sites
+
+NEEDS = {
+    "centrifugal": "profile",
+    "turbulent-drag": "profile; speeds help",
+    "speed-weakening": "profile, speeds",
+    "cohesion": "profile, speeds",
+    "entrainment": "profile, varied release",
+    "forest-drag": "land_cover",
+    "volume-law": "volume",
+    "volume-scatter": "volume",
+    "snow-type": "snow_type",
+    "path-section": "section",
+    "release-elevation": "release_elevation_m",
+    "season": "date",
+    "path-effect": ">= 5 paths",
+    "observation-limit": "observed_below_m, or estimated",
+    "epoch-bias": "date",
+    "leading-edge": "deposit length",
+}
+"""Section 5 of the contract."""
+EVERY = (*KEYS, "covariate:wind", "covariate:snow_type")
+SENTENCE = re.compile(r"[.!?](?=\s+[A-Z]|$)")
+
+
+def _effect(key: str) -> Effect:
+    entry = definition(key)
+    return entry.build(json.loads(json.dumps(entry.facts(columns(), sites()))))
+
+
+def test_the_catalogue_is_that_of_the_contract() -> None:
+    assert {key: definition(key).needs for key in KEYS} == NEEDS
+
+
+@pytest.mark.parametrize("key", EVERY)
+def test_an_entry_tells_what_it_means_in_two_sentences(key: str) -> None:
+    entry = definition(key)
+    assert entry.key == key
+    assert len(SENTENCE.findall(entry.meaning)) == 2
+    assert 80 < len(entry.meaning) < 400
+    assert entry.changes in (None, "law", "scatter", "centrifugal")
+
+
+@pytest.mark.parametrize("key", EVERY)
+def test_parameters_have_a_prior_within_their_range(key: str) -> None:
+    effect = _effect(key)
+    assert effect.key == key
+    acts = [effect.motion, effect.design, effect.shift, effect.advance, effect.limit, effect.groups]
+    count = sum(action is not None for action in acts)
+    assert count == (0 if definition(key).changes else 1)
+    assert bool(effect.parameters) == (count == 1)
+    tabulated = effect.design is None and effect.groups is None
+    for p in effect.parameters:
+        assert p.prior_sd > 0.0
+        assert p.low <= p.neutral <= p.high
+        assert p.low <= p.prior_mean <= p.high
+        assert bool(p.grid) == tabulated
+        if p.grid:
+            assert list(p.grid) == sorted(set(p.grid))
+            assert (p.grid[0], p.grid[-1]) == (p.low, p.high)
+            assert p.neutral in p.grid
+
+
+@pytest.mark.parametrize("key", EVERY)
+def test_what_an_effect_takes_from_the_data_survives_json(key: str) -> None:
+    entry = definition(key)
+    facts = entry.facts(columns(), sites())
+    before, after = entry.build(facts), _effect(key)
+    assert before.parameters == after.parameters
+    if before.design is not None and after.design is not None:
+        design = before.design(columns())
+        assert design.shape == (36, len(before.parameters))
+        assert np.all(np.isfinite(design))
+        assert np.array_equal(design, after.design(columns()))
+
+
+@pytest.mark.parametrize("key", EVERY)
+def test_complete_data_lack_nothing(key: str) -> None:
+    require(definition(key), columns(), sites())
+
+
+LACKING = {
+    "centrifugal": "no event lies on a path with a profile",
+    "turbulent-drag": "no event lies on a path with a profile",
+    "speed-weakening": "no event lies on a path with a profile",
+    "cohesion": "no event lies on a path with a profile",
+    "entrainment": "no event lies on a path with a profile",
+    "forest-drag": "no event lies on a path with a profile",
+    "volume-law": "no (different) volumes",
+    "volume-scatter": "no (different) volumes",
+    "snow-type": "no column snow_type",
+    "path-section": "section has no two values with at least 5 events each",
+    "release-elevation": "release elevations differ by less than 50 m",
+    "season": "fewer than 20 events have a day",
+    "path-effect": "there are 0 paths, fewer than 5",
+    "observation-limit": "no event lies on a path with a profile",
+    "epoch-bias": "fewer than 20 dated events over 20 years",
+    "leading-edge": "fewer than 10 events have a deposit length",
+    "covariate:wind": "no column wind",
+}
+
+
+@pytest.mark.parametrize("key", LACKING)
+def test_what_the_data_lack_is_said(key: str) -> None:
+    bare = tuple(Event(f"s{i}", fall_height_m=500.0, runout_length_m=900.0) for i in range(30))
+    table = columns(bare)
+    table = type(table)(
+        **{name: getattr(table, name) for name in table.__slots__ if name != "release_elevation"},
+        release_elevation=np.full(30, np.nan),
+    )
+    with pytest.raises(AvahazardError, match=re.escape(LACKING[key])) as caught:
+        require(definition(key), table, ())
+    assert f"'{key}'" in caught.value.message
+    assert definition(key).needs in str(caught.value.hint)
+
+
+def test_a_forest_is_needed() -> None:
+    with pytest.raises(AvahazardError, match="land_cover `forest`"):
+        require(definition("forest-drag"), columns(), sites(land_cover=None))
+
+
+@pytest.mark.parametrize("key", ["friction", "covariate:", "Cohesion"])
+def test_an_unknown_key_names_the_known_ones(key: str) -> None:
+    with pytest.raises(AvahazardError, match="no effect") as caught:
+        definition(key)
+    assert all(known in str(caught.value.hint) for known in KEYS)
