@@ -27,6 +27,12 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("calibrate", "calibrate", "Calibrate a model on the records and store it."),
     Entry("models", "models", "List the stored models."),
     Entry("model", "model", "Show a stored model: its posterior, and whether it converged."),
+    Entry("compare", "compare", "Set a model against the measurements: scores, where it fails."),
+    Entry("effects", "effects", "List the effects that a model can have."),
+    Entry("effect", "effect", "Show the physics of one effect, or write a template: effect new."),
+    Entry("add", "add", "Add effects to a model: calibrate, compare and store the child."),
+    Entry("ladder", "ladder", "List every model and its error, oldest first."),
+    Entry("predict", "predict", "Predict the runout of each event of a file."),
     Entry("hazard", "hazard", "Draw the runout for volumes or return periods, path by path."),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )

@@ -1,0 +1,64 @@
+"""`avahazard add`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.comparison_table import EffectFiles
+from avahazard.cli.model_table import show_calibration
+from avahazard.cli.output import emit, warn
+from avahazard.cli.progress import show_progress
+from avahazard.cli.settings import settings
+
+
+def add(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="A stored model.", show_default=False)],
+    effect: Annotated[
+        list[str], typer.Argument(metavar="EFFECT…", help="Effects to add.", show_default=False)
+    ],
+    as_: Annotated[
+        str, typer.Option("--as", metavar="NEW", help="Name of the new model.", show_default=False)
+    ],
+    effect_file: EffectFiles = None,
+) -> None:
+    """Add effects to a model: the child is calibrated, compared and stored."""
+    from avahazard.workflow.adding import add as run  # noqa: PLC0415
+
+    with show_progress() as report:
+        document = run(
+            settings(context).database,
+            name,
+            effect,
+            as_,
+            effect_files=effect_file or (),
+            report=report,
+        )
+
+    def render(console: Console) -> None:
+        show_calibration(console, document)
+        console.print(fall_of_error(document), soft_wrap=True)
+
+    emit(context, document, render)
+    for note in document["notes"]:
+        warn(note)
+
+
+def fall_of_error(document: dict[str, Any]) -> str:
+    """One line: how far the held-out error fell, and how far it is from the floor."""
+    found = document["comparison"]
+    after, floor = found["after"]["held_out_crps_m"], found["noise_floor_crps_m"]
+    rest = f"the records' own errors leave {floor:.1f} m"
+    by = "paths" if found["held_out_by"] == "path" else "folds"
+    if found["before"] is None:
+        return f"Held-out error (CRPS, by {by}): {after:.1f} m; {rest}."
+    before = found["before"]["held_out_crps_m"]
+    change = (after - before) / before
+    verb = "fell" if change < 0.0 else "rose"
+    return (
+        f"Held-out error (CRPS, by {by}) {verb} from {before:.1f} to {after:.1f} m "
+        f"({change:+.1%}); {rest}, {after - floor:.1f} m below."
+    )

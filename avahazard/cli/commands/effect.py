@@ -1,0 +1,72 @@
+"""`avahazard effect`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, number, table
+from avahazard.cli.settings import settings
+
+
+def effect(
+    context: typer.Context,
+    key: Annotated[str, typer.Argument(help="An effect, or the word new.", show_default=False)],
+    file: Annotated[
+        Path | None,
+        typer.Argument(help="With new: the effect file to write.", show_default=False),
+    ] = None,
+) -> None:
+    """Show the physics of one effect; `effect new FILE` writes a template for one's own."""
+    from avahazard.workflow.catalogue import show_effect, write_template  # noqa: PLC0415
+
+    if (key == "new") != (file is not None):
+        raise typer.BadParameter("it is either KEY or new FILE", ctx=context, param_hint="KEY")
+    if file is not None:
+        document = write_template(file)
+        emit(context, document, lambda console: _say_next(console, document))
+        return
+    document = show_effect(settings(context).database, key)
+    emit(context, document, lambda console: _render(console, document))
+
+
+def _say_next(console: Console, document: dict[str, Any]) -> None:
+    console.print(f"Written: {document['file']}", soft_wrap=True)
+    console.print(
+        f"Change it, then: avahazard add MODEL KEY --as NEW --effect-file {document['file']}",
+        soft_wrap=True,
+    )
+
+
+def _render(console: Console, document: dict[str, Any]) -> None:
+    console.print(f"{document['key']}: {document['meaning']}")
+    if document["acts_on"]:
+        console.print(f"It acts on: {document['acts_on']}.")
+    console.print(f"It needs: {document['needs']}.")
+    lacking = document["lacking"]
+    if lacking is None:
+        console.print("These data can tell it.")
+    else:
+        console.print(f"These data cannot tell it: {lacking}.")
+    if document["parameters"]:
+        cells = [
+            (
+                p["name"],
+                p["unit"],
+                p["neutral"],
+                f"{number(p['prior_mean'])} ± {number(p['prior_sd'])}",
+                _range(p["low"], p["high"]),
+            )
+            for p in document["parameters"]
+        ]
+        columns = ("parameter", "unit", ">neutral", ">prior", ">range")
+        console.print(table("", columns, cells))
+
+
+def _range(low: float | None, high: float | None) -> str:
+    if low is None and high is None:
+        return "any"
+    return f"{'' if low is None else number(low)} to {'' if high is None else number(high)}"
