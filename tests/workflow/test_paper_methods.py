@@ -70,13 +70,13 @@ def test_metropolis_finds_the_law_of_the_mean_stop() -> None:
         return float(sum((means[i] - stop(i, mu[i])) ** 2 for i in range(len(mu))))
 
     a, n = minimize(squares, [0.519, 3.36], method="Nelder-Mead").x
-    assert a > TRUTH["a"] + 0.01
 
     found = calibrate_paper(study, Specification(), "metropolis", n_chains=4, n_draws=5000, seed=1)
     assert found.chains.diagnostics.converged
     intervals = _intervals(found)
-    assert intervals["a"][0] < a < intervals["a"][1]
-    assert intervals["n"][0] < n * 1e-7 < intervals["n"][1]
+    for sought in ({"a": a, "n": n * 1e-7}, TRUTH):
+        assert intervals["a"][0] < sought["a"] < intervals["a"][1]
+        assert intervals["n"][0] < sought["n"] < intervals["n"][1]
     assert found.chains.units[-1] == "m"
     assert found.n_events == int(np.sum(study.kind != LEFT)) < 173
 
@@ -106,7 +106,7 @@ def test_a_place_counts_as_the_elevation_there() -> None:
 @pytest.mark.parametrize("method", ["metropolis", "gibbs"])
 def test_events_without_a_volume_are_left_out_but_by_the_constant_law(method) -> None:
     study = _bowl_study([1e4, None, 1e5, 2e4, 5e4], [0.45, 0.5, 0.55, 0.47, 0.53])
-    run = dict(method=method, n_chains=2, n_draws=100, seed=0)
+    run = {"method": method, "n_chains": 2, "n_draws": 100, "seed": 0}
     found = calibrate_paper(study, Specification(), **run)
     assert (found.n_events, found.left_out) == (4, {"have no volume": 1})
     found = calibrate_paper(study, Specification(law="constant"), **run)
@@ -125,7 +125,7 @@ def test_gibbs_takes_events_without_a_profile_and_metropolis_does_not() -> None:
     mu = 500.0 / study.observed
     assert found.chains.draws[..., 0].mean() == pytest.approx(np.exp(np.log(mu).mean()), rel=1e-3)
     assert found.chains.draws[..., 1].mean() == pytest.approx(np.log(mu).std(), rel=0.02)
-    with pytest.raises(AvahazardError, match="0 of 400 events.*400 have no profile") as error:
+    with pytest.raises(AvahazardError, match=r"0 of 400 events.*400 have no profile") as error:
         calibrate_paper(study, law, "metropolis", n_chains=2, n_draws=100, seed=0)
     assert "--method marginal" in error.value.hint
 
