@@ -63,7 +63,7 @@ def _direction(coordinate: str, bias: float) -> str:
     if coordinate == "elevation":
         return f"{size} {'lower' if bias > 0 else 'higher'} than predicted"
     if coordinate == "mixed":
-        return f"{size} {'below' if bias > 0 else 'above'} the predicted number"
+        return f"{size} {'farther down' if bias > 0 else 'less far down'} than predicted"
     return f"{size} {'shorter' if bias > 0 else 'farther'} than predicted"
 
 

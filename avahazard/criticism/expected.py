@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predictive import PredictedStops, predict_stops
-from avahazard.inference.study import LEFT, PLACE, Study
+from avahazard.inference.study import LEFT, LENGTH, PLACE, Study
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -26,7 +26,8 @@ class ExpectedRecords:
     Both are in the coordinate of each record (elevation, x or runout length); `sigma`
     `[n_events]` is its measurement error. What left its profile, in the records or in the draws
     (`left` `[n_events, n_draws]`), counts as reaching the profile's end. `x` `[n_events, n_draws]`
-    is the place of the stops, nan without a profile.
+    is the place of the stops, nan without a profile. `sign` `[n_events]` is -1 where an x or a
+    length stands among elevations, so that errors of either point the same way.
     """
 
     observed: Floats
@@ -34,11 +35,12 @@ class ExpectedRecords:
     draws: Floats
     left: Bools
     x: Floats
+    sign: Floats
 
     @property
-    def mean(self) -> Floats:
-        """Predicted means `[n_events]`."""
-        return np.asarray(self.draws.mean(axis=1))
+    def error(self) -> Floats:
+        """Predicted mean less record `[n_events]` (m), the other way round where `sign` is -1."""
+        return np.asarray(self.sign * (self.draws.mean(axis=1) - self.observed))
 
 
 def expected_records(
@@ -70,13 +72,26 @@ def expected_records(
         rows = np.arange(study.n_events)[:, None]
         draws, left, x = draws[rows, kept], left[rows, kept], x[rows, kept]
     return ExpectedRecords(
-        observed=observed_records(study), sigma=study.sigma, draws=draws, left=left, x=x
+        observed=observed_records(study),
+        sigma=study.sigma,
+        draws=draws,
+        left=left,
+        x=x,
+        sign=error_sign(study),
     )
 
 
 def observed_records(study: Study) -> Floats:
     """The records `[n_events]` (m); an event that left its profile reached its end."""
     return np.where(study.kind == LEFT, profile_end(study), study.observed)
+
+
+def error_sign(study: Study) -> Floats:
+    """-1 for an x or a length where elevations were recorded too, else 1, `[n_events]`."""
+    farther_is_more = (study.kind == PLACE) | (study.kind == LENGTH)
+    if np.all(farther_is_more | (study.kind == LEFT)):
+        return np.ones(study.n_events)
+    return np.where(farther_is_more, -1.0, 1.0)
 
 
 def profile_end(study: Study) -> Floats:

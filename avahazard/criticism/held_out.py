@@ -129,7 +129,7 @@ def held_out_predictions(
             mine = out[speeds.event]
             speeds.draws[mine] = tracks.draws[mine]
         progress((done + 1) / len(names))
-    records = ExpectedRecords(found.observed, found.sigma, draws, left, x)
+    records = ExpectedRecords(found.observed, found.sigma, draws, left, x, found.sign)
     return HeldOutPredictions(log_density, records, speeds)
 
 

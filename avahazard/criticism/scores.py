@@ -19,11 +19,12 @@ PIT_BINS = 10
 def runout_scores(expected: ExpectedRecords, pit: Floats) -> dict[str, Any]:
     """The `runout` scores of `compare` (contract, section 3), in metres of each record.
 
-    `bias_m` is predicted mean less record. The noise floor is what measurement errors alone
-    leave: root mean square of their standard deviations, and as CRPS. Besides: the histogram of
-    the PIT `[n_events]` in ten equal bins.
+    `bias_m` is predicted mean less record; where elevations are mixed with others, it counts as
+    elevations do (> 0: recorded farther down than predicted). The noise floor is what measurement
+    errors alone leave: root mean square of their standard deviations, and as CRPS. Besides: the
+    histogram of the PIT `[n_events]` in ten equal bins.
     """
-    scores = _scores(expected.draws, expected.observed, pit, "m")
+    scores = _scores(expected.draws, expected.observed, expected.error, pit, "m")
     scores["noise_floor_m"] = float(np.sqrt(np.mean(expected.sigma**2)))
     scores["noise_floor_crps_m"] = float(CRPS_OF_NORMAL * np.mean(expected.sigma))
     scores["pit_histogram"] = np.histogram(pit, PIT_BINS, (0.0, 1.0))[0].tolist()
@@ -32,7 +33,7 @@ def runout_scores(expected: ExpectedRecords, pit: Floats) -> dict[str, Any]:
 
 def speed_scores(draws: Floats, observed: Floats, sigma: Floats, pit: Floats) -> dict[str, Any]:
     """The `speed` scores of `compare`, m/s; all arrays over measured places."""
-    scores = _scores(draws, observed, pit, "m_s")
+    scores = _scores(draws, observed, draws.mean(axis=1) - observed, pit, "m_s")
     scores["noise_floor_m_s"] = float(np.sqrt(np.mean(sigma**2)))
     return scores
 
@@ -47,6 +48,12 @@ def crps(draws: Floats, observed: Floats) -> Floats:
     return np.asarray(crps_ensemble(observed, draws, estimator="pwm", backend="numpy"))
 
 
+def record_pit(expected: ExpectedRecords, rng: np.random.Generator) -> Floats:
+    """`randomised_pit` of the records `[n_events]`, in the direction of their `sign`."""
+    pit = randomised_pit(expected.draws, expected.observed, rng)
+    return np.where(expected.sign < 0.0, 1.0 - pit, pit)
+
+
 def randomised_pit(draws: Floats, observed: Floats, rng: np.random.Generator) -> Floats:
     """Rank of each record among its draws, in (0, 1); ties and the last place are drawn at random.
 
@@ -58,8 +65,9 @@ def randomised_pit(draws: Floats, observed: Floats, rng: np.random.Generator) ->
     return np.asarray((below + rng.random(len(observed)) * (equal + 1)) / (draws.shape[1] + 1))
 
 
-def _scores(draws: Floats, observed: Floats, pit: Floats, unit: str) -> dict[str, Any]:
-    error = draws.mean(axis=1) - observed
+def _scores(
+    draws: Floats, observed: Floats, error: Floats, pit: Floats, unit: str
+) -> dict[str, Any]:
     return {
         "n": len(observed),
         f"rmse_{unit}": float(np.sqrt(np.mean(error**2))),

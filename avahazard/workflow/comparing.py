@@ -13,7 +13,7 @@ from avahazard.criticism.axes import event_axes
 from avahazard.criticism.expected import expected_records
 from avahazard.criticism.held_out import HeldOutPredictions, choose_groups, held_out_predictions
 from avahazard.criticism.loo import leave_one_out
-from avahazard.criticism.scores import randomised_pit, runout_scores, speed_scores
+from avahazard.criticism.scores import randomised_pit, record_pit, runout_scores, speed_scores
 from avahazard.criticism.speed_misfit import (
     MatchedSpeeds,
     matched_speeds,
@@ -110,7 +110,7 @@ def comparison(
     rng = generator(0, "compare")
     by_group = offset_array(posterior, coordinates, offsets, rng)
     expected = expected_records(posterior, coordinates, offsets, RECORD_DRAWS, rng)
-    pit = randomised_pit(expected.draws, expected.observed, rng)
+    pit = record_pit(expected, rng)
     progress(0.15)
     speeds = matched_speeds(posterior, coordinates, by_group, rng)
     progress(0.25)
@@ -123,7 +123,6 @@ def comparison(
         np.median(coordinates, axis=0),
         lambda share: progress(0.4 + 0.6 * share),
     )
-    error = expected.mean - expected.observed
     axes = event_axes(study, np.median(expected.x, axis=1))
     return {
         "model": name,
@@ -137,7 +136,7 @@ def comparison(
             "pareto_k_refitted": loo.n_refitted,
         },
         "held_out": {"by": held.by, **_held_out_scores(others)},
-        "where_it_fails": where_it_fails(axes, error, pit, study.columns.path_index),
+        "where_it_fails": where_it_fails(axes, expected.error, pit, study.columns.path_index),
         "speed_misfit": None if speeds is None else speed_misfit(study, speeds),
         "measured_force": measured_force(study) if study.speeds else None,
     }
@@ -151,11 +150,10 @@ def coordinate_name(study: Study) -> str:
 
 def _held_out_scores(others: HeldOutPredictions) -> dict[str, Any]:
     rng = generator(0, "held out scores")
-    records = others.records
-    pit = randomised_pit(records.draws, records.observed, rng)
+    pit = record_pit(others.records, rng)
     n = len(others.log_density)
     return {
-        "runout": runout_scores(records, pit),
+        "runout": runout_scores(others.records, pit),
         "speed": _speed_scores(others.speeds),
         "elpd_loo": float(np.sum(others.log_density)),
         "elpd_loo_se": float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from avahazard.criticism.expected import expected_records
-from avahazard.criticism.scores import randomised_pit, runout_scores
+from avahazard.criticism.scores import record_pit, runout_scores
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predictive import predict_stops
 from avahazard.inference.seeds import generator
@@ -121,7 +121,7 @@ def _scores(
     posterior = _posterior(stored, records, events, prior)
     coordinates = coordinates_for(stored, posterior)
     expected = expected_records(posterior, coordinates, stored.offsets, RECORD_DRAWS, rng)
-    pit = randomised_pit(expected.draws, expected.observed, rng)
+    pit = record_pit(expected, rng)
     offsets = offset_array(posterior, coordinates, stored.offsets, rng)
     chosen = np.linspace(0, len(coordinates) - 1, DENSITY_DRAWS).round().astype(np.int64)
     given = [
