@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.study import ELEVATION, LENGTH, PLACE, Study
+from avahazard.inference.study import LENGTH, PLACE, Study
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_table import MU, RunoutTable
 from avahazard.physics.speed import speeds_along
 
 Floats = NDArray[np.float64]
@@ -58,19 +58,49 @@ def resistance_of(
     return resistance
 
 
-def predict_records(
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockRuns:
+    """Tables of every site, and the speeds of each `SpeedRecord` `[n_friction, n_speeds]`."""
+
+    tables: tuple[RunoutTable, ...]
+    speeds: tuple[Floats, ...]
+
+
+def run_blocks(
     study: Study, effects: tuple[Effect, ...], values: Values, curvature: float = 1.0
+) -> BlockRuns:
+    """Run every site's block; only effects on the motion matter here."""
+    resistances = [resistance_of(site, effects, values, curvature) for site in study.sites]
+    tables = tuple(s.table(r) for s, r in zip(study.sites, resistances, strict=True))
+    speeds = []
+    for measured in study.speeds:
+        k = int(study.columns.path_index[measured.event])
+        site, terrain = study.sites[k], study.sites[k].terrain_for(resistances[k])
+        start = terrain.node(site.release_x[study.release[measured.event]])
+        speeds.append(speeds_along(build_cells(terrain, resistances[k]), start, MU, measured.x))
+    return BlockRuns(tables, tuple(speeds))
+
+
+def predict_records(
+    study: Study,
+    effects: tuple[Effect, ...],
+    values: Values,
+    curvature: float = 1.0,
+    runs: BlockRuns | None = None,
 ) -> Predicted:
-    """Run every site's block and gather what each event would have left as its record."""
+    """Gather what each event would have left as its record, from runs of every site's block.
+
+    `runs` may be given where the effects on the motion are those of an earlier call.
+    """
     n = study.n_events
     x = np.full((n, len(MU)), np.nan)
     y = np.full((n, len(MU)), np.nan)
     status = np.full((n, len(MU)), STOPPED, dtype=np.int8)
-    resistances = [resistance_of(site, effects, values, curvature) for site in study.sites]
+    runs = run_blocks(study, effects, values, curvature) if runs is None else runs
     advance = _sum_of(study, effects, values, "advance")
     for k, site in enumerate(study.sites):
         mine = np.flatnonzero(study.columns.path_index == k)
-        table = site.table(resistances[k])
+        table = runs.tables[k]
         left = table.left[study.release[mine]]
         # What left the profile passed its end at least.
         x[mine] = np.where(left, site.smooth.x_max, table.x[study.release[mine]])
@@ -88,13 +118,7 @@ def predict_records(
     straight = study.kind == LENGTH
     # Without a profile the block runs on the energy line: L = H / μ.
     record[straight] = study.fall_height[straight, None] / MU
-    speeds = []
-    for measured in study.speeds:
-        k = int(study.columns.path_index[measured.event])
-        site, terrain = study.sites[k], study.sites[k].terrain_for(resistances[k])
-        start = terrain.node(site.release_x[study.release[measured.event]])
-        speeds.append(speeds_along(build_cells(terrain, resistances[k]), start, MU, measured.x))
-    return Predicted(record=record, x=x, elevation=y, status=status, speeds=tuple(speeds))
+    return Predicted(record=record, x=x, elevation=y, status=status, speeds=runs.speeds)
 
 
 def _sum_of(study: Study, effects: tuple[Effect, ...], values: Values, action: str) -> Floats:
@@ -113,6 +137,3 @@ def _ahead(site: Site, x: Floats, distance: Floats) -> Floats:
     s = np.interp(x, terrain.x, terrain.s) + distance[:, None]
     beyond = np.maximum(s - terrain.s[-1], 0.0)
     return np.asarray(np.interp(s, terrain.s, terrain.x) + beyond)
-
-
-__all__ = ["ELEVATION", "Predicted", "Values", "predict_records", "resistance_of"]

@@ -69,7 +69,7 @@ def predict_stops(
             friction[:, k] = draw_friction(posterior, u, shift, rng)
         here = friction[:, group]
         n_nonpositive += int(np.sum(here <= 0.0))
-        record[:, group], x[:, group], elevation[:, group], left[:, group] = _look_up(tables, here)
+        record[:, group], x[:, group], elevation[:, group], left[:, group] = look_up(tables, here)
     return PredictedStops(record, x, elevation, left, friction, n_nonpositive)
 
 
@@ -112,7 +112,7 @@ def _path_shift(
     return np.asarray(by_path[columns.path_index])
 
 
-def _look_up(
+def look_up(
     tables: Predicted, friction: Floats
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """Records, places and elevations at drawn frictions `[n_events, n_draws]`.

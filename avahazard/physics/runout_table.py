@@ -45,3 +45,27 @@ def runout_table(cells: Cells, starts: NDArray[np.int64], mu: Floats = MU) -> Ru
     """Tabulate F(μ) for each start node `[n_starts]` over the frictions `mu` `[n_friction]`."""
     stops = run(cells, starts, mu)
     return RunoutTable(x=stops.x, y=stops.y, status=stops.status)
+
+
+def filled_table(coarse: RunoutTable, step: int) -> RunoutTable:
+    """The table over `MU` from one over every `step`-th of it: linear between like neighbours.
+
+    Across a change of status the nearer neighbour counts.
+    """
+    place = np.minimum(np.arange(len(MU)) / step, coarse.x.shape[1] - 1.0)
+    j = np.minimum(place.astype(int), coarse.x.shape[1] - 2)
+    share = place - j
+    alike = coarse.status[:, j] == coarse.status[:, j + 1]
+    share = np.where(alike, share, np.round(share))
+    nearest = np.where(share >= 0.5, j + 1, j)
+    rows = np.arange(len(coarse.x))[:, None]
+
+    def between(values: Floats) -> Floats:
+        # Not a plain sum of shares: nan of the neighbour must not spill over.
+        exact = values[rows, nearest]
+        mixed = values[:, j] * (1.0 - share) + values[:, j + 1] * share
+        return np.where(alike, mixed, exact)
+
+    return RunoutTable(
+        x=between(coarse.x), y=between(coarse.y), status=coarse.status[rows, nearest]
+    )

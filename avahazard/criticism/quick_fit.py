@@ -1,0 +1,218 @@
+"""A quick fit of a linear model of log friction with path offsets to bumps (`bumps.Bumps`).
+
+Newton steps on coefficients, offsets and scatter at once (penalised iteratively re-weighted
+least squares, Breslow and Clayton 1993), the spread of the offsets by expectation-maximisation,
+and the log likelihood with the offsets integrated out by Laplace's method. Events that left the
+profile and the chance to be seen are in it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.physics.constants import KEEPS_NAN
+
+Floats = NDArray[np.float64]
+
+STEPS = 12
+
+
+class Design(NamedTuple):
+    """What stays alike between made worlds: columns `x` `[n_events, n_columns]`, `constant`.
+
+    Coefficients have normal priors `prior_mean`, `prior_precision` `[n_columns]`; `path`
+    `[n_events]` is the group of the offset (-1: none), `n_paths` their number (0: no offsets);
+    `extra` `[n_events]` is variance from the volume's error; `multiplier` scales the scatter.
+    """
+
+    x: Floats
+    constant: Floats
+    prior_mean: Floats
+    prior_precision: Floats
+    path: NDArray[np.int64]
+    n_paths: int
+    extra: Floats
+    multiplier: Floats
+
+
+class Edges(NamedTuple):
+    """Probabilities by one edge each, `[n_events]`: of leaving, and of being seen.
+
+    The event leaves where ν < `leave`; it is seen where ν < `seen`, blurred by `seen_sd`
+    (`has_limit` False: always).
+    """
+
+    leave: Floats
+    seen: Floats
+    seen_sd: Floats
+    has_limit: NDArray[np.bool_]
+
+
+class QuickFit(NamedTuple):
+    """Log likelihood with the prior of the coefficients, and where it is reached."""
+
+    log_likelihood: float
+    coefficients: Floats
+    log_scatter: float
+    tau: float
+
+
+SCATTER_MEAN, SCATTER_SD = math.log(0.15), 1.0
+TAU_SCALE = 0.2
+ROOT_2 = math.sqrt(2.0)
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def quick_fit(bumps, left, edges, design, start, log_scatter, tau, student):  # type: ignore[no-untyped-def]
+    """Fit from `start` `[n_columns]`, `log_scatter` and `tau`; returns a `QuickFit`."""
+    n, p = design.x.shape
+    n_paths = design.n_paths
+    beta = start.copy()
+    offsets = np.zeros(n_paths)
+    g = np.zeros(n)
+    h = np.zeros(n)
+    best = -np.inf
+    best_beta, best_scatter, best_tau = beta.copy(), log_scatter, tau
+    for _ in range(STEPS):
+        sigma = math.exp(log_scatter)
+        value, d_scatter, info_scatter = _terms(
+            bumps, left, edges, design, beta, offsets, sigma, student, g, h
+        )
+        # Offsets: curvature by path, and their penalty.
+        bend = np.full(n_paths, 1.0 / (tau * tau))
+        pull = np.zeros(n_paths)
+        for i in range(n):
+            if n_paths and design.path[i] >= 0:
+                bend[design.path[i]] += h[i]
+                pull[design.path[i]] += g[i]
+        for k in range(n_paths):
+            pull[k] -= offsets[k] / (tau * tau)
+            value -= 0.5 * offsets[k] ** 2 / (tau * tau) + 0.5 * math.log(tau * tau * bend[k])
+        for c in range(p):
+            value -= 0.5 * design.prior_precision[c] * (beta[c] - design.prior_mean[c]) ** 2
+        value -= 0.5 * ((log_scatter - SCATTER_MEAN) / SCATTER_SD) ** 2
+        if n_paths:
+            value -= 0.5 * (tau / TAU_SCALE) ** 2
+        if value > best:
+            best, best_beta[:], best_scatter, best_tau = value, beta, log_scatter, tau
+        step, offset_step = _newton(design, g, h, bend, pull, beta)
+        largest = 0.0
+        for c in range(p):
+            beta[c] += step[c]
+        for k in range(n_paths):
+            offsets[k] += min(max(offset_step[k], -0.5), 0.5)
+            largest = max(largest, abs(offset_step[k]))
+        change = (d_scatter - (log_scatter - SCATTER_MEAN) / SCATTER_SD**2) / (
+            info_scatter + 1.0 / SCATTER_SD**2
+        )
+        log_scatter += min(max(change, -0.5), 0.5)
+        if n_paths:
+            total = 0.0
+            for k in range(n_paths):
+                total += offsets[k] ** 2 + 1.0 / bend[k]
+            # The half-normal prior of τ shortens the step of expectation-maximisation.
+            tau = math.sqrt(total / (n_paths + total / TAU_SCALE**2))
+            tau = min(max(tau, 1e-3), 1.0)
+    return QuickFit(best, best_beta, best_scatter, best_tau)
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _newton(design, g, h, bend, pull, beta):  # type: ignore[no-untyped-def]
+    """Joint Newton step of coefficients and offsets, the offsets eliminated path by path."""
+    n, p = design.x.shape
+    n_paths = design.n_paths
+    a = np.zeros((p, p))
+    b = np.zeros(p)
+    cross = np.zeros((n_paths, p))
+    for i in range(n):
+        for c in range(p):
+            xc = design.x[i, c]
+            b[c] += xc * g[i]
+            for d in range(c + 1):
+                a[c, d] += h[i] * xc * design.x[i, d]
+            if n_paths and design.path[i] >= 0:
+                cross[design.path[i], c] += h[i] * xc
+    for c in range(p):
+        b[c] -= design.prior_precision[c] * (beta[c] - design.prior_mean[c])
+        a[c, c] += design.prior_precision[c] + 1e-9
+        for k in range(n_paths):
+            b[c] -= cross[k, c] * pull[k] / bend[k]
+            for d in range(c + 1):
+                a[c, d] -= cross[k, c] * cross[k, d] / bend[k]
+        for d in range(c):
+            a[d, c] = a[c, d]
+    step = np.linalg.solve(a, b)
+    offset_step = np.zeros(n_paths)
+    for k in range(n_paths):
+        offset_step[k] = pull[k]
+        for c in range(p):
+            offset_step[k] -= cross[k, c] * step[c]
+        offset_step[k] /= bend[k]
+    return step, offset_step
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _terms(bumps, left, edges, design, beta, offsets, sigma, student, g, h):  # type: ignore[no-untyped-def]
+    """Sum of log likelihoods; fills score g and curvature h in m; derivatives in log σ."""
+    n, p = design.x.shape
+    value, d_scatter, info_scatter = 0.0, 0.0, 0.0
+    for i in range(n):
+        m = design.constant[i]
+        for c in range(p):
+            m += design.x[i, c] * beta[c]
+        if design.n_paths and design.path[i] >= 0:
+            m += offsets[design.path[i]]
+        own = (sigma * design.multiplier[i]) ** 2
+        if left[i] and bumps.variance[i] == 0.0:
+            spread = math.sqrt(own + design.extra[i])
+            z = (edges.leave[i] - m) / spread
+            log_p, ratio = _log_probability(z)
+            value += log_p
+            g[i] = -ratio / spread
+            h[i] = ratio * (ratio + z) / (spread * spread)
+            share = own / (spread * spread)
+            d_scatter += -z * ratio * share
+            info_scatter += 0.5 * (z * ratio * share) ** 2
+        else:
+            s = own + bumps.variance[i] + design.extra[i]
+            e = bumps.mean[i] - m
+            share = own / s
+            if student:
+                shape = 1.0 / (1.0 + 0.25 * e * e / s)
+                value += math.log(0.375) - 0.5 * math.log(s) + 2.5 * math.log(shape)
+                g[i] = 1.25 * shape * e / s
+                h[i] = 1.25 * shape / s
+                d_scatter += (1.25 * shape * e * e / s - 1.0) * share
+                info_scatter += 8.0 / 7.0 * share * share
+            else:
+                value += -0.919 - 0.5 * math.log(s) - 0.5 * e * e / s
+                g[i] = e / s
+                h[i] = 1.0 / s
+                d_scatter += (e * e / s - 1.0) * share
+                info_scatter += 2.0 * share * share
+            value += bumps.log_mass[i]
+        if edges.has_limit[i]:
+            s = own + edges.seen_sd[i] ** 2 + design.extra[i]
+            spread = math.sqrt(s)
+            z = (edges.seen[i] - m) / spread
+            log_p, ratio = _log_probability(z)
+            value -= log_p
+            g[i] += ratio / spread
+            h[i] = max(h[i] - ratio * (ratio + z) / s, 0.1 * h[i])
+            d_scatter += z * ratio * own / s
+    return value, d_scatter, info_scatter
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _log_probability(z):  # type: ignore[no-untyped-def]
+    """log Φ(z) and φ(z)/Φ(z), good far into the lower tail."""
+    if z < -8.0:
+        # Mills' ratio: Φ(z) ≈ φ(z)/|z| (1 - 1/z²).
+        return -0.5 * z * z - 0.919 - math.log(-z) - 1.0 / (z * z), -z + 1.0 / -z
+    cdf = 0.5 * math.erfc(-z / ROOT_2)
+    return math.log(cdf), 0.3989422804014327 * math.exp(-0.5 * z * z) / cdf
