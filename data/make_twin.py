@@ -46,9 +46,9 @@ PATHS = (
      ((0.07, 1.8, 0.5),), None, 1902),
     ("Entremène", "channelled", 2230, 1000, 27, 3e3, 4.8e5, (1.00, 0.18), (0.25, 0.20),
      ((0.06, 2.4, 0.2),), None, 1900),
-    ("Nants", "open", 2450, 1250, 27, 2e3, 2.5e5, (1.00, 0.18), (0.25, 0.20),
+    ("Nants", "open", 2450, 1250, 27, 2e3, 2.5e5, (1.00, 0.185), (0.25, 0.20),
      ((0.05, 1.4, 0.6), (0.04, 3.0, 0.1)), 1850, 1900),
-    ("Grand Chantey", "open", 2300, 1200, 27, 2e3, 2.7e5, (1.00, 0.14), (0.25, 0.25),
+    ("Grand Chantey", "open", 2300, 1200, 27, 2e3, 2.7e5, (1.00, 0.145), (0.25, 0.25),
      ((0.07, 2.0, 0.9),), None, 1903),
 )  # fmt: skip
 
@@ -74,9 +74,9 @@ def bent_profile(
     steps = sum((a * np.sin(2 * np.pi * (k * t + phase)) for a, k, phase in waves), np.zeros(4001))
     slope = (slopes[1] + (slopes[0] - slopes[1]) * share) * (1.0 + in_middle * steps)
     length = drop_m / float(np.trapezoid(slope, t))
-    x = np.arange(0.0, length + SPACING_M, SPACING_M)
+    x = np.linspace(0.0, length, round(length / SPACING_M) + 1)
     at = np.interp(x / length, t, slope)
-    fall = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * SPACING_M)])
+    fall = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * np.diff(x))])
     return np.round(x, 1), np.round(top_m - fall, 3)
 
 
@@ -86,7 +86,6 @@ def make_sites() -> tuple[Site, ...]:
     for name, section, top, bottom, n, low, high, slopes, bend, waves, below, since in PATHS:
         path_id = name.lower().replace(" ", "-").replace("é", "e").replace("è", "e")
         x, y = bent_profile(top - bottom, top, slopes, bend, waves)
-        keep = y >= bottom
         sites.append(
             Site(
                 path=Path(
@@ -99,7 +98,7 @@ def make_sites() -> tuple[Site, ...]:
                     observed_to=2003,
                     observed_below_m=below,
                 ),
-                profile=Profile(path_id, x[keep], y[keep]),
+                profile=Profile(path_id, x, y),
                 n_events=n,
                 volume_median_m3=(low * high) ** 0.5,
                 volume_log_sd=1.3,
