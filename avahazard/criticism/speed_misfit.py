@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.axes import terciles
-from avahazard.inference.nodes import SPEED_CORRELATION_M
+from avahazard.inference.nodes import SPEED_CORRELATION_M, Nodes, build_nodes
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import Predicted
-from avahazard.inference.study import LEFT, SpeedRecord, Study
-from avahazard.physics.block import LEFT_PROFILE
+from avahazard.inference.study import SpeedRecord, Study
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_table import MU, MU_STEP
 
@@ -22,6 +21,8 @@ Floats = NDArray[np.float64]
 
 N_TABLES = 24
 DRAWS_A_TABLE = 25
+JUMP = 4.0
+"""Neighbouring stops that many errors of the record apart are a jump."""
 MIN_PIECE_M = 20.0
 """Shortest stretch over which a deceleration is taken: over less, errors of speed drown it."""
 
@@ -58,15 +59,20 @@ def matched_speeds(
         return None
     chosen = np.linspace(0, len(coordinates) - 1, N_TABLES).round().astype(np.int64)
     shaped = bool(posterior.layout.tables)
-    tables = None if shaped else posterior.predicted_at(coordinates[chosen[0]])
-    columns = []
+    columns: list[Floats] = []
     for k in chosen:
         u = coordinates[k]
-        table = posterior.predicted_at(u) if tables is None else tables
-        given = None if offsets is None else offsets[k]
-        tracks = [
-            _track_draws(posterior, table, u, given, j, rng) for j in range(len(study.speeds))
-        ]
+        if shaped or not columns:
+            table = posterior.predicted_at(u)
+            nodes = _stop_nodes(posterior, table)
+        location, scatter = posterior.location_and_scatter(u)
+        location = _shifted(posterior, location, None if offsets is None else offsets[k])
+        tracks = []
+        for j, track in enumerate(study.speeds):
+            i = track.event
+            mu = _friction_given_stop(posterior, nodes, i, location[i], scatter[i], rng)
+            speed = _speeds_at(table, j, i, study.sigma[i], mu)
+            tracks.append(speed + _error(posterior, u, track, rng))
         columns.append(np.concatenate(tracks, axis=0))
     return MatchedSpeeds(
         event=np.concatenate([np.full(len(t.x), t.event) for t in study.speeds]),
@@ -77,58 +83,74 @@ def matched_speeds(
     )
 
 
-def friction_given_stop(
-    posterior: Posterior, table: Predicted, u: Floats, offsets: Floats | None, event: int
-) -> Floats:
-    """Probability of each friction of the grid given the event's stop `[n_friction]`."""
-    study = posterior.study
-    location, scatter = posterior.location_and_scatter(u)
-    m, s = location[event], scatter[event]
-    if posterior.groups is not None and offsets is not None and posterior.groups[event] >= 0:
-        shift = offsets[posterior.groups[event]]
-        m = m + shift if posterior.layout.log_scatter else m * np.exp(shift)
-    place = np.log(MU) if posterior.layout.log_scatter else MU
-    z2 = ((place[:, None] - m) / s) ** 2
-    kernel = -2.5 * np.log1p(0.25 * z2) if posterior.specification.tails == "student" else -0.5 * z2
-    # A step of the grid is shorter in log μ where μ is large.
-    width = -np.log(MU) if posterior.layout.log_scatter else 0.0
-    weight = study.volumes.weight[event]
-    with np.errstate(divide="ignore"):
-        log_p = np.logaddexp.reduce(kernel + np.log(weight / s), axis=1) + width
-    left = table.status[event] == LEFT_PROFILE
-    if study.kind[event] == LEFT:
-        log_p = np.where(left, log_p, -np.inf)
-    else:
-        z = (table.record[event] - study.observed[event]) / study.sigma[event]
-        log_p = np.where(left, -np.inf, log_p - 0.5 * z * z)
-    if not np.any(np.isfinite(log_p)):
-        log_p = np.where(left == (study.kind[event] == LEFT), 0.0, -np.inf)
-    if not np.any(np.isfinite(log_p)):
-        log_p = np.zeros(len(MU))
-    p = np.exp(log_p - np.max(log_p))
-    return np.asarray(p / np.sum(p))
+def _stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
+    """Nodes over friction of the stops alone, without the speeds."""
+    return build_nodes(
+        replace(posterior.study, speeds=()),
+        replace(table, speeds=()),
+        in_log=posterior.layout.log_scatter,
+    )
 
 
-def _track_draws(
+def _shifted(posterior: Posterior, location: Floats, offsets: Floats | None) -> Floats:
+    """Locations with the path offsets added to log friction."""
+    if posterior.groups is None or offsets is None:
+        return location
+    shift = np.where(posterior.groups >= 0, offsets[posterior.groups], 0.0)[:, None]
+    return location + shift if posterior.layout.log_scatter else location * np.exp(shift)
+
+
+def _friction_given_stop(
     posterior: Posterior,
-    table: Predicted,
-    u: Floats,
-    offsets: Floats | None,
-    track: int,
+    nodes: Nodes,
+    event: int,
+    location: Floats,
+    scatter: Floats,
     rng: np.random.Generator,
 ) -> Floats:
-    """Speeds of one track by one draw of the parameters, `[n_speeds, DRAWS_A_TABLE]`."""
-    measured = posterior.study.speeds[track]
-    p = friction_given_stop(posterior, table, u, offsets, measured.event)
-    mu = rng.choice(MU, DRAWS_A_TABLE, p=p) + MU_STEP * (rng.random(DRAWS_A_TABLE) - 0.5)
-    speed = np.stack([np.interp(mu, MU, column) for column in table.speeds[track].T])
-    scatter = 0.0
-    if posterior.layout.speed_scatter is not None:
-        scatter = float(np.exp(u[posterior.layout.speed_scatter]))
-    apart = np.abs(measured.x[:, None] - measured.x[None, :])
-    covariance = scatter**2 * np.exp(-apart / SPEED_CORRELATION_M) + np.diag(measured.sigma**2)
-    noise = np.linalg.cholesky(covariance) @ rng.standard_normal(speed.shape)
-    return np.asarray(speed + noise)
+    """Draws of μ `[DRAWS_A_TABLE]` given the stop; `location`, `scatter` are `[n_volumes]`."""
+    in_log = posterior.layout.log_scatter
+    place, weight = nodes.place[event], nodes.weight[event]
+    if nodes.is_probability[event]:
+        # It left the profile: any friction below the highest that lets it.
+        place = np.log(MU) if in_log else MU
+        edge = np.max(nodes.place[event][weight != 0.0], initial=place[0])
+        weight = np.where(place <= edge, np.gradient(place), 0.0)
+    z2 = ((place[:, None] - location) / scatter) ** 2
+    kernel = -2.5 * np.log1p(0.25 * z2) if posterior.specification.tails == "student" else -0.5 * z2
+    kernel = kernel + np.log(posterior.study.volumes.weight[event] / scatter)
+    log_p = np.logaddexp.reduce(kernel, axis=1)
+    top = np.max(log_p[weight > 0.0], initial=-np.inf)
+    p = weight * np.exp(np.minimum(log_p - top, 0.0))
+    if not np.sum(p) > 0.0:
+        p = np.ones(len(place))
+    drawn = rng.choice(place, DRAWS_A_TABLE, p=p / np.sum(p))
+    return np.exp(drawn) if in_log else drawn
+
+
+def _speeds_at(table: Predicted, track: int, event: int, sigma: float, mu: Floats) -> Floats:
+    """Speeds at frictions `mu`, `[n_speeds, n_draws]`, between those of the table.
+
+    Where the record lies in a jump of the stops, or at the profile's end, the block that came
+    that far counts, not the one that stopped before.
+    """
+    grid = np.clip((mu - MU[0]) / MU_STEP, 0.0, len(MU) - 1.0)
+    j = np.minimum(grid.astype(np.int64), len(MU) - 2)
+    record, status = table.record[event], table.status[event]
+    jumps = (np.abs(record[j + 1] - record[j]) > JUMP * sigma) | (status[j] != status[j + 1])
+    share = np.where(jumps, 0.0, grid - j)[:, None]
+    speeds = table.speeds[track]
+    return np.asarray(speeds[j] * (1.0 - share) + speeds[j + 1] * share).T
+
+
+def _error(posterior: Posterior, u: Floats, track: SpeedRecord, rng: np.random.Generator) -> Floats:
+    """Draws of the model's and the measurement's error, `[n_speeds, DRAWS_A_TABLE]`."""
+    place = posterior.layout.speed_scatter
+    scatter = 0.0 if place is None else float(np.exp(u[place]))
+    apart = np.abs(track.x[:, None] - track.x[None, :])
+    covariance = scatter**2 * np.exp(-apart / SPEED_CORRELATION_M) + np.diag(track.sigma**2)
+    noise = rng.standard_normal((len(track.x), DRAWS_A_TABLE))
+    return np.asarray(np.linalg.cholesky(covariance) @ noise)
 
 
 def measured_force(study: Study) -> list[dict[str, Any]]:
