@@ -27,12 +27,11 @@ def draw_comparison(file: Path, comparison: Mapping[str, Any]) -> None:
         figure = axes.figure
         axes.remove()
         force = comparison["measured_force"]
-        if not force:
-            _draw_bias(figure.add_subplot(), comparison)
-            return
-        left, right = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)
-        _draw_bias(left, comparison)
-        _draw_force(right, force)
+        n_panels = 1 + bool(force) if comparison["where_it_fails"] else 1
+        if comparison["where_it_fails"] or not force:
+            _draw_bias(figure.add_subplot(1, n_panels, 1), comparison)
+        if force:
+            _draw_force(figure.add_subplot(1, n_panels, n_panels), force)
 
 
 def _draw_bias(axes: Axes, comparison: Mapping[str, Any]) -> None:

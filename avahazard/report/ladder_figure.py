@@ -32,7 +32,8 @@ def draw_ladder(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         floors = [row["noise_floor_crps_m"] for row in shown]
         if floors:
             axes.axhline(min(floors), color="tab:blue", linestyle="--", label="error of records")
-            axes.legend()
+            axes.legend(loc="upper right")
+        axes.margins(y=0.08)
         axes.set_xticks(np.arange(len(shown)), [_label(row) for row in shown], fontsize=8)
         axes.set_ylabel("held-out CRPS (m)")
 

@@ -11,6 +11,7 @@ from avahazard.records.errors import AvahazardError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FORMATS = (".png", ".svg", ".pdf")
 
@@ -22,14 +23,30 @@ def picture(file: Path) -> Iterator[Axes]:
     Raises:
         AvahazardError: the name does not end in one of `FORMATS`.
     """
+    with figure(file, (8.0, 5.0)) as drawn:
+        yield drawn.add_subplot()
+
+
+@contextmanager
+def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
+    """Give an empty figure of that size (inches), written to `file` at the end.
+
+    Raises:
+        AvahazardError: the name does not end in one of `FORMATS`.
+    """
+    require_picture(file)
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 (slow)
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    drawn = Figure(figsize=size_in, layout="constrained")
+    FigureCanvasAgg(drawn)
+    yield drawn
+    drawn.savefig(file, dpi=150)
+
+
+def require_picture(file: Path) -> None:
+    """Raise `AvahazardError` where `file` is not the name of a picture: before long work."""
     if file.suffix.lower() not in FORMATS:
         raise AvahazardError(
             f"{file} is not the name of a picture.", f"It must end in {', '.join(FORMATS)}."
         )
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 (slow)
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(8.0, 5.0), layout="constrained")
-    FigureCanvasAgg(figure)
-    yield figure.add_subplot()
-    figure.savefig(file, dpi=150)

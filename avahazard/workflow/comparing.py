@@ -26,6 +26,7 @@ from avahazard.inference.seeds import generator
 from avahazard.inference.specification import MethodName
 from avahazard.inference.study import ELEVATION, LEFT, LENGTH, PLACE, Study
 from avahazard.records.errors import AvahazardError
+from avahazard.report.picture import require_picture
 from avahazard.store.comparisons import save_comparison
 from avahazard.store.session import writing
 from avahazard.workflow.fitted import fitted_posterior, offset_array
@@ -59,8 +60,10 @@ def compare(
 
     Raises:
         AvahazardError: there is no such model, its records have changed, or its method has no
-            predictive distribution of the friction.
+            predictive distribution of the friction, or `plot` is not the name of a picture.
     """
+    if plot is not None:
+        require_picture(plot)
     stored, records = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
     require_unchanged(stored, records)

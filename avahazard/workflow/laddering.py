@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from avahazard.records.errors import AvahazardError
+from avahazard.report.picture import require_picture
 from avahazard.store.comparisons import latest_comparison
 from avahazard.store.models import list_models
 from avahazard.store.session import reading
@@ -37,8 +38,10 @@ def ladder(
     held-out error from model to model.
 
     Raises:
-        AvahazardError: the database is missing or has no model.
+        AvahazardError: the database is missing or has no model, or `plot` is no picture.
     """
+    if plot is not None:
+        require_picture(plot)
     with reading(database) as session:
         models = list_models(session)
         known = {model.name: latest_comparison(session, model.name) for model in models}
