@@ -34,6 +34,7 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("ladder", "ladder", "List every model and its error, oldest first."),
     Entry("predict", "predict", "Predict the runout of each event of a file."),
     Entry("hazard", "hazard", "Draw the runout for volumes or return periods, path by path."),
+    Entry("demo", "demo", "Do the main job on the bundled data: a twin of seven paths."),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )
 

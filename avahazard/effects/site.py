@@ -94,11 +94,9 @@ def release_place(smooth: SmoothProfile, elevation: float | None) -> float:
     if j == 0:
         return smooth.x_min
     low, high = float(x[j - 1]), float(x[j])
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        if smooth.height(middle) > elevation:
-            low = middle
-        else:
-            high = middle
+    for _ in range(5):
+        between = np.linspace(low, high, 101)
+        k = max(1, int(np.argmax(smooth.height(between) <= elevation)))
+        low, high = float(between[k - 1]), float(between[k])
     # Rounded so that a record read twice gives the same node.
     return min(round(high, 6), smooth.x_max)

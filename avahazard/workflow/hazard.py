@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from avahazard.records.event import Event
 from avahazard.store.hazard import save_hazard
 from avahazard.store.session import writing
 from avahazard.workflow.one_path import find_path, find_profile
+from avahazard.workflow.own_effects import own_effects
 from avahazard.workflow.prospects import forecast, ignores_volume, takes_event_columns
 from avahazard.workflow.stored_model import StoredFit, load_stored, records_changed
 
@@ -56,6 +58,7 @@ def hazard(
     paths: Sequence[str] = (),
     n_draws: int = N_DRAWS,
     seed: int = 0,
+    effect_files: Sequence[FilePath] = (),
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Compute and store the bounds of the runout, and return them with notes for people.
@@ -67,14 +70,15 @@ def hazard(
     its volume comes from.
 
     Raises:
-        AvahazardError: there is no such model or path, a volume or return period is not over
-            0, or no path has what a return period needs.
+        AvahazardError: there is no such model or path, `effect_files` are not those that the
+            model was made with, a volume or return period is not over 0, or no path has what
+            a return period needs.
     """
     _check(return_periods, "return period", "years")
     _check(volumes, "volume", "m3")
     if not return_periods and not volumes:
         return_periods = (DEFAULT_RETURN_PERIOD,)
-    stored, records = load_stored(database, name)
+    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
     wanted, notes = _wanted(stored, records, return_periods, volumes, paths, seed)
     report("Bounds of the runout", 0.0, len(wanted))
     ready, prospects = forecast(stored, records, [(w.path_id, w.volume_m3) for w in wanted])

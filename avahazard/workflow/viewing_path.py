@@ -48,7 +48,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> dict
         from avahazard.report.path_figure import draw_path  # noqa: PLC0415 (matplotlib is slow)
 
         releases = [_release(smooth, path, event) for event in events] or [_release(smooth, path)]
-        stops = [place for e in events if (place := _stop(smooth, e)) is not None]
+        stops = [place for e in events if (place := stop_place(smooth, e)) is not None]
         draw_path(plot, path, profile, smooth, np.array(releases), np.array(stops))
     return document
 
@@ -128,8 +128,8 @@ def _release(smooth: SmoothProfile, path: Path, event: Event | None = None) -> f
     return release_place(smooth, elevation)
 
 
-def _stop(smooth: SmoothProfile, event: Event) -> float | None:
-    """x of the recorded stop, None where it is beyond the profile."""
+def stop_place(smooth: SmoothProfile, event: Event) -> float | None:
+    """x (m) of the recorded stop, None where it is beyond the profile."""
     if event.left_profile:
         return None
     if event.runout_x_m is not None:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from avahazard.cli.comparison_table import EffectFiles
 from avahazard.cli.hazard_table import show_bounds
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
@@ -35,6 +36,7 @@ def hazard(
     ] = None,
     draws: Annotated[int, typer.Option(min=100, max=10_000_000, help="For each row.")] = 20_000,
     seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+    effect_file: EffectFiles = None,
 ) -> None:
     """Draw the runout for volumes or return periods, with its interval, path by path."""
     from avahazard.workflow.hazard import hazard as run  # noqa: PLC0415
@@ -48,6 +50,7 @@ def hazard(
             paths=path or (),
             n_draws=draws,
             seed=seed,
+            effect_files=effect_file or (),
             report=report,
         )
     emit(context, rows, lambda console: show_bounds(console, rows))

@@ -1,0 +1,53 @@
+"""`avahazard demo`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.hazard_table import show_bounds
+from avahazard.cli.model_table import show_calibration
+from avahazard.cli.output import emit, warn
+from avahazard.cli.progress import show_progress
+
+
+def demo(
+    context: typer.Context,
+    folder: Annotated[
+        Path, typer.Option(help="Where its database and files go; made anew each time.")
+    ] = Path("avahazard-demo"),
+) -> None:
+    """Do the main job on the bundled data, a twin of the paper's seven paths."""
+    from avahazard.workflow.demo import run_demo  # noqa: PLC0415
+
+    with show_progress() as report:
+        document = run_demo(folder, report)
+    emit(context, document, lambda console: _show(console, document))
+    for note in document["notes"]:
+        warn(note)
+
+
+def _show(console: Console, document: dict[str, Any]) -> None:
+    console.print(document["twin"])
+    console.print("Nobody may use them to judge a real place.\n")
+    for model in (document["model"], document["gibbs"]):
+        show_calibration(console, model)
+        console.print()
+    console.print("The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n")
+    show_bounds(console, document["hazard"])
+    console.print("\nFiles:")
+    database, bounds, picture, *data = document["files"]
+    for words, file in (
+        ("database", database),
+        ("bounds of the twin's paths", bounds),
+        ("picture of them", picture),
+        ("the twin itself", str(Path(data[0]).parent)),
+    ):
+        console.print(f"  {words}: {file}", soft_wrap=True)
+    console.print("\nGo on with it, for example:")
+    name = document["model"]["model"]
+    for words in (f"model {name}", f"compare {name}", f"hazard {name} -T 30 -T 300"):
+        console.print(f"  avahazard --db {database} {words}", soft_wrap=True)

@@ -1,0 +1,114 @@
+"""Runout bounds of all paths in one picture: profile, recorded stops, mean and interval."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.report.picture import figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+GROUND, STOPS, BOUNDS = "#d9d4cc", "#33607f", "#c0392b"
+COLUMNS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnPath:
+    """A path with a row of `hazard`; `stop_x` (m) of the recorded stops, any number."""
+
+    name: str
+    smooth: SmoothProfile
+    release_x: float
+    stop_x: Floats
+    n_left: int
+    row: dict[str, Any]
+
+
+def draw_bounds(file: FilePath, title: str, paths: Sequence[DrawnPath]) -> None:
+    """Draw one panel for each path to `file`.
+
+    Raises:
+        AvahazardError: `file` is not the name of a picture.
+    """
+    rows = ceil((len(paths) + 1) / COLUMNS)
+    with figure(file, (11.0, 2.6 * rows + 0.5)) as drawn:
+        panels = drawn.subplots(rows, COLUMNS, squeeze=False).ravel()
+        for panel, path in zip(panels, paths, strict=False):
+            _draw_path(panel, path)
+        for panel in panels[len(paths) :]:
+            panel.axis("off")
+        handles, labels = panels[0].get_legend_handles_labels()
+        panels[len(paths)].legend(handles, labels, loc="center", frameon=False, fontsize=10)
+        drawn.suptitle(title, fontsize=13)
+        drawn.supxlabel("distance along the path x (m)", fontsize=10)
+        drawn.supylabel("elevation (m)", fontsize=10)
+
+
+def _draw_path(panel: Axes, path: DrawnPath) -> None:
+    smooth, end = path.smooth, path.smooth.x_max
+    x = np.linspace(smooth.x_min, end, 600)
+    y = smooth.height(x)
+    top, bottom = float(y.max()), float(y.min())
+    tick = 0.05 * (top - bottom)
+    panel.fill_between(x, y, bottom - 3.0 * tick, color=GROUND, linewidth=0)
+    panel.plot(x, y, color="0.35", linewidth=1.2, label="profile, smoothed")
+    panel.plot(
+        path.release_x, smooth.height(path.release_x), "v", color="black", label="release", ms=7
+    )
+    panel.vlines(
+        path.stop_x,
+        smooth.height(path.stop_x) - tick,
+        smooth.height(path.stop_x) + tick,
+        color=STOPS,
+        linewidth=1.1,
+        label="recorded stops",
+    )
+    spread = path.row["runout_x_m"]
+    low, high = (end if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
+    along = np.linspace(low, high, 200)
+    panel.plot(
+        along,
+        smooth.height(along) + 2.2 * tick,
+        color=BOUNDS,
+        linewidth=4,
+        alpha=0.55,
+        solid_capstyle="butt",
+        label="runout, 5 to 95 %",
+    )
+    if spread["mean"] is not None:
+        mean = float(spread["mean"])
+        panel.plot(
+            mean, smooth.height(mean) + 2.2 * tick, "D", color=BOUNDS, ms=6, label="runout, mean"
+        )
+    if spread["q95"] is None:
+        panel.annotate("beyond", (end, smooth.height(end)), color=BOUNDS, fontsize=8)
+    panel.set_title(path.name, fontsize=10, loc="left")
+    panel.set_ylim(bottom - 2.0 * tick, top + 2.0 * tick)
+    panel.set_xlim(smooth.x_min, end)
+    panel.text(
+        0.98, 0.93, _words(path), transform=panel.transAxes, ha="right", va="top", fontsize=8
+    )
+
+
+def _words(path: DrawnPath) -> str:
+    row, x = path.row, path.row["runout_x_m"]
+    lines = []
+    if row["volume_m3"] is not None:
+        volume = float(f"{row['volume_m3']:.3g}")
+        lines.append(f"V = {volume:,.0f} m³")
+    if x["mean"] is not None:
+        lines.append(f"x = {x['mean']:.0f} m ({x['q05']:.0f} to {x['q95']:.0f})")
+    left = f", {path.n_left} ran past the end" if path.n_left else ""
+    lines.append(f"{len(path.stop_x) + path.n_left} records{left}")
+    return "\n".join(lines)

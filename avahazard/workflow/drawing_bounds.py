@@ -1,0 +1,74 @@
+"""Bounds of the runout as a picture and as a table in a file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from avahazard.effects.site import release_place
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import Records
+from avahazard.workflow.one_path import find_path, find_profile
+from avahazard.workflow.viewing_path import stop_place
+
+
+def draw_hazard(
+    file: FilePath, title: str, records: Records, rows: Sequence[dict[str, Any]]
+) -> None:
+    """Draw the rows of `hazard` to `file`, a panel each, with the recorded stops of their paths.
+
+    Raises:
+        AvahazardError: a path has no profile, or `file` is not the name of a picture.
+    """
+    from avahazard.report.bounds_figure import DrawnPath, draw_bounds  # noqa: PLC0415 (slow)
+
+    drawn = []
+    for row in rows:
+        path = find_path(records, row["path_id"])
+        profile = find_profile(records, path)
+        smooth = smooth_profile(profile.x_m, profile.y_m)
+        events = [e for e in records.events if e.path_id == path.path_id]
+        stops = [x for e in events if (x := stop_place(smooth, e)) is not None]
+        drawn.append(
+            DrawnPath(
+                name=path.name or path.path_id,
+                smooth=smooth,
+                release_x=release_place(smooth, path.release_elevation_m),
+                stop_x=np.array(stops, np.float64),
+                n_left=sum(e.left_profile for e in events),
+                row=row,
+            )
+        )
+    draw_bounds(file, title, drawn)
+
+
+def write_hazard(file: FilePath, rows: Sequence[dict[str, Any]]) -> None:
+    """Write the rows of `hazard` as CSV: lengths in m, an empty cell beyond the profile."""
+    flat = [
+        {
+            "path_id": row["path_id"],
+            "return_period_years": row["return_period_years"],
+            "volume_m3": row["volume_m3"],
+            **{
+                f"runout_x_{key}_m": row["runout_x_m"][key] for key in ("mean", "q05", "q50", "q95")
+            },
+            **{
+                f"runout_elevation_{key}_m": row["runout_elevation_m"][key]
+                for key in ("mean", "q05", "q50", "q95")
+            },
+            "p_left_profile": row["p_left_profile"],
+            "n_draws": row["n_draws"],
+            "interval": row["interval"],
+        }
+        for row in rows
+    ]
+    with file.open("w", newline="", encoding="utf-8") as handle:
+        writer = csv.DictWriter(handle, list(flat[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(
+            {k: round(v, 4) if isinstance(v, float) else v for k, v in r.items()} for r in flat
+        )
