@@ -28,6 +28,11 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("models", "models", "List the stored models."),
     Entry("model", "model", "Show a stored model: its posterior, and whether it converged."),
     Entry("compare", "compare", "Set a model against the measurements: scores, where it fails."),
+    Entry(
+        "diagnose",
+        "diagnose",
+        "Ask which physical effect a model lacks, if any, and what to measure next.",
+    ),
     Entry("effects", "effects", "List the effects that a model can have."),
     Entry("effect", "effect", "Show the physics of one effect, or write a template: effect new."),
     Entry("add", "add", "Add effects to a model: calibrate, compare and store the child."),

@@ -18,6 +18,8 @@ from avahazard.physics.constants import KEEPS_NAN
 Floats = NDArray[np.float64]
 
 REACH = 6.0
+MOST_POINTS = 4096
+HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 class Bumps(NamedTuple):
@@ -52,59 +54,40 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
     last friction of the grid at which the block leaves (-1: none), `left` `[n_events]` the
     events that did leave (for these the speeds alone speak), `speeds` `[n_rows, n_places]`.
     """
-    n, n_mu = record.shape
+    n = len(record)
     mean = np.zeros(n)
     variance = np.zeros(n)
     log_mass = np.zeros(n)
-    points = np.empty(4096)
-    logs = np.empty(4096)
+    points = np.empty(MOST_POINTS)
+    logs = np.empty(MOST_POINTS)
     for i in range(n):
         row = speed_grid.row[i]
         if left[i] and row < 0:
             continue
-        count = 0
-        nearest, gap = 0, np.inf
-        for j in range(max(last_left[i], 0), n_mu - 1):
-            if left[i]:
-                break
-            z0 = (record[i, j] - observed[i]) / sigma[i]
-            z1 = (record[i, j + 1] - observed[i]) / sigma[i]
-            if abs(z1) < gap:
-                nearest, gap = j + 1, abs(z1)
-            if min(z0, z1) > REACH or max(z0, z1) < -REACH:
-                continue
-            width = log_mu[j + 1] - log_mu[j]
-            # Only the part of the cell within reach counts.
-            t_low, t_high = 0.0, 1.0
-            if z0 != z1:
-                ta = (-REACH - z0) / (z1 - z0)
-                tb = (REACH - z0) / (z1 - z0)
-                t_low, t_high = max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
-            pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
-            step = (t_high - t_low) / pieces
-            for p in range(pieces):
-                if count == len(points):
-                    break
-                t = t_low + (p + 0.5) * step
-                z = z0 + t * (z1 - z0)
-                points[count] = log_mu[j] + t * width
-                logs[count] = -0.5 * z * z + np.log(step * width)
-                if row >= 0:
-                    logs[count] += _speed_log(speed_grid, row, j + t, speeds[row])
-                count += 1
         if left[i]:
-            for j in range(0, max(last_left[i], 1), 2):
-                points[count] = log_mu[j]
-                logs[count] = np.log(log_mu[j + 1] - log_mu[j]) + np.log(sigma[i]) + 0.919
-                logs[count] += _speed_log(speed_grid, row, float(j), speeds[row])
-                count += 1
+            count = _leaving_points(last_left[i], log_mu, speed_grid, row, speeds, points, logs)
+            log_norm = 0.0
+        else:
+            count = _stop_points(
+                record[i],
+                max(last_left[i], 0),
+                observed[i],
+                sigma[i],
+                log_mu,
+                speed_grid,
+                row,
+                speeds,
+                points,
+                logs,
+            )
+            log_norm = -np.log(sigma[i]) - HALF_LOG_2PI
         if count == 0:
+            z = (record[i] - observed[i]) / sigma[i]
+            nearest = np.argmin(np.abs(z))
             mean[i], variance[i] = log_mu[nearest], 1e-6
-            log_mass[i] = -0.5 * min(gap, 100.0) ** 2 - np.log(sigma[i]) - 0.919 - 6.0
+            log_mass[i] = -0.5 * min(abs(z[nearest]), 100.0) ** 2 + log_norm - 6.0
             continue
-        top = -np.inf
-        for c in range(count):
-            top = max(top, logs[c])
+        top = np.max(logs[:count])
         total, first, second = 0.0, 0.0, 0.0
         for c in range(count):
             a = np.exp(logs[c] - top)
@@ -114,8 +97,51 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
             second += a * x * x
         mean[i] = points[0] + first / total
         variance[i] = max(second / total - (first / total) ** 2, 1e-8)
-        log_mass[i] = top + np.log(total) - np.log(sigma[i]) - 0.919
+        log_mass[i] = top + np.log(total) + log_norm
     return Bumps(mean, variance, log_mass)
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _stop_points(record, first, observed, sigma, log_mu, speed_grid, row, speeds, points, logs):  # type: ignore[no-untyped-def]
+    """Points of the bump of a stop and their log masses; returns how many."""
+    count = 0
+    for j in range(first, len(record) - 1):
+        z0 = (record[j] - observed) / sigma
+        z1 = (record[j + 1] - observed) / sigma
+        if min(z0, z1) > REACH or max(z0, z1) < -REACH:
+            continue
+        width = log_mu[j + 1] - log_mu[j]
+        # Only the part of the cell within reach counts.
+        t_low, t_high = 0.0, 1.0
+        if z0 != z1:
+            ta = (-REACH - z0) / (z1 - z0)
+            tb = (REACH - z0) / (z1 - z0)
+            t_low, t_high = max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
+        pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
+        step = (t_high - t_low) / pieces
+        for p in range(pieces):
+            if count == len(points):
+                return count
+            t = t_low + (p + 0.5) * step
+            z = z0 + t * (z1 - z0)
+            points[count] = log_mu[j] + t * width
+            logs[count] = -0.5 * z * z + np.log(step * width)
+            if row >= 0:
+                logs[count] += _speed_log(speed_grid, row, j + t, speeds[row])
+            count += 1
+    return count
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _leaving_points(last_left, log_mu, speed_grid, row, speeds, points, logs):  # type: ignore[no-untyped-def]
+    """As `_stop_points` for an event that left, of which only the speeds are known."""
+    count = 0
+    for j in range(0, max(last_left, 1), 2):
+        points[count] = log_mu[j]
+        logs[count] = np.log(log_mu[j + 2] - log_mu[j])
+        logs[count] += _speed_log(speed_grid, row, float(j), speeds[row])
+        count += 1
+    return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)

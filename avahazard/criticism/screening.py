@@ -42,18 +42,20 @@ N_WORKERS = 2
 
 @dataclass(frozen=True, slots=True)
 class Screened:
-    """A candidate after the screening: its gain (nats), p-values, and its shift of friction."""
+    """A candidate after the screening: its gain (nats), its p-values by itself and family-wise,
+    and the gain that it has in one of twenty worlds where nothing is missing."""
 
     definition: Definition
     gain: float
     p_single: float
     p_family: float
+    null_gain: float
 
 
 @dataclass(frozen=True, slots=True)
 class Screening:
     """All candidates, best first; the gain of the path effect with its p-value; and the gain
-    that chance exceeds in 5 % of made worlds with the best candidate."""
+    of one parameter that chance exceeds in 5 % of made worlds with some candidate."""
 
     candidates: tuple[Screened, ...]
     path_gain: float
@@ -255,15 +257,22 @@ def _judge(
     for k, entry in enumerate(candidates):
         s = float(_surprise(null[:, k], real[k : k + 1])[0])
         family = (1.0 + float(np.sum(largest >= s))) / (n_worlds + 1.0)
-        result.append(Screened(entry, float(real[k]), float(np.exp(-s)), family))
+        chance = float(np.quantile(null[:, k], 0.95))
+        result.append(Screened(entry, float(real[k]), float(np.exp(-s)), family, chance))
     result.sort(key=lambda c: (c.p_single, -c.gain))
     return Screening(
         candidates=tuple(result),
         path_gain=real_path,
         path_p=(1.0 + float(np.sum(null_path >= real_path))) / (n_worlds + 1.0),
-        critical_gain=float(np.quantile(null.max(axis=1), 0.95)) if len(real) else 0.0,
+        critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,
     )
+
+
+def _critical_gain(largest: Floats) -> float:
+    """Gain of an effect with one parameter that 5 % of made worlds exceed with some candidate."""
+    surprise = float(np.quantile(largest, 0.95))
+    return 0.5 * float(stats.chi2.isf(np.exp(-surprise), 1))
 
 
 def _surprise(null: Floats, gains: Floats) -> Floats:

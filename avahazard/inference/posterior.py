@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
+from avahazard.effects.site import Site
 from avahazard.inference.blend import blend, line_weights, stack
 from avahazard.inference.event_terms import EventTerms, event_terms
 from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
 from avahazard.inference.nodes import Nodes, build_nodes
-from avahazard.inference.predicted import Predicted, Values, predict_records
+from avahazard.inference.predicted import Predicted, Values, predict_records, resistance_of
 from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
+from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
 
@@ -184,6 +186,10 @@ class Posterior:
                 self.study, self.effects, self._values(index), float(self.specification.centrifugal)
             )
         return self._predicted[key]
+
+    def resistance(self, site: Site, values: Values) -> Resistance:
+        """The resistance on a site with this model's effects at these values."""
+        return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
 
     def predicted_at(self, u: Floats) -> Predicted:
         """Tables of expected records at coordinates u, run afresh."""
