@@ -33,7 +33,7 @@ class Slot:
     """One coordinate: a normal prior cut to [low, high], and the grid if it shapes the tables.
 
     The parameter that people read is the coordinate times `scale`, so that samplers move in
-    coordinates of order one.
+    coordinates of order one; at `neutral` it is `neutral_value` to the last bit.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Slot:
     grid: tuple[float, ...] = ()
     neutral: float = np.nan
     scale: float = 1.0
+    neutral_value: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +90,7 @@ class Layout:
 
     def _value(self, k: int, u: float) -> float:
         slot = self.slots[k]
-        return round(u * slot.scale, 12) if u == slot.neutral else u * slot.scale
+        return slot.neutral_value if u == slot.neutral else u * slot.scale
 
     @cached_property
     def _mean(self) -> Floats:
@@ -202,4 +203,5 @@ def _slot(effect: Effect, p: Parameter) -> Slot:
         tuple(g / scale for g in p.grid),
         p.neutral / scale,
         scale,
+        p.neutral,
     )

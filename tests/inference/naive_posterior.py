@@ -1,0 +1,115 @@
+"""The likelihood of a study as it is written down: sums over fine grids, event by event."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import stats
+
+from avahazard.inference.posterior import Posterior
+from avahazard.inference.study import LEFT
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_table import MU
+from tests.inference.naive_nodes import fine
+
+VOLUME_Z = np.linspace(-5.0, 5.0, 31)
+OFFSET_Z = np.linspace(-5.0, 5.0, 81)
+
+
+class NaivePosterior:
+    """Likelihoods at coordinates u `[n_slots]`.
+
+    `masses` hold for each event fine frictions ν (log μ, or μ for normal scatter) and what each
+    adds to p(record) = Σ mass p(ν); `sights` likewise for the chance to be seen, or None.
+    """
+
+    def __init__(self, posterior: Posterior, u) -> None:
+        self.posterior, self.u = posterior, u
+        self.tables = posterior.predicted_at(u)
+        self.values = posterior.layout.effect_values(u)
+        grid = np.log(MU) if posterior.layout.log_scatter else MU
+        self.grid = grid
+        self.nu, self.width = fine(grid, 24)
+        middles = 0.5 * (grid[1:] + grid[:-1])
+        self.nearest = np.searchsorted(middles, self.nu)
+        limit = posterior.study.limit
+        for effect in posterior.effects:
+            if effect.limit is not None:
+                limit = effect.limit(posterior.study.columns, self.values[effect.key])
+        n = posterior.study.n_events
+        self.masses = [self._mass(i) for i in range(n)]
+        seen = ~np.isnan(limit) & (posterior.study.columns.path_index >= 0)
+        self.sights = [self._sight(i, limit[i]) if seen[i] else None for i in range(n)]
+
+    def events(self, shift: float = 0.0):
+        """Log likelihood of each event with `shift` added to all log frictions."""
+        result = np.empty(len(self.masses))
+        for i, (mass, sight) in enumerate(zip(self.masses, self.sights, strict=True)):
+            result[i] = np.log(np.sum(mass[1] * self._density(i, mass[0], shift)))
+            if sight is not None:
+                result[i] -= np.log(np.sum(sight[1] * self._density(i, sight[0], shift)))
+        return result
+
+    def by_paths(self, tau: float) -> float:
+        """Log likelihood, the offset of every path summed over its normal distribution."""
+        groups = self.posterior.study.columns.path_index
+        weight = stats.norm.pdf(OFFSET_Z) * (OFFSET_Z[1] - OFFSET_Z[0])
+        logs = np.array([self.events(tau * z) for z in OFFSET_Z])
+        total = float(np.sum(self.events()[groups < 0]))
+        for k in range(int(groups.max()) + 1):
+            path = logs[:, groups == k].sum(axis=1)
+            total += float(np.log(np.sum(weight * np.exp(path - path.max()))) + path.max())
+        return total
+
+    def _mass(self, i: int):
+        study, left = self.posterior.study, self.tables.status[i] == LEFT_PROFILE
+        if study.kind[i] == LEFT:
+            mass = self.width * left[self.nearest]
+        else:
+            f = np.interp(self.nu, self.grid, self.tables.record[i])
+            stays = ~np.repeat(left[:-1] & left[1:], 24)
+            mass = self.width * stays * stats.norm.pdf(study.observed[i], f, study.sigma[i])
+        for measured, predicted in zip(study.speeds, self.tables.speeds, strict=True):
+            if measured.event == i:
+                log_speed = self._log_speed(measured, predicted)
+                mass = mass * np.exp(np.interp(self.nu, self.grid, log_speed))
+        return self.nu[mass > 0.0], mass[mass > 0.0]
+
+    def _sight(self, i: int, limit: float):
+        y, sigma = self.tables.elevation[i], self.posterior.study.sigma[i]
+        left = self.tables.status[i] == LEFT_PROFILE
+        chance = np.where(left, 1.0, stats.norm.cdf((limit - y) / sigma))
+        return self.nu, self.width * np.interp(self.nu, self.grid, chance)
+
+    def _log_speed(self, measured, predicted):
+        own = float(np.exp(self.u[self.posterior.layout.speed_scatter]))
+        apart = np.abs(measured.x[:, None] - measured.x)
+        covariance = np.diag(measured.sigma**2) + own**2 * np.exp(-apart / 100.0)
+        law = stats.multivariate_normal(np.zeros(len(measured.x)), covariance)
+        return law.logpdf(measured.speed - predicted)
+
+    def _density(self, i: int, nu, shift: float):
+        """p(ν) of event i, summed over its volume."""
+        layout, volumes = self.posterior.layout, self.posterior.study.volumes
+        weight = stats.norm.pdf(VOLUME_Z) / np.sum(stats.norm.pdf(VOLUME_Z))
+        total = np.zeros(len(nu))
+        for h, z in zip(weight, VOLUME_Z, strict=True):
+            volume = np.exp(volumes.mean[i : i + 1] + volumes.sd[i] * z)
+            law = layout.law
+            middle = float(law.log_friction(self.u[: len(law.coordinates)], volume)[0]) + shift
+            for effect in self.posterior.effects:
+                if effect.design is not None:
+                    design = effect.design(self.posterior.study.columns)[i]
+                    middle += float(design @ self.values[effect.key])
+            log_scatter = self.u[layout.scatter]
+            if layout.scatter_slope is not None:
+                slope = self.u[layout.scatter_slope]
+                log_scatter = log_scatter - slope * volume[0] / layout.reference_volume
+            if not layout.log_scatter:
+                middle = np.exp(middle)
+            t = (nu - middle) / np.exp(log_scatter)
+            if self.posterior.specification.tails == "student":
+                shape = 0.375 * (1.0 + 0.25 * t**2) ** -2.5
+            else:
+                shape = np.exp(-0.5 * t**2) / np.sqrt(2.0 * np.pi)
+            total += h * shape / np.exp(log_scatter)
+        return total
