@@ -104,3 +104,28 @@ def write(tmp_path: Path) -> Callable[[str, str], Path]:
         return file
 
     return write_file
+
+
+@pytest.fixture(scope="session")
+def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give a folder with a world in which snow type rules, `world`, and `base.db` with a model
+    `base` that does not know it; do not write to it."""
+    from avahazard.synth.making import make_world  # noqa: PLC0415
+    from avahazard.synth.writing import write_world  # noqa: PLC0415
+    from avahazard.workflow.calibrating import calibrate  # noqa: PLC0415
+    from avahazard.workflow.importing import import_files  # noqa: PLC0415
+
+    folder = tmp_path_factory.mktemp("snow")
+    records, truth = make_world(3, 120, 6, {"snow-type": 1.5})
+    write_world(folder / "world", records, truth)
+    database = str(folder / "base.db")
+    upkeep.create(database)
+    import_files(database, [folder / "world"])
+    calibrate(database, "base", chains=2, draws=300)
+    return folder
+
+
+@pytest.fixture
+def snow_database(snow_world: Path, tmp_path: Path) -> str:
+    """Give a copy of the database of `snow_world`."""
+    return str(shutil.copy(snow_world / "base.db", tmp_path / "snow.db"))

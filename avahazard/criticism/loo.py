@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.held_out import left_out_log_density
+from avahazard.inference.mode import find_mode
 from avahazard.inference.posterior import Posterior
 
 Floats = NDArray[np.float64]
@@ -49,10 +50,11 @@ def leave_one_out(posterior: Posterior, coordinates: Floats, offsets: Floats | N
     by_event = np.array(by_event, dtype=np.float64)
     bad = np.flatnonzero(~(np.asarray(pareto_k) <= BAD_K))
     refits = bad if len(bad) <= MAX_REFITS else bad[:0]
-    start = np.mean(coordinates, axis=0)
+    if len(refits):
+        start = find_mode(posterior, np.median(coordinates, axis=0)).u
     for i in refits:
         out = np.arange(len(by_event)) == i
-        by_event[i] = left_out_log_density(posterior, out, start)[i]
+        by_event[i] = left_out_log_density(posterior, out, start, coordinates)[i]
     return Loo(
         elpd=float(np.sum(by_event)),
         se=float(np.sqrt(len(by_event)) * np.std(by_event, ddof=1)),

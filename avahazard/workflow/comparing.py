@@ -21,6 +21,7 @@ from avahazard.criticism.speed_misfit import (
     speed_misfit,
 )
 from avahazard.criticism.where_it_fails import where_it_fails
+from avahazard.inference.mode import find_mode
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.seeds import generator
 from avahazard.inference.specification import MethodName
@@ -123,7 +124,8 @@ def comparison(
     others = held_out_predictions(
         posterior,
         held.groups,
-        np.median(coordinates, axis=0),
+        find_mode(posterior, np.median(coordinates, axis=0)).u,
+        coordinates,
         lambda share: progress(0.4 + 0.6 * share),
     )
     axes = event_axes(study, np.median(expected.x, axis=1))
