@@ -64,9 +64,11 @@ def test_a_parameter_that_piles_up_at_its_bound_is_sampled_right() -> None:
     assert draws[:, 2].min() >= 0.0
     assert np.mean(draws[:, 2] < 0.5 * draws[:, 2].std()) > 0.2
     low, high = draws.min(axis=0), draws.max(axis=0)
-    margin = 0.3 * (high - low)
-    axes = [_midpoints(low[k] - margin[k], high[k] + margin[k], 36) for k in range(2)]
-    axes.append(_midpoints(0.0, min(high[2] + margin[2], found.posterior.layout.high[2]), 36))
+    margin = 0.15 * (high - low)
+    top = min(high[2] + margin[2], found.posterior.layout.high[2])
+    # Drag and log a are strongly correlated, so their grids are fine.
+    axes = [_midpoints(low[k] - margin[k], high[k] + margin[k], (70, 20)[k]) for k in range(2)]
+    axes.append(_midpoints(0.0, top, 44))
     _agrees(found, *_by_grid(found.posterior, axes))
 
 
@@ -103,7 +105,7 @@ def test_progress_ends_with_the_whole() -> None:
     sample(_law(), n_chains=2, n_draws=1500, seed=1, progress=told.append)
     # A further round, where one is needed, makes the share done smaller again.
     assert told[:3] == sorted(told[:3])
-    assert 0.0 < min(told)
+    assert min(told) > 0.0
     assert told[-1] == pytest.approx(1.0) == max(told)
 
 
