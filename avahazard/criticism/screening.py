@@ -278,15 +278,16 @@ def _critical_gain(largest: Floats) -> float:
 def _surprise(null: Floats, gains: Floats) -> Floats:
     """-log p of gains: none in many made worlds, else gamma with the moments of the others.
 
-    Where few made worlds gain at all, twice the gain is taken as χ² with one degree of freedom.
+    No gain is taken as more surprising than that of one free parameter, whose double is χ² with
+    one degree of freedom: a short tail must not be drawn out from a few small gains.
     """
     positive = null[null > 1e-6]
     share = (1.0 + len(positive)) / (1.0 + len(null))
-    if len(positive) < MIN_POSITIVE:
-        tail = stats.chi2.logsf(2.0 * np.maximum(gains, 0.0), 1)
-    else:
+    tail = stats.chi2.logsf(2.0 * np.maximum(gains, 0.0), 1)
+    if len(positive) >= MIN_POSITIVE:
         mean, variance = float(np.mean(positive)), float(np.var(positive))
-        tail = stats.gamma.logsf(gains, mean**2 / variance, scale=variance / mean)
+        gamma = stats.gamma.logsf(gains, mean**2 / variance, scale=variance / mean)
+        tail = np.maximum(tail, gamma)
     return np.where(gains > 1e-6, -(np.log(share) + tail), 0.0)
 
 
