@@ -1,4 +1,4 @@
-# Targets for people: setup demo test lint test-slow bench worlds. For maintainers: lock.
+# Targets for people: setup demo test lint test-slow bench worlds. For maintainers: lock, paper-tables.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -17,7 +17,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds lock
+.PHONY: setup demo test lint test-slow bench worlds paper-tables lock
 
 setup: $(VENV)/.installed
 
@@ -43,6 +43,9 @@ bench: $(BENCH)/.installed
 
 worlds: setup
 	$(PYTHON) benchmarks/worlds.py
+
+paper-tables: setup
+	$(PYTHON) benchmarks/paper_tables.py
 
 # $(1): environment, $(2): lock. The package comes last, without anything that is not locked.
 define install

@@ -1,5 +1,7 @@
 """The wheel works outside the checkout, with its migrations and its demo data inside."""
 
+import json
+import os
 import shutil
 import subprocess
 import sys
@@ -17,9 +19,14 @@ PARTS_BESIDE = {"migrations": "avahazard/migrations", "data": "avahazard/data"}
 SOURCES = ("avahazard", "migrations", "data", "pyproject.toml", "README.md", "LICENSE")
 
 
-def run(*command: str | Path, cwd: Path) -> str:
+def run(*command: str | Path, cwd: Path, **environment: str | Path) -> str:
     done = subprocess.run(
-        [str(part) for part in command], cwd=cwd, capture_output=True, text=True, check=False
+        [str(part) for part in command],
+        cwd=cwd,
+        env={**os.environ, **{name: str(value) for name, value in environment.items()}},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -81,3 +88,22 @@ def test_init_runs_the_migrations_in_the_wheel(scripts: Path, tmp_path: Path) ->
     run(scripts / "avahazard", "init", cwd=tmp_path)
     assert (tmp_path / "avahazard.db").stat().st_size > 0
     run(scripts / "avahazard", "db", "check", cwd=tmp_path)
+
+
+def test_demo_runs_outside_the_checkout_and_keeps_what_it_compiled(
+    scripts: Path, tmp_path: Path
+) -> None:
+    """Files of the cache are written by the first run alone, here into the user's folder."""
+    cache = tmp_path / "cache"
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    document = json.loads(
+        run(scripts / "avahazard", "--json", "demo", cwd=folder, NUMBA_CACHE_DIR=cache)
+    )
+    data = [Path(file) for file in document["files"][-3:]]
+    assert all(file.is_file() and file.is_relative_to(scripts.parent) for file in data)
+    assert len(document["hazard"]) == 7
+    compiled = {file: file.stat().st_mtime_ns for file in cache.rglob("*.nb?")}
+    assert compiled
+    run(scripts / "avahazard", "demo", cwd=folder, NUMBA_CACHE_DIR=cache)
+    assert {file: file.stat().st_mtime_ns for file in cache.rglob("*.nb?")} == compiled

@@ -1,0 +1,45 @@
+"""`avahazard demo`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+from tests.cli.commands.conftest import PROGRAM
+
+
+def test_the_installed_command(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [PROGRAM, "--json", "demo"], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    document = json.loads(done.stdout)
+    assert document.keys() >= {"database", "files", "model", "hazard"}
+    assert len(document["hazard"]) == 7
+    for file in document["files"]:
+        assert (tmp_path / file).is_file()
+    assert {file.name for file in tmp_path.iterdir()} == {"avahazard-demo"}
+
+
+def test_people_see_the_twin_its_files_and_how_to_go_on(tmp_path: Path) -> None:
+    folder = tmp_path / "other"
+    done = subprocess.run(
+        [PROGRAM, "demo", "--folder", folder], check=True, capture_output=True, text=True
+    )
+    assert "The data are a twin" in done.stdout
+    assert str(folder / "twin.db") in done.stdout
+    following = [
+        line.split()[1:] for line in done.stdout.splitlines() if line.startswith("  avahazard ")
+    ]
+    assert len(following) >= 2
+    subprocess.run([PROGRAM, *following[0]], check=True, capture_output=True)
+
+
+def test_a_folder_that_cannot_be(tmp_path: Path) -> None:
+    (tmp_path / "avahazard-demo").write_text("a file")
+    done = subprocess.run(
+        [PROGRAM, "demo"], cwd=tmp_path, check=False, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "avahazard-demo cannot be used" in done.stderr
+    assert "Traceback" not in done.stderr

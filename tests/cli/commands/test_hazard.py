@@ -1,0 +1,90 @@
+"""`avahazard hazard`."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from tests.cli.commands.conftest import PROGRAM
+
+Run = Callable[..., Result]
+KEYS = {
+    *("path_id", "return_period_years", "volume_m3", "runout_x_m", "runout_elevation_m"),
+    *("interval", "p_left_profile", "n_draws"),
+}
+
+
+@pytest.fixture
+def mine(model_database: str, tmp_path: Path) -> Run:
+    """Give a function that runs the command line on a copy of the database with models."""
+    from avahazard.cli.main import app  # noqa: PLC0415
+
+    file = shutil.copy(model_database, tmp_path / "mine.db")
+    runner = CliRunner()
+
+    def run(*words: str) -> Result:
+        return runner.invoke(app, ["--db", str(file), *words], prog_name="avahazard")
+
+    return run
+
+
+def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
+    file = shutil.copy(model_database, tmp_path / "mine.db")
+    words = ("hazard", "base", "-T", "100", "-V", "20000", "--path", "scey", "--draws", "2000")
+    done = subprocess.run(
+        [PROGRAM, "--db", file, "--json", *words], check=True, capture_output=True, text=True
+    )
+    rows = json.loads(done.stdout)
+    assert [row["return_period_years"] for row in rows] == [100.0, None]
+    for row in rows:
+        assert row.keys() >= KEYS
+        assert row["runout_x_m"].keys() == {"mean", "q05", "q50", "q95"}
+        assert row["n_draws"] == 2000
+
+
+def test_people_see_bounds_volumes_and_what_varies(mine: Run) -> None:
+    done = mine("hazard", "base", "-T", "100", "-T", "10000")
+    assert done.exit_code == 0
+    words = " ".join(done.stdout.split())
+    assert "5 to 95 %" in words
+    assert "saint-clement 100" in words
+    assert "beyond: past the end of the profile" in words
+    assert "varying: natural scatter of friction (lognormal) between avalanches" in words
+    assert "observed_from to observed_to" in words
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert "an extrapolation" in done.stderr
+
+
+def test_normal_friction_reports_what_cannot_be(mine: Run) -> None:
+    made = mine(
+        *("calibrate", "n", "--distribution", "normal", "--draws", "60", "--chains", "2"),
+        *("--path", "scey"),
+    )
+    assert made.exit_code == 0
+    done = mine("--json", "hazard", "n", "-V", "60000000", "--path", "scey")
+    (row,) = json.loads(done.stdout)
+    assert row["n_nonpositive_friction"] > 0
+    assert "draws of friction were not over 0" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "message"),
+    [
+        (("nobody",), 1, "There is no model nobody"),
+        (("base", "--path", "everest"), 1, "There is no path 'everest'"),
+        (("base", "-T", "-5"), 1, "The return period is -5"),
+        (("base", "-T", "2"), 1, "no volume returns every 2 years"),
+        (("base", "-V", "much"), 2, "--volume"),
+        ((), 2, "name"),
+    ],
+)
+def test_what_cannot_be_done(mine: Run, words: tuple[str, ...], status: int, message: str) -> None:
+    done = mine("hazard", *words)
+    assert (done.exit_code, done.stdout) == (status, "")
+    assert message in done.stderr

@@ -1,0 +1,78 @@
+"""Bounds as tables for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from avahazard.cli.hazard_table import show_bounds
+
+SPREAD: dict[str, float | None] = {"mean": 1900.4, "q05": 1200.0, "q50": 1800.0, "q95": 2600.0}
+
+
+def row(**more: Any) -> dict[str, Any]:
+    return {
+        "path_id": "p",
+        "return_period_years": None,
+        "volume_m3": 123_456.0,
+        "runout_x_m": SPREAD,
+        "runout_elevation_m": SPREAD,
+        "interval": "what varies",
+        "p_left_profile": 0.0,
+        "p_not_released": 0.0,
+        "pooled": False,
+        **more,
+    }
+
+
+def shown(capsys: pytest.CaptureFixture[str], *rows: dict[str, Any]) -> str:
+    show_bounds(Console(width=80), rows)
+    printed = capsys.readouterr().out
+    assert max(map(len, printed.splitlines())) <= 80
+    return " ".join(printed.split())
+
+
+def test_a_volume(capsys: pytest.CaptureFixture[str]) -> None:
+    printed = shown(capsys, row())
+    assert "p – 123000 1900 1200–2600 1900 1200–2600 0" in printed
+    assert "Interval: what varies." in printed
+    assert "beyond" not in printed
+    assert "Volumes of the return periods" not in printed
+
+
+def test_beyond_the_profile(capsys: pytest.CaptureFixture[str]) -> None:
+    spread = {"mean": None, "q05": 1200.0, "q50": 1800.0, "q95": None}
+    printed = shown(capsys, row(runout_x_m=spread, p_left_profile=0.12))
+    assert "beyond 1200–beyond" in printed
+    assert "12.0%" in printed
+    assert "A longer profile would tell" in printed
+
+
+def test_held_at_the_release(capsys: pytest.CaptureFixture[str]) -> None:
+    none = dict.fromkeys(SPREAD)
+    printed = shown(
+        capsys, row(runout_x_m=none, runout_elevation_m=none, p_not_released=0.9, volume_m3=None)
+    )
+    assert "any held – held –" in printed
+    assert "beyond" not in printed
+
+
+def test_return_periods_tell_where_volumes_come_from(capsys: pytest.CaptureFixture[str]) -> None:
+    returned = {
+        "return_period_years": 100.0,
+        "volume_method": "GEV",
+        "volume_interval_m3": {"q05": 5e4, "q95": 2.5e6},
+        "n_records": 12,
+        "first_year": 1900,
+        "last_year": 2000,
+        "events_per_year": 0.1188,
+        "pooled": True,
+        "years_from": "the span of its records",
+    }
+    other = {**returned, "path_id": "q", "years_from": "observed_from to observed_to"}
+    printed = shown(capsys, row(**returned), row(**other))
+    assert "50000–2.5e+06 12 1900–2000 0.12 pooled" in printed
+    assert "those of all paths together" in printed
+    assert "the span of its records (p); observed_from to observed_to (q)" in printed

@@ -1,0 +1,51 @@
+"""The picture of the bounds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.errors import AvahazardError
+from avahazard.report.bounds_figure import DrawnPath, draw_bounds
+
+X = np.arange(0.0, 3001.0, 50.0)
+
+
+def drawn(q95: float | None, volume: float | None = 2e4, n_stops: int = 3) -> DrawnPath:
+    spread: dict[str, Any] = {"q05": 1200.0, "q50": 1500.0, "q95": q95}
+    spread["mean"] = None if q95 is None else 1550.0
+    return DrawnPath(
+        name="Path (made up)",
+        smooth=smooth_profile(X, 2000.0 - 0.8 * X + 1e-4 * X**2),
+        release_x=100.0,
+        stop_x=np.linspace(1200.0, 1900.0, n_stops),
+        n_left=1,
+        row={"runout_x_m": spread, "volume_m3": volume},
+    )
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 8])
+def test_a_panel_for_each_path(tmp_path: Path, n: int) -> None:
+    file = tmp_path / "bounds.svg"
+    draw_bounds(file, "Bounds", [drawn(2000.0)] * n)
+    text = file.read_text()
+    assert text.count("<!-- Path (made up) -->") == n
+    assert text.count("<!-- V = 20,000 m³ -->") == n
+    assert text.count("<!-- runout, 5 to 95 % -->") == 1
+
+
+def test_beyond_the_profile_and_without_volume_or_records(tmp_path: Path) -> None:
+    file = tmp_path / "bounds.svg"
+    draw_bounds(file, "Bounds", [drawn(None), drawn(2000.0, volume=None, n_stops=0)])
+    text = file.read_text()
+    assert text.count("<!-- beyond -->") == 1
+    assert text.count("<!-- V = ") == 1
+
+
+def test_no_name_of_a_picture(tmp_path: Path) -> None:
+    with pytest.raises(AvahazardError, match="not the name of a picture"):
+        draw_bounds(tmp_path / "bounds.txt", "Bounds", [drawn(2000.0)])

@@ -1,0 +1,182 @@
+"""Bounds by stored models, from the records of a database."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from math import exp
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avahazard.records.errors import AvahazardError
+from avahazard.store import upkeep
+from avahazard.store.hazard import latest_hazard
+from avahazard.store.session import reading
+from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.drawing_bounds import draw_hazard, write_hazard
+from avahazard.workflow.hazard import hazard, interval_words
+from avahazard.workflow.importing import import_files
+from avahazard.workflow.stored_model import load_stored
+from tests.workflow.twin import DATA, twin_records
+
+Write = Callable[[str, str], Path]
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The twin with a model by each of the paper's samplers, and one without volume."""
+    file = str(tmp_path_factory.mktemp("hazard") / "models.db")
+    upkeep.create(file)
+    import_files(file, [DATA])
+    calibrate(file, "gibbs", method="gibbs", draws=500)
+    calibrate(file, "metropolis", method="metropolis", draws=500)
+    calibrate(file, "constant", law="constant", method="gibbs", draws=500)
+    return file
+
+
+@pytest.fixture
+def mine(models: str, tmp_path: Path) -> str:
+    return str(shutil.copy(models, tmp_path / "mine.db"))
+
+
+def rows_of(database: str, name: str, **more: Any) -> list[dict[str, Any]]:
+    return hazard(database, name, **more)[0]
+
+
+def test_hundred_years_for_every_path_by_default(mine: str) -> None:
+    rows = rows_of(mine, "gibbs")
+    assert [row["path_id"] for row in rows] == sorted(p.path_id for p in twin_records().paths)
+    assert {row["return_period_years"] for row in rows} == {100.0}
+    for row in rows:
+        assert (
+            row["volume_interval_m3"]["q05"] < row["volume_m3"] < row["volume_interval_m3"]["q95"]
+        )
+        x = row["runout_x_m"]
+        assert x["q05"] < x["q50"] < x["q95"]
+        assert "observed_from to observed_to" in row["volume_method"]
+    with reading(mine) as session:
+        assert latest_hazard(session, "gibbs") == rows
+
+
+def test_periods_and_volumes_give_rows_for_both(mine: str) -> None:
+    rows = rows_of(mine, "gibbs", return_periods=[30.0], volumes=[1e4, 1e4], paths=["scey"])
+    assert [(row["return_period_years"], row["volume_m3"]) for row in rows][1:] == [(None, 1e4)]
+    assert rows[0]["return_period_years"] == 30.0
+    assert "fixed: the volume of the return period" in rows[0]["interval"]
+    assert rows[1]["interval"].endswith("fixed: the volume")
+
+
+def test_larger_volumes_and_longer_periods_go_further(mine: str) -> None:
+    volumes = rows_of(mine, "gibbs", volumes=[1e4, 1e6], paths=["saint-clement"])
+    assert volumes[1]["runout_x_m"]["q50"] > volumes[0]["runout_x_m"]["q50"] + 100.0
+    periods = rows_of(mine, "gibbs", return_periods=[10.0, 100.0], paths=["saint-clement"])
+    assert periods[1]["volume_m3"] > periods[0]["volume_m3"]
+
+
+def test_a_row_does_not_hang_on_the_others(mine: str) -> None:
+    alone = rows_of(mine, "gibbs", volumes=[2e4], paths=["nants"])[0]
+    among = rows_of(mine, "gibbs", volumes=[1e4, 2e4])
+    assert alone in among
+    assert alone not in rows_of(mine, "gibbs", volumes=[2e4], paths=["nants"], seed=1)
+
+
+def test_the_metropolis_model_scatters_in_metres(mine: str) -> None:
+    (row,) = rows_of(mine, "metropolis", volumes=[3e4], paths=["saugy"])
+    assert "sigma metres of elevation" in row["interval"]
+    z = row["runout_elevation_m"]
+    sigma = load_stored(mine, "metropolis")[0].result["parameters"]["sigma"]["mean"]
+    assert z["q95"] - z["q05"] == pytest.approx(2 * 1.645 * sigma, rel=0.1)
+
+
+def test_a_model_without_volume_says_so_and_needs_none(mine: str) -> None:
+    rows, notes = hazard(
+        mine, "constant", return_periods=[100.0], volumes=[1e3, 1e6], paths=["scey"]
+    )
+    medians = [row["runout_x_m"]["q50"] for row in rows]
+    assert medians == pytest.approx([medians[0]] * 3, rel=0.01)
+    assert any("same for every volume" in note for note in notes)
+    assert "does not matter" in rows[0]["interval"]
+
+
+def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) -> None:
+    write("paths.csv", "path_id\nbare\n")
+    rows = "\n".join(f"bare,{x},{800 + 1200 * exp(-x / 1000):.2f}" for x in range(0, 6001, 30))
+    write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
+    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
+    with pytest.raises(AvahazardError, match="No dated event of path bare has a volume"):
+        hazard(mine, "gibbs", paths=["bare"])
+    rows_, notes = hazard(mine, "gibbs")
+    assert "bare" not in {row["path_id"] for row in rows_}
+    assert any("left out: No dated event of path bare" in note for note in notes)
+    assert any("records have changed" in note for note in notes)
+    assert rows_of(mine, "gibbs", volumes=[1e4], paths=["bare"])[0]["runout_x_m"]["mean"] > 0
+    (any_volume,) = rows_of(mine, "constant", paths=["bare"])
+    assert (any_volume["volume_m3"], any_volume["return_period_years"]) == (None, 100.0)
+
+
+def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, write: Write) -> None:
+    write("paths.csv", "path_id\nshelf\n")
+    points = [(x, 2000 - 0.1 * x if x <= 300 else 2240 - 0.9 * x) for x in range(0, 1801, 30)]
+    rows = "\n".join(f"shelf,{x},{y:.1f}" for x, y in points)
+    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
+    (row,), notes = hazard(mine, "gibbs", volumes=[1e4], paths=["shelf"])
+    assert row["p_not_released"] > 0.9
+    assert set(row["runout_x_m"].values()) == {None}
+    assert any("shelf: the block does not start" in note for note in notes)
+
+
+def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
+    with pytest.raises(AvahazardError, match="no volume returns every 2 years") as caught:
+        hazard(mine, "gibbs", return_periods=[2.0])
+    assert "over" in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"return_periods": [0.0]}, "The return period is 0"),
+        ({"volumes": [-3.0]}, "The volume is -3"),
+        ({"volumes": [float("nan")]}, "The volume is nan"),
+        ({"paths": ["everest"]}, "no path 'everest'"),
+    ],
+)
+def test_what_cannot_be_asked(mine: str, more: dict[str, Any], message: str) -> None:
+    with pytest.raises(AvahazardError, match=message):
+        hazard(mine, "gibbs", **more)
+
+
+def test_no_such_model(mine: str) -> None:
+    with pytest.raises(AvahazardError, match="no model nobody"):
+        hazard(mine, "nobody")
+
+
+def test_words_of_the_interval(mine: str) -> None:
+    stored = load_stored(mine, "gibbs")[0]
+    plain = interval_words(stored, "scey", return_period=False)
+    assert "natural scatter of friction (lognormal)" in plain
+    specification = replace(
+        stored.specification, tails="student", effects=("path-effect", "snow-type")
+    )
+    more = replace(stored, specification=specification, offsets={"scey": stored.coordinates[:, 0]})
+    known = interval_words(more, "scey", return_period=False)
+    assert "Student's t" in known
+    assert "columns of the event" in known
+    assert "path without records" not in known
+    assert "path without records" in interval_words(more, "nants", return_period=False)
+
+
+def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:
+    rows = rows_of(mine, "gibbs", return_periods=[100.0, 1e4], paths=["saint-clement"])
+    assert rows[1]["runout_x_m"]["q95"] is None
+    write_hazard(tmp_path / "bounds.csv", rows)
+    with (tmp_path / "bounds.csv").open(encoding="utf-8") as handle:
+        found = list(csv.DictReader(handle))
+    assert [line["path_id"] for line in found] == ["saint-clement"] * 2
+    assert float(found[0]["runout_x_q50_m"]) == pytest.approx(rows[0]["runout_x_m"]["q50"])
+    assert found[1]["runout_x_q95_m"] == ""
+    draw_hazard(tmp_path / "bounds.png", "twin", twin_records(), rows)
+    assert (tmp_path / "bounds.png").read_bytes()[:4] == b"\x89PNG"
