@@ -1,0 +1,69 @@
+"""`avahazard add` and `avahazard ladder`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from avahazard.cli.commands.add import fall_of_error
+from tests.cli.commands.snow import document, refused, run
+
+
+def test_the_error_falls_and_the_ladder_shows_it(snow_database: str, tmp_path: Path) -> None:
+    file = tmp_path / "own.py"
+    document(snow_database, "effect", "new", str(file))
+    words = ("add", "base", "my-effect", "--as", "wet", "--effect-file", str(file))
+    done = run(snow_database, *words)
+    assert done.returncode == 0, done.stderr
+    assert "my-effect.wet" in done.stdout
+    assert "fell from" in done.stdout
+    rows = document(snow_database, "ladder")
+    assert [row["model"] for row in rows] == ["base", "wet"]
+    assert set(rows[0]) == {
+        "model", "parent", "added", "rmse_m", "crps_m", "held_out_crps_m", "elpd_loo",
+        "elpd_loo_se", "coverage_90", "speed_rmse_m_s",
+    }  # fmt: skip
+    assert rows[1]["held_out_crps_m"] < rows[0]["held_out_crps_m"]
+    table = run(snow_database, "ladder").stdout
+    assert "my-effect" in table
+    assert max(map(len, table.splitlines())) <= 80
+    again = refused(snow_database, *words)
+    assert "There is a model wet already" in again
+    said = refused(snow_database, "add", "wet", "season", "--as", "child")
+    assert "--effect-file FILE" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "message"),
+    [
+        (("add", "base", "--as", "new"), 2, "EFFECT"),
+        (("add", "base", "season"), 2, "--as"),
+        (("add", "base", "warp-drive", "--as", "new"), 1, "There is no effect 'warp-drive'"),
+        (("add", "nobody", "season", "--as", "new"), 1, "There is no model nobody"),
+    ],
+)
+def test_bad_input(snow_database: str, words: tuple[str, ...], status: int, message: str) -> None:
+    assert message in refused(snow_database, *words, status=status)
+
+
+def test_ladder_without_a_model(database: str) -> None:
+    assert "There is no model yet" in refused(database, "ladder")
+
+
+def test_the_one_line() -> None:
+    after = {"held_out_crps_m": 60.0}
+    found = {
+        "before": {"held_out_crps_m": 80.0},
+        "after": after,
+        "held_out_by": "path",
+        "noise_floor_crps_m": 8.0,
+    }
+    line = fall_of_error({"comparison": found})
+    assert "fell from 80.0 to 60.0 m (-25.0%)" in line
+    assert "52.0 m below" in line
+    rose = fall_of_error({"comparison": {**found, "before": {"held_out_crps_m": 50.0}}})
+    assert "rose from 50.0 to 60.0 m" in rose
+    alone = fall_of_error({"comparison": {**found, "before": None}})
+    assert "60.0 m" in alone
+    assert "from" not in alone

@@ -1,0 +1,31 @@
+"""`avahazard compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.cli.commands.snow import document, refused, run
+
+
+def test_people_and_programs(snow_database: str, tmp_path: Path) -> None:
+    picture = tmp_path / "where.png"
+    found = document(snow_database, "compare", "base", "--plot", str(picture))
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+    assert set(found) >= {"model", "scores", "held_out", "where_it_fails"}
+    done = run(snow_database, "compare", "base")
+    assert done.returncode == 0
+    assert f"{found['scores']['runout']['rmse_m']:.1f}" in done.stdout
+    assert "The records' own errors leave" in done.stdout
+    assert "snow_type, wet" in done.stdout
+    assert "less far down than predicted" in done.stdout
+    tables = [line for line in done.stdout.splitlines() if not line.startswith("  snow_type")]
+    assert max(map(len, tables)) <= 80
+
+
+def test_what_cannot_be_compared(snow_database: str, tmp_path: Path) -> None:
+    assert "There is no model other" in refused(snow_database, "compare", "other")
+    said = refused(snow_database, "compare", "base", "--plot", str(tmp_path / "a.txt"))
+    assert "not the name of a picture" in said
+    said = refused(snow_database, "compare", "base", "--effect-file", str(tmp_path / "no.py"))
+    assert "cannot be read" in said
+    refused(snow_database, "compare", status=2)

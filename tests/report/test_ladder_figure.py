@@ -1,0 +1,25 @@
+"""The picture of the ladder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from avahazard.report.ladder_figure import draw_ladder
+
+
+def test_models_and_floor(tmp_path: Path) -> None:
+    def row(model: str, parent: str | None, crps: float | None) -> dict[str, object]:
+        return {
+            "model": model,
+            "parent": parent,
+            "added": ["season"] if parent else [],
+            "held_out_crps_m": crps,
+            "noise_floor_crps_m": 8.0,
+        }
+
+    file = tmp_path / "a.svg"
+    draw_ladder(file, [row("base", None, 90.0), row("child", "base", 70.0), row("mh", None, None)])
+    text = file.read_text(encoding="utf-8")
+    for word in ("base", "child", "+ season", "70 m", "error of records"):
+        assert f"<!-- {word} -->" in text
+    assert "<!-- mh -->" not in text
