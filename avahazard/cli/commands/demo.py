@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from shutil import which
 from typing import Annotated, Any
 
 import typer
@@ -49,5 +51,6 @@ def _show(console: Console, document: dict[str, Any]) -> None:
         console.print(f"  {words}: {file}", soft_wrap=True)
     console.print("\nGo on with it, for example:")
     name = document["model"]["model"]
+    program = "avahazard" if which("avahazard") else sys.argv[0]
     for words in (f"model {name}", f"compare {name}", f"hazard {name} -T 30 -T 300"):
-        console.print(f"  avahazard --db {database} {words}", soft_wrap=True)
+        console.print(f"  {program} --db {database} {words}", soft_wrap=True)
