@@ -78,11 +78,16 @@ def predict(
     if np.any(lengths):
         notes.append("events without a profile have runout lengths, not elevations")
     measured = tuple(e for e in new.events if _has_runout(e))
+    scores = None
+    if measured:
+        if len(measured) < len(new.events):
+            posterior = _posterior(stored, records, measured, prior)
+        scores = _scores(stored, posterior, coordinates)
     return {
         "events": [
             _row(e, v, left) for e, v, left in zip(new.events, values, stops.left, strict=True)
         ],
-        "scores": _scores(stored, records, measured, prior) if measured else None,
+        "scores": scores,
         "notes": notes,
     }
 
@@ -113,13 +118,9 @@ def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> dict[str, Any
     }
 
 
-def _scores(
-    stored: StoredFit, records: Records, events: tuple[Event, ...], prior: Study
-) -> dict[str, Any]:
+def _scores(stored: StoredFit, posterior: Posterior, coordinates: Floats) -> dict[str, Any]:
     """The `scores` of `compare` over new records; `elpd_loo` is their log predictive density."""
     rng = generator(0, "predict scores")
-    posterior = _posterior(stored, records, events, prior)
-    coordinates = coordinates_for(stored, posterior)
     expected = expected_records(posterior, coordinates, stored.offsets, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
     offsets = offset_array(posterior, coordinates, stored.offsets, rng)
