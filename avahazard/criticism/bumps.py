@@ -60,12 +60,15 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
     log_mass = np.zeros(n)
     points = np.empty(MOST_POINTS)
     logs = np.empty(MOST_POINTS)
+    speed_logs = np.zeros(speed_grid.predicted.shape[1])
     for i in range(n):
         row = speed_grid.row[i]
         if left[i] and row < 0:
             continue
         if left[i]:
-            count = _leaving_points(last_left[i], log_mu, speed_grid, row, speeds, points, logs)
+            count = _leaving_points(
+                last_left[i], log_mu, speed_grid, row, speeds[row], speed_logs, points, logs
+            )
             log_norm = 0.0
         else:
             count = _stop_points(
@@ -76,7 +79,8 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
                 log_mu,
                 speed_grid,
                 row,
-                speeds,
+                speeds[max(row, 0)],
+                speed_logs,
                 points,
                 logs,
             )
@@ -102,13 +106,18 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _stop_points(record, first, observed, sigma, log_mu, speed_grid, row, speeds, points, logs):  # type: ignore[no-untyped-def]
+def _stop_points(  # type: ignore[no-untyped-def]
+    record, first, observed, sigma, log_mu, speed_grid, row, speeds, speed_logs, points, logs
+):
     """Points of the bump of a stop and their log masses; returns how many."""
     count = 0
+    known = -1
+    scale = 1.0 / sigma
+    z1 = (record[first] - observed) * scale
     for j in range(first, len(record) - 1):
-        z0 = (record[j] - observed) / sigma
-        z1 = (record[j + 1] - observed) / sigma
-        if min(z0, z1) > REACH or max(z0, z1) < -REACH:
+        z0 = z1
+        z1 = (record[j + 1] - observed) * scale
+        if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
             continue
         width = log_mu[j + 1] - log_mu[j]
         # Only the part of the cell within reach counts.
@@ -119,43 +128,56 @@ def _stop_points(record, first, observed, sigma, log_mu, speed_grid, row, speeds
             t_low, t_high = max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
         pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
         step = (t_high - t_low) / pieces
+        log_width = np.log(step * width)
+        if row >= 0 and known < j:
+            known = j + 8 * speed_grid.stride
+            _speed_logs(speed_grid, row, speeds, j, known, speed_logs)
         for p in range(pieces):
             if count == len(points):
                 return count
             t = t_low + (p + 0.5) * step
             z = z0 + t * (z1 - z0)
             points[count] = log_mu[j] + t * width
-            logs[count] = -0.5 * z * z + np.log(step * width)
+            logs[count] = log_width - 0.5 * z * z
             if row >= 0:
-                logs[count] += _speed_log(speed_grid, row, j + t, speeds[row])
+                logs[count] += _between(speed_logs, speed_grid.stride, j + t)
             count += 1
     return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _leaving_points(last_left, log_mu, speed_grid, row, speeds, points, logs):  # type: ignore[no-untyped-def]
+def _leaving_points(last_left, log_mu, speed_grid, row, speeds, speed_logs, points, logs):  # type: ignore[no-untyped-def]
     """As `_stop_points` for an event that left, of which only the speeds are known."""
     count = 0
+    _speed_logs(speed_grid, row, speeds, 0, max(last_left, 1), speed_logs)
     for j in range(0, max(last_left, 1), 2):
         points[count] = log_mu[j]
         logs[count] = np.log(log_mu[j + 2] - log_mu[j])
-        logs[count] += _speed_log(speed_grid, row, float(j), speeds[row])
+        logs[count] += _between(speed_logs, speed_grid.stride, float(j))
         count += 1
     return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _speed_log(grid, row, place, speeds):  # type: ignore[no-untyped-def]
-    """Log density of one event's speeds at a place between points of the friction grid."""
+def _speed_logs(grid, row, speeds, first, last, out):  # type: ignore[no-untyped-def]
+    """Fill `out` with the log density of one event's speeds at its coarse frictions, those that
+    frictions `first` to `last` of the grid lie between."""
     n_coarse, n_places = grid.predicted.shape[1], grid.predicted.shape[2]
-    c = min(int(place / grid.stride), n_coarse - 2)
-    t = min(place / grid.stride - c, 1.0)
-    total = 0.0
-    for a in range(n_places):
-        value = 0.0
-        for b in range(a + 1):
-            if grid.whiten[row, a, b] != 0.0:
-                u = (1.0 - t) * grid.predicted[row, c, b] + t * grid.predicted[row, c + 1, b]
-                value += grid.whiten[row, a, b] * (speeds[b] - u)
-        total += value * value
-    return -0.5 * total - grid.log_norm[row]
+    low = first // grid.stride
+    high = min(last // grid.stride + 2, n_coarse)
+    for c in range(low, high):
+        total = 0.0
+        for a in range(n_places):
+            value = 0.0
+            for b in range(a + 1):
+                value += grid.whiten[row, a, b] * (speeds[b] - grid.predicted[row, c, b])
+            total += value * value
+        out[c] = -0.5 * total - grid.log_norm[row]
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _between(logs, stride, place):  # type: ignore[no-untyped-def]
+    """Value at a place of the friction grid between coarse ones, linear."""
+    c = min(int(place / stride), len(logs) - 2)
+    t = min(place / stride - c, 1.0)
+    return (1.0 - t) * logs[c] + t * logs[c + 1]

@@ -15,7 +15,7 @@ from avahazard.criticism.expected import expected_records
 from avahazard.criticism.held_out import choose_groups, held_out_log_density
 from avahazard.criticism.refits import PATH_EFFECT, Refit, refit, without_path_effect
 from avahazard.criticism.scores import crps
-from avahazard.criticism.screening import Screened, Screening, screen
+from avahazard.criticism.screening import LEVEL, PATH_LEVEL, Screened, Screening, screen
 from avahazard.effects.catalogue import definition
 from avahazard.effects.covariate import PREFIX
 from avahazard.effects.effect import Definition, Facts
@@ -27,10 +27,6 @@ from avahazard.inference.study import LEFT, Study
 
 Floats = NDArray[np.float64]
 
-LEVEL = 0.05
-"""Family-wise level of the candidates."""
-PATH_LEVEL = 0.01
-"""Level of the path effect, tested by itself."""
 MARGIN = 3.0
 """Evidence (nats) by which a candidate must lead the next to be named alone: odds of 20 to 1."""
 MAX_REFITS = 6

@@ -38,6 +38,12 @@ from avahazard.inference.study import PLACE, Study
 Floats = NDArray[np.float64]
 
 N_WORKERS = 2
+BATCH = 20
+"""Worlds made before it is asked whether more are needed."""
+LEVEL = 0.05
+"""Family-wise level of the candidates."""
+PATH_LEVEL = 0.01
+"""Level of the path effect, tested by itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +81,12 @@ def screen(
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Screening:
     """Screen the candidates on a model at its mode u (without path effect), with `tau` the
-    spread of path offsets that is granted as a nuisance (0: none granted)."""
+    spread of path offsets that is granted as a nuisance (0: none granted).
+
+    At most `n_worlds` worlds are made, fewer where it is soon plain that chance does as well
+    (the sequential test of Besag and Clifford 1991, whose p-values stay valid). Equal seeds give
+    equal results for any number of workers.
+    """
     study = posterior.study
     speed_slot = posterior.layout.speed_scatter
     speed_scatter = 0.0 if speed_slot is None else float(np.exp(u[speed_slot]))
@@ -103,7 +114,7 @@ def screen(
     )
 
     real = screener.gains(real_world(posterior))
-    null_path, real_path = [], 0.0
+    real_path = 0.0
     if tau > 0.0:
         real_path = screener.path_gain(real_world(posterior), bare)
 
@@ -116,13 +127,28 @@ def screen(
             path = screener.path_gain(flat, bare)
         return gains, path
 
-    null = np.empty((n_worlds, len(keys)))
+    null, null_path = np.empty((0, len(keys))), np.empty(0)
     with ThreadPoolExecutor(N_WORKERS) as pool:
-        for b, (gains, path) in enumerate(pool.map(one, range(n_worlds))):
-            null[b] = gains
-            null_path.append(path)
-            progress(0.3 + 0.7 * (b + 1) / n_worlds)
-    return _judge(candidates, real, null, real_path, np.array(null_path))
+        while len(null) < n_worlds:
+            batch = range(len(null), min(len(null) + BATCH, n_worlds))
+            made = list(pool.map(one, batch))
+            null = np.concatenate([null, [gains for gains, _ in made]])
+            null_path = np.concatenate([null_path, [path for _, path in made]])
+            found = _judge(candidates, real, null, real_path, null_path)
+            progress(0.3 + 0.7 * len(null) / n_worlds)
+            if _plain(found, n_worlds):
+                break
+    return found
+
+
+def _plain(found: Screening, n_worlds: int) -> bool:
+    """Whether chance is plainly enough: twice as many made worlds have exceeded the records as
+    could in all of them if these were to be significant."""
+    best = found.candidates[0].p_family if found.candidates else 1.0
+    return all(
+        p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1)
+        for p, level in ((best, LEVEL), (found.path_p, PATH_LEVEL))
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -263,7 +289,7 @@ def _judge(
     return Screening(
         candidates=tuple(result),
         path_gain=real_path,
-        path_p=(1.0 + float(np.sum(null_path >= real_path))) / (n_worlds + 1.0),
+        path_p=float(np.exp(-_surprise(null_path, np.array([real_path]))[0])),
         critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,
     )

@@ -26,6 +26,8 @@ LOG_MU = np.log(MU)
 SPEED_STRIDE = 4
 GRID_POINTS, OTHER_POINTS = 6, 4
 """Values tried of the first parameter of an effect that needs tables, and of each other one."""
+SLOW_POINTS = 4, 3
+"""The same where friction depends on speed, whose runs cost ten times as much."""
 SCATTER_SLOPES = (-1.5, -0.8, -0.4, 0.4, 0.8, 1.5)
 """Slopes of log scatter over the reference volume that are tried."""
 SPEED_SHARES = (1.0, 0.4)
@@ -215,10 +217,9 @@ def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
     """Values of the parameters on a thinned grid, and their log prior against neutral."""
     first, *others = effect.parameters
     away = [g for g in first.grid if g != first.neutral]
+    n_first, n_other = SLOW_POINTS if effect.speed_dependent else (GRID_POINTS, OTHER_POINTS)
     tried = []
-    for corner in product(
-        thinned(away, GRID_POINTS), *(thinned(p.grid, OTHER_POINTS) for p in others)
-    ):
+    for corner in product(thinned(away, n_first), *(thinned(p.grid, n_other) for p in others)):
         z = (corner[0] - first.prior_mean) / first.prior_sd
         z0 = (first.neutral - first.prior_mean) / first.prior_sd
         tried.append((np.array(corner), 0.5 * (z0 * z0 - z * z)))

@@ -12,6 +12,7 @@ from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_table import MU, RunoutTable, filled_table, runout_table
 from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain
 from avahazard.records.path import Path, Profile
 
@@ -55,6 +56,18 @@ class Site:
             return runout_table(cells, starts)
         # Such runs cost ten times as much; between every fourth friction F is close to straight.
         return filled_table(runout_table(cells, starts, MU[::COARSE]), COARSE)
+
+    def speeds(self, resistance: Resistance, release_x: float, x: Floats) -> Floats:
+        """Speeds (m/s) at the places x `[n_x]` of the block released at `release_x` (one of the
+        site's), for each friction of `MU`, `[n_friction, n_x]`."""
+        terrain = self.terrain_for(resistance)
+        cells, start = build_cells(terrain, resistance), terrain.node(release_x)
+        if not cells.speed_dependent:
+            return speeds_along(cells, start, MU, x)
+        # As in `table`; the square of speed goes straight to nought where the block stops.
+        square = speeds_along(cells, start, MU[::COARSE], x) ** 2
+        columns = [np.interp(MU, MU[::COARSE], column) for column in square.T]
+        return np.asarray(np.sqrt(np.column_stack(columns)))
 
 
 def build_site(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,16 +10,16 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.study import LENGTH, PLACE, Study
+from avahazard.inference.study import LENGTH, PLACE, SpeedRecord, Study
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
-from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_table import MU, RunoutTable
-from avahazard.physics.speed import speeds_along
 
 Floats = NDArray[np.float64]
 Values = dict[str, Floats]
 """Parameter values by effect key."""
+
+N_THREADS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,14 +72,16 @@ def run_blocks(
 ) -> BlockRuns:
     """Run every site's block; only effects on the motion matter here."""
     resistances = [resistance_of(site, effects, values, curvature) for site in study.sites]
-    tables = tuple(s.table(r) for s, r in zip(study.sites, resistances, strict=True))
-    speeds = []
-    for measured in study.speeds:
+
+    def speeds(measured: SpeedRecord) -> Floats:
         k = int(study.columns.path_index[measured.event])
-        site, terrain = study.sites[k], study.sites[k].terrain_for(resistances[k])
-        start = terrain.node(site.release_x[study.release[measured.event]])
-        speeds.append(speeds_along(build_cells(terrain, resistances[k]), start, MU, measured.x))
-    return BlockRuns(tables, tuple(speeds))
+        release_x = study.sites[k].release_x[study.release[measured.event]]
+        return study.sites[k].speeds(resistances[k], release_x, measured.x)
+
+    # The kernels leave Python's lock.
+    with ThreadPoolExecutor(N_THREADS) as pool:
+        tables = pool.map(Site.table, study.sites, resistances)
+        return BlockRuns(tuple(tables), tuple(pool.map(speeds, study.speeds)))
 
 
 def predict_records(

@@ -43,7 +43,7 @@ def run(cells: Cells, starts: NDArray[np.int64], mu: Floats) -> Stops:
     return Stops(*_run(cells, np.asarray(starts, dtype=np.int64), np.asarray(mu, dtype=np.float64)))
 
 
-@njit(**KERNEL)
+@njit(**KERNEL, nogil=True)
 def _run(cells, starts, mu):  # type: ignore[no-untyped-def]
     n_starts, n_mu = len(starts), len(mu)
     stop_x = np.full((n_starts, n_mu), np.nan)

@@ -25,7 +25,7 @@ def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
     )
 
 
-@njit(**KERNEL)
+@njit(**KERNEL, nogil=True)
 def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
     n_cells = len(cells.length)
     speeds = np.zeros((len(mu), len(x)))
