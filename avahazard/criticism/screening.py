@@ -38,7 +38,7 @@ from avahazard.inference.study import PLACE, Study
 Floats = NDArray[np.float64]
 
 N_WORKERS = 2
-BATCH = 20
+BATCH = 40
 """Worlds made before it is asked whether more are needed."""
 LEVEL = 0.05
 """Family-wise level of the candidates."""

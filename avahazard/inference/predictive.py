@@ -52,7 +52,8 @@ def predict_stops(
     """
     n = posterior.study.n_events
     chosen = np.linspace(0, len(coordinates) - 1, n_draws).round().astype(int)
-    shaped = bool(posterior.layout.tables)
+    tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
+    shaped = bool(np.any(tables_at != tables_at[:1]))
     groups = np.array_split(np.arange(n_draws), min(MAX_TABLES, n_draws) if shaped else 1)
     friction = np.empty((n, n_draws))
     record, x, elevation = (np.empty((n, n_draws)) for _ in range(3))

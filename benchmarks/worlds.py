@@ -1,0 +1,76 @@
+"""Diagnose worlds whose truth is known; write docs/worlds.md.
+
+make worlds                 SIZE=10 worlds of each effect and strength, and more of the nulls
+… benchmarks/worlds.py --minutes 60      stop after an hour; the next run goes on from there
+… benchmarks/worlds.py --part 1/2        every second world, for a second machine
+… benchmarks/worlds.py --arm snow-type   only arms with that in their name
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ[threads] = "1"
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+
+from benchmarks.worlds.arms import plans  # noqa: E402
+from benchmarks.worlds.judging import judge  # noqa: E402
+from benchmarks.worlds.page import page  # noqa: E402
+
+
+def main() -> None:
+    """Go through the worlds that are not in the results yet; write the page."""
+    given = arguments()
+    size = int(os.environ.get("SIZE", "10"))
+    results: Path = given.results
+    done = {x["name"]: x for x in read(results)}
+    k, n = (int(v) for v in given.part.split("/"))
+    chosen = [p for p in plans(size)[k - 1 :: n] if given.arm in p.arm]
+    until = time.monotonic() + 60.0 * given.minutes
+    for plan in chosen:
+        if time.monotonic() > until:
+            break
+        if plan.name in done:
+            continue
+        line = judge(plan, given.made)
+        done[plan.name] = line
+        with results.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+        print(
+            f"{len(done)}/{len(chosen)}  {plan.name}: {line['verdict']} "
+            f"{', '.join(line['missing'])} ({line['all_seconds']:.0f} s)",
+            flush=True,
+        )
+    if given.page:
+        command = f"make worlds SIZE={size}"
+        given.page.write_text(page(list(done.values()), command), encoding="utf-8")
+
+
+def arguments() -> argparse.Namespace:
+    """What the command line says."""
+    parser = argparse.ArgumentParser(description="Benchmark of worlds with a known truth.")
+    parser.add_argument("--part", default="1/1", metavar="K/N")
+    parser.add_argument("--minutes", type=float, default=1e6)
+    parser.add_argument("--arm", default="", help="only arms with this in their name")
+    parser.add_argument("--made", type=int, default=99, help="made worlds for each diagnosis")
+    parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
+    parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")
+    return parser.parse_args()
+
+
+def read(file: Path) -> list[dict[str, object]]:
+    """The lines of earlier runs."""
+    if not file.exists():
+        return []
+    return [json.loads(text) for text in file.read_text(encoding="utf-8").splitlines()]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The benchmark of worlds: what `diagnose` finds where the truth is known."""

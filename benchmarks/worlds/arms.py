@@ -1,0 +1,133 @@
+"""Which worlds the benchmark makes: arms, sizes, strengths, seeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from avahazard.synth.effects import CATALOGUE
+from avahazard.synth.settings import Settings
+from benchmarks.worlds.outside import AXES
+
+LARGE, SMALL = (250, 11), (120, 9)
+"""Events and paths of the even and the odd worlds of an arm."""
+NULLS_PER_ARM = 5
+"""Nulls of each arm for one world of an effect and strength."""
+FIRST_SEED = 40_000
+PLAIN = Settings()
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """One world: `effects` are in it, `true` are the answers that are right, `neutral` those that
+    are no false alarm. `outside` names a file of benchmarks/outside; `speeds_later` asks again
+    with speeds measured; `wrong` is a needless effect to add."""
+
+    arm: str
+    index: int
+    seed: int
+    n_events: int
+    n_paths: int
+    effects: dict[str, float] = field(default_factory=dict)
+    settings: Settings = PLAIN
+    true: tuple[str, ...] = ()
+    neutral: tuple[str, ...] = ()
+    outside: str | None = None
+    speeds_later: bool = False
+    wrong: str | None = None
+
+    @property
+    def name(self) -> str:
+        """The world by name, by which a finished one is known."""
+        return f"{self.arm} #{self.index}"
+
+
+NULLS: dict[str, tuple[dict[str, float], Settings, tuple[str, ...]]] = {
+    "null: plain": ({}, Settings(), ()),
+    "null: path effect": ({"path-effect": 1.0}, Settings(), ("path-effect",)),
+    "null: heavy tails": ({}, Settings(student_df=4.0, wrong_share=0.02), ()),
+    "null: scatter by volume": ({"volume-scatter": 1.0}, Settings(), ("volume-scatter",)),
+    "null: censored": ({}, Settings(censored_share=0.3), ()),
+    "null: decoy columns": ({}, Settings(decoys=8), ()),
+}
+PAIRS = (
+    ("snow-type", "path-section"),
+    ("turbulent-drag", "season"),
+    ("release-elevation", "epoch-bias"),
+    ("forest-drag", "snow-type"),
+    ("leading-edge", "season"),
+    ("volume-scatter", "snow-type"),
+)
+CONFOUNDED: dict[str, tuple[dict[str, float], Settings, bool]] = {
+    "confounded: drag, no speeds": ({"turbulent-drag": 1.0}, Settings(speeds=0.0), True),
+    "confounded: entrainment, no speeds": ({"entrainment": 1.0}, Settings(speeds=0.0), True),
+    "confounded: cohesion, no speeds": ({"cohesion": 1.0}, Settings(speeds=0.0), True),
+    "confounded: weakening, no speeds": ({"speed-weakening": 1.0}, Settings(speeds=0.0), True),
+    "confounded: elevation, proxy": ({"proxy": 0.0, "release-elevation": 1.0}, Settings(), False),
+}
+WRONG = ("turbulent-drag", "forest-drag", "snow-type", "season", "leading-edge", "epoch-bias")
+
+
+def plans(size: int) -> list[Plan]:
+    """All worlds: `size` for each effect and strength, `NULLS_PER_ARM` times as many nulls of an
+    arm. They come in turn from all arms, so that a run that is cut short has seen all."""
+    arms: list[list[Plan]] = []
+    for name, (effects, settings, neutral) in NULLS.items():
+        arms.append(
+            [
+                _plan(len(arms), name, k, effects, settings=settings, neutral=neutral)
+                for k in range(NULLS_PER_ARM * size)
+            ]
+        )
+    arms += _effects(1.0, len(arms), size)
+    for pair in PAIRS:
+        effects = dict.fromkeys(pair, 1.0)
+        name = f"pair: {' + '.join(pair)}"
+        arms.append([_plan(len(arms), name, k, effects, true=pair) for k in range(size)])
+    for name, (effects, settings, later) in CONFOUNDED.items():
+        true = tuple(k for k in effects if k != "proxy")
+        arms.append(
+            [
+                _plan(
+                    len(arms), name, 2 * k, effects, settings=settings, true=true,
+                    speeds_later=later,
+                )
+                for k in range(size)
+            ]
+        )  # fmt: skip
+    for name, axis in AXES.items():
+        arms.append(
+            [
+                _plan(len(arms), f"outside: {name}", k, {name: 1.0}, true=(axis,), outside=name)
+                for k in range(2 * size)
+            ]
+        )
+    arms.append(
+        [
+            _plan(len(arms), "wrong effect", k, {}, wrong=WRONG[k % len(WRONG)])
+            for k in range(3 * size)
+        ]
+    )
+    arms += _effects(0.5, len(arms), size)
+    longest = max(len(arm) for arm in arms)
+    return [arm[k] for k in range(longest) for arm in arms if k < len(arm)]
+
+
+def _effects(strength: float, first: int, size: int) -> list[list[Plan]]:
+    """An arm for every effect of the catalogue, and a covariate, at one strength."""
+    return [
+        [
+            _plan(
+                first + j, f"{key} x {strength:g}", k, {key: strength},
+                true=(key,), neutral=("path-effect",),
+            )
+            for k in range(size)
+        ]
+        for j, key in enumerate((*CATALOGUE, "covariate:new_snow_cm"))
+    ]  # fmt: skip
+
+
+def _plan(  # type: ignore[no-untyped-def]
+    arm: int, name: str, index: int, effects: dict[str, float], **others
+) -> Plan:
+    n_events, n_paths = SMALL if index % 2 else LARGE
+    return Plan(name, index, FIRST_SEED + 1000 * arm + index, n_events, n_paths, effects, **others)

@@ -1,0 +1,147 @@
+"""One world from its plan to a line of results."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from avahazard.criticism.diagnosis import Diagnosis, diagnose
+from avahazard.criticism.expected import expected_records
+from avahazard.criticism.held_out import choose_groups
+from avahazard.criticism.refits import PATH_EFFECT, Refit, refit
+from avahazard.criticism.scores import crps, record_pit
+from avahazard.inference.mode import Mode, find_mode
+from avahazard.inference.posterior import Posterior
+from avahazard.inference.seeds import generator
+from avahazard.inference.specification import Specification
+from avahazard.inference.study import Study, build_study
+from avahazard.synth.making import make_world
+from avahazard.workflow.diagnosing import diagnosis_document
+from benchmarks.worlds.arms import Plan
+from benchmarks.worlds.outside import EFFECTS, effect_file
+from benchmarks.worlds.rivals import best_bic, regression
+
+DRAWS = 200
+
+
+def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
+    """Make the world, diagnose it, and hold the answer against the truth and the rivals."""
+    began = time.perf_counter()
+    study = world(plan)
+    base = Specification(centrifugal="centrifugal" not in plan.effects)
+    found = diagnose(study, base, {}, n_worlds=n_worlds)
+    seconds = time.perf_counter() - began
+    line: dict[str, Any] = {
+        "name": plan.name,
+        "arm": plan.arm,
+        "n_events": plan.n_events,
+        "true": list(plan.true),
+        "neutral": list(plan.neutral),
+        "verdict": found.verdict,
+        "missing": list(found.missing),
+        "heavy_tails": found.heavy_tails,
+        "path": [found.screening.path_gain, found.screening.path_p],
+        "gains": [
+            [
+                c.key,
+                round(c.screened.gain, 2),
+                round(c.screened.p_family, 4),
+                None if c.fit is None else round(c.fit.evidence - found.base.evidence, 2),
+                c.held_out_gain,
+            ]
+            for c in found.candidates[:6]
+        ],
+        "n_made": found.screening.n_worlds,
+        "bic": best_bic(found),
+        "regression": regression(found),
+        "seconds": round(seconds, 1),
+    }
+    line |= _errors(plan, study, found)
+    if plan.speeds_later:
+        measured = replace(plan, settings=replace(plan.settings, speeds=0.3))
+        again = diagnose(world(measured), base, {}, n_worlds=n_worlds)
+        line["with_speeds"] = [again.verdict, list(again.missing)]
+    if found.verdict == "ambiguous":
+        line["measure_next"] = diagnosis_document("", found, 0)["measure_next"][0]
+    line["all_seconds"] = round(time.perf_counter() - began, 1)
+    return line
+
+
+def world(plan: Plan) -> Study:
+    """The study of a plan's world."""
+    records, _ = make_world(
+        plan.seed, plan.n_events, plan.n_paths, plan.effects, plan.settings, own_effects=EFFECTS
+    )
+    return build_study(records)
+
+
+def _errors(plan: Plan, study: Study, found: Diagnosis) -> dict[str, Any]:
+    """Held-out CRPS (m) and coverage of the model, of the child that was named, of the oracle."""
+    base = found.base
+    fits = {c.key: c.fit for c in found.candidates if c.fit is not None}
+    line: dict[str, Any] = {"base": held_out(study, base)}
+    named = [k for k in found.missing if k != PATH_EFFECT]
+    chosen = fits.get(named[0]) if named else base
+    line["child"] = held_out(study, chosen) if chosen is not None and named else line["base"]
+    true = _true_fit(plan, study, found, fits)
+    if true is not None:
+        line["oracle_gain"] = round(true.log_likelihood - base.log_likelihood, 2)
+        same = named and true is chosen
+        line["oracle"] = line["child"] if same else held_out(study, true)
+    elif plan.true == (PATH_EFFECT,):
+        line["oracle_gain"] = round(found.screening.path_gain, 2)
+        line["oracle"] = line["base"]
+    if plan.wrong is not None:
+        needless = refit(study, base.specification, base.facts, (plan.wrong,), (), base)
+        line["wrong"] = held_out(study, needless)
+        line["wrong_effect"] = plan.wrong
+    return line
+
+
+def _true_fit(plan: Plan, study: Study, found: Diagnosis, fits: dict[str, Refit]) -> Refit | None:
+    """The model with the true effects, fitted as the candidates are; None where there is none."""
+    base = found.base
+    own = (effect_file(plan.outside),) if plan.outside else ()
+    keys = (own[0].key,) if own else tuple(k for k in plan.true if k != PATH_EFFECT)
+    if not keys:
+        return None
+    if len(keys) == 1 and keys[0] in fits:
+        return fits[keys[0]]
+    return refit(study, base.specification, base.facts, keys, own, base)
+
+
+def held_out(study: Study, fit: Refit) -> list[float]:
+    """CRPS (m) of records and coverage of 90 % intervals, whole paths held out and fitted anew.
+
+    Draws vary all parameters but those that shape the tables, which stay at their mode.
+    """
+    posterior = fit.posterior
+    groups = choose_groups(study).groups
+    scores, inside = np.empty(study.n_events), np.empty(study.n_events)
+    for group in np.unique(groups):
+        out = groups == group
+        rest = posterior.restricted(~out)
+        mode = find_mode(rest, fit.mode.u)
+        rng = generator(0, "benchmark", int(group))
+        u = _draws(rest, mode, rng)
+        offsets = {}
+        if rest.groups is not None:
+            rows = [rest.path_offsets(v) for v in u]
+            shift = np.array([r.mode + r.sd * rng.standard_normal(len(r.mode)) for r in rows])
+            offsets = {p: shift[:, k] for k, p in enumerate(study.columns.paths)}
+        records = expected_records(rest, u, offsets, DRAWS, rng)
+        scores[out] = crps(records.draws, records.observed)[out]
+        inside[out] = (np.abs(record_pit(records, rng) - 0.5) <= 0.45)[out]
+    return [round(float(np.mean(scores)), 3), round(float(np.mean(inside)), 4)]
+
+
+def _draws(posterior: Posterior, mode: Mode, rng: np.random.Generator) -> Any:
+    layout = posterior.layout
+    free = [k for k in range(len(mode.u)) if k not in layout.tables]
+    part = np.linalg.cholesky(mode.covariance[np.ix_(free, free)])
+    u = np.repeat(mode.u[None], DRAWS, axis=0)
+    u[:, free] += rng.standard_normal((DRAWS, len(free))) @ part.T
+    return np.clip(u, layout.low, layout.high)
