@@ -60,14 +60,13 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
     log_mass = np.zeros(n)
     points = np.empty(MOST_POINTS)
     logs = np.empty(MOST_POINTS)
-    speed_logs = np.zeros(speed_grid.predicted.shape[1])
     for i in range(n):
         row = speed_grid.row[i]
         if left[i] and row < 0:
             continue
         if left[i]:
             count = _leaving_points(
-                last_left[i], log_mu, speed_grid, row, speeds[row], speed_logs, points, logs
+                last_left[i], log_mu, speed_grid, row, speeds[row], points, logs
             )
             log_norm = 0.0
         else:
@@ -80,7 +79,6 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
                 speed_grid,
                 row,
                 speeds[max(row, 0)],
-                speed_logs,
                 points,
                 logs,
             )
@@ -107,11 +105,11 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
 def _stop_points(  # type: ignore[no-untyped-def]
-    record, first, observed, sigma, log_mu, speed_grid, row, speeds, speed_logs, points, logs
+    record, first, observed, sigma, log_mu, speed_grid, row, speeds, points, logs
 ):
     """Points of the bump of a stop and their log masses; returns how many."""
     count = 0
-    known = -1
+    known, l0, l1 = -1, 0.0, 0.0
     scale = 1.0 / sigma
     z1 = (record[first] - observed) * scale
     for j in range(first, len(record) - 1):
@@ -129,9 +127,10 @@ def _stop_points(  # type: ignore[no-untyped-def]
         pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
         step = (t_high - t_low) / pieces
         log_width = np.log(step * width)
-        if row >= 0 and known < j:
-            known = j + 8 * speed_grid.stride
-            _speed_logs(speed_grid, row, speeds, j, known, speed_logs)
+        if row >= 0:
+            l0 = l1 if known == j else _speed_log(speed_grid, row, speeds, j)
+            l1 = _speed_log(speed_grid, row, speeds, j + 1)
+            known = j + 1
         for p in range(pieces):
             if count == len(points):
                 return count
@@ -140,44 +139,40 @@ def _stop_points(  # type: ignore[no-untyped-def]
             points[count] = log_mu[j] + t * width
             logs[count] = log_width - 0.5 * z * z
             if row >= 0:
-                logs[count] += _between(speed_logs, speed_grid.stride, j + t)
+                logs[count] += (1.0 - t) * l0 + t * l1
             count += 1
     return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _leaving_points(last_left, log_mu, speed_grid, row, speeds, speed_logs, points, logs):  # type: ignore[no-untyped-def]
+def _leaving_points(last_left, log_mu, speed_grid, row, speeds, points, logs):  # type: ignore[no-untyped-def]
     """As `_stop_points` for an event that left, of which only the speeds are known."""
     count = 0
-    _speed_logs(speed_grid, row, speeds, 0, max(last_left, 1), speed_logs)
     for j in range(0, max(last_left, 1), 2):
         points[count] = log_mu[j]
         logs[count] = np.log(log_mu[j + 2] - log_mu[j])
-        logs[count] += _between(speed_logs, speed_grid.stride, float(j))
+        logs[count] += _speed_log(speed_grid, row, speeds, j)
         count += 1
     return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _speed_logs(grid, row, speeds, first, last, out):  # type: ignore[no-untyped-def]
-    """Fill `out` with the log density of one event's speeds at its coarse frictions, those that
-    frictions `first` to `last` of the grid lie between."""
+def _speed_log(grid, row, speeds, j):  # type: ignore[no-untyped-def]
+    """Log density of one event's speeds at friction j of the grid.
+
+    Speeds, not log densities, are interpolated between the coarse frictions: these fall steeply
+    where the block no longer reaches a place.
+    """
     n_coarse, n_places = grid.predicted.shape[1], grid.predicted.shape[2]
-    low = first // grid.stride
-    high = min(last // grid.stride + 2, n_coarse)
-    for c in range(low, high):
-        total = 0.0
-        for a in range(n_places):
-            value = 0.0
-            for b in range(a + 1):
-                value += grid.whiten[row, a, b] * (speeds[b] - grid.predicted[row, c, b])
-            total += value * value
-        out[c] = -0.5 * total - grid.log_norm[row]
-
-
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _between(logs, stride, place):  # type: ignore[no-untyped-def]
-    """Value at a place of the friction grid between coarse ones, linear."""
-    c = min(int(place / stride), len(logs) - 2)
-    t = min(place / stride - c, 1.0)
-    return (1.0 - t) * logs[c] + t * logs[c + 1]
+    c = min(j // grid.stride, n_coarse - 2)
+    t = min(j / grid.stride - c, 1.0)
+    misfit = np.empty(n_places)
+    total = 0.0
+    for a in range(n_places):
+        u = (1.0 - t) * grid.predicted[row, c, a] + t * grid.predicted[row, c + 1, a]
+        misfit[a] = speeds[a] - u
+        value = 0.0
+        for b in range(a + 1):
+            value += grid.whiten[row, a, b] * misfit[b]
+        total += value * value
+    return -0.5 * total - grid.log_norm[row]
