@@ -20,6 +20,8 @@ Grids = Mapping[str, tuple[float, ...]]
 
 SCATTER_CENTRE = 0.15
 """Prior centre of the scatter of log friction: the paper's Gibbs fit has 0.158."""
+MIN_SCATTER_SHARE = 0.15
+"""Least scatter against that centre: below, the nodes of flat run-outs lie too far apart."""
 PATH_SCATTER = 0.2
 """Scale of the half-normal prior of the spread between paths, on log friction."""
 MIN_PATH_SCATTER = 1e-3
@@ -135,7 +137,16 @@ def build_layout(
     log_scatter = specification.distribution == "lognormal"
     centre = SCATTER_CENTRE if log_scatter else 0.5 * SCATTER_CENTRE
     scatter = len(slots)
-    slots.append(Slot("log sigma", "", float(np.log(centre)), 1.0, float(np.log(1e-3)), 2.0))
+    slots.append(
+        Slot(
+            "log sigma",
+            "",
+            float(np.log(centre)),
+            1.0,
+            float(np.log(centre * MIN_SCATTER_SHARE)),
+            2.0,
+        )
+    )
     slope = None
     if specification.scatter == "volume":
         slope = len(slots)
