@@ -1,8 +1,8 @@
 """A quick fit of a linear model of log friction with path offsets to bumps (`bumps.Bumps`).
 
 Newton steps on coefficients, offsets and scatter at once (penalised iteratively re-weighted
-least squares, Breslow and Clayton 1993), the spread of the offsets by expectation-maximisation,
-and the log likelihood with the offsets integrated out by Laplace's method. Events that left the
+least squares, Breslow and Clayton 1993), the spread of the offsets by Fisher's scoring, and the
+log likelihood with the offsets integrated out by Laplace's method. Events that left the
 profile and the chance to be seen are in it.
 """
 
@@ -112,11 +112,14 @@ def quick_fit(bumps, left, edges, design, start, log_scatter, tau, student):  # 
         )
         log_scatter += min(max(change, -0.5), 0.5)
         if n_paths:
-            total = 0.0
+            # Fisher's scoring of log τ: slope of the penalties and its expected curvature.
+            prior = (tau / TAU_SCALE) ** 2
+            slope, info = -prior, 2.0 * prior
             for k in range(n_paths):
-                total += offsets[k] ** 2 + 1.0 / bend[k]
-            # The half-normal prior of τ shortens the step of expectation-maximisation.
-            tau = math.sqrt(total / (n_paths + total / TAU_SCALE**2))
+                shrunk = 1.0 / (tau * tau * bend[k])
+                slope += (offsets[k] / tau) ** 2 + shrunk - 1.0
+                info += 2.0 * (1.0 - shrunk) ** 2
+            tau *= math.exp(min(max(slope / (info + 1e-9), -0.7), 0.7))
             tau = min(max(tau, 1e-3), 1.0)
     return QuickFit(best, best_beta, best_scatter, best_tau)
 
