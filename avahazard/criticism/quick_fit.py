@@ -200,7 +200,10 @@ def _terms(bumps, left, edges, design, beta, offsets, sigma, student, g, h):  # 
                 info_scatter += 2.0 * share * share
             value += bumps.log_mass[i]
         if edges.has_limit[i]:
-            s = own + edges.seen_sd[i] ** 2 + design.extra[i]
+            # Never less blurred than the record: else far from both the chance to be seen falls
+            # faster than the record's density, and their ratio has no bound.
+            blur = max(edges.seen_sd[i] ** 2, bumps.variance[i])
+            s = own + blur + design.extra[i]
             spread = math.sqrt(s)
             z = (edges.seen[i] - m) / spread
             log_p, ratio = _log_probability(z)
