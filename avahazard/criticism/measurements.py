@@ -20,24 +20,28 @@ N_SIMULATIONS = 100
 
 
 def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[str, object]]:
-    """Measurements that part two fits, best first, each with its expected gain (nats)."""
-    study = first.posterior.study
+    """Measurements that part two fits, best first, each with its expected gain (nats).
+
+    Without profiles only further events can be measured.
+    """
+    events = {
+        "measurement": f"runouts of {N_EVENTS} more events on paths like these",
+        "expected_gain": record_gain(first, second) * N_EVENTS,
+    }
+    if not first.posterior.study.sites:
+        return [events]
     result = [
         {
             "measurement": f"speeds at mid-track on {N_TRACKS} events",
             "expected_gain": speed_gain(first, second, seed),
         },
-        {
-            "measurement": f"runouts of {N_EVENTS} more events on paths like these",
-            "expected_gain": record_gain(first, second) * N_EVENTS,
-        },
+        events,
         {
             "measurement": f"{N_EVENTS} events on a further path, steeper or longer than these",
             "expected_gain": _unlike_gain(first, second) * N_EVENTS,
         },
     ]
-    usable = [r for r in result if np.any(study.columns.path_index >= 0) or "speeds" not in str(r)]
-    return sorted(usable, key=lambda r: -float(str(r["expected_gain"])))
+    return sorted(result, key=lambda r: -float(str(r["expected_gain"])))
 
 
 def speed_gain(first: Refit, second: Refit, seed: int) -> float:

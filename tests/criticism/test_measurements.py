@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+import pytest
+
+from avahazard.criticism.measurements import measurement_gains, record_gain, speed_gain
+from avahazard.criticism.refits import refit
+from avahazard.inference.specification import Specification
+from avahazard.inference.study import build_study
+from tests.criticism.lengths import lengths
+from tests.inference import studies
+
+
+def test_speeds_part_what_moves_at_other_speeds() -> None:
+    study = studies.study(speeds=False)
+    base = refit(study, Specification(), {})
+    assert speed_gain(base, base, 1) == 0.0
+    drag = refit(study, base.specification, base.facts, ("turbulent-drag",), (), base)
+    slot = drag.posterior.layout.places["turbulent-drag"].start
+    gains = []
+    for value in (0.4, 1.2):
+        drag.mode.u[slot] = value
+        gains.append(speed_gain(drag, base, 1))
+    assert 1.0 < gains[0] < gains[1]
+    assert speed_gain(base, drag, 1) == pytest.approx(gains[1], rel=0.2)
+
+
+def test_they_come_best_first() -> None:
+    study = studies.study(speeds=False)
+    base = refit(study, Specification(), {})
+    snow = refit(study, base.specification, base.facts, ("snow-type",), (), base)
+    found = measurement_gains(snow, base, seed=3)
+    gains = [float(str(m["expected_gain"])) for m in found]
+    assert gains == sorted(gains, reverse=True)
+    assert all(g >= 0.0 for g in gains)
+    assert len({m["measurement"] for m in found}) == len(found) == 3
+    assert found == measurement_gains(snow, base, seed=3)
+
+
+def test_without_a_profile_only_events_can_be_measured() -> None:
+    study = build_study(lengths(60, slope=0.1))
+    base = refit(study, Specification(law="power"), {})
+    other = refit(study, base.specification, base.facts, ("covariate:column_1",), (), base)
+    found = measurement_gains(other, base)
+    assert len(found) == 1
+    assert "more events" in str(found[0]["measurement"])
+    per_event = abs(other.log_likelihood - base.log_likelihood) / 60
+    assert record_gain(other, base) == pytest.approx(per_event)
