@@ -27,19 +27,37 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("calibrate", "calibrate", "Calibrate a model on the records and store it."),
     Entry("models", "models", "List the stored models."),
     Entry("model", "model", "Show a stored model: its posterior, and whether it converged."),
-    Entry("compare", "compare", "Set a model against the measurements: scores, where it fails."),
     Entry(
-        "diagnose",
-        "diagnose",
-        "Ask which physical effect a model lacks, if any, and what to measure next.",
+        "compare",
+        "compare",
+        "Set a model against the measurements: its scores, and where it fails.",
     ),
-    Entry("effects", "effects", "List the effects that a model can have."),
-    Entry("effect", "effect", "Show the physics of one effect, or write a template: effect new."),
-    Entry("add", "add", "Add effects to a model: calibrate, compare and store the child."),
+    Entry("diagnose", "diagnose", "Ask which effect a model lacks, if any; what to measure next."),
+    Entry(
+        "effects",
+        "effects",
+        "List the effects that a model can have, and whether the present data can tell them.",
+    ),
+    Entry(
+        "effect",
+        "effect",
+        "Show the physics of one effect; `effect new FILE` writes a template for one's own.",
+    ),
+    Entry("add", "add", "Add effects to a model: the child is calibrated, compared and stored."),
     Entry("ladder", "ladder", "List every model and its error, oldest first."),
-    Entry("predict", "predict", "Predict the runout of each event of a file."),
-    Entry("hazard", "hazard", "Draw the runout for volumes or return periods, path by path."),
-    Entry("demo", "demo", "Do the main job on the bundled data: a twin of seven paths."),
+    Entry(
+        "predict",
+        "predict",
+        "Predict the runout of each event of a file; its own runout only serves for scores.",
+    ),
+    Entry(
+        "hazard",
+        "hazard",
+        "Draw the runout for volumes or return periods, with its interval, path by path.",
+    ),
+    Entry(
+        "demo", "demo", "Do the main job on the bundled data, a twin of the paper's seven paths."
+    ),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )
 
