@@ -61,7 +61,8 @@ def log_density(theta, bumps, left, edges, design, student):  # type: ignore[no-
     gone = np.sqrt((own + design.extra)[left])
     value += stats.norm.logcdf((edges.leave[left] - m[left]) / gone).sum()
     near = edges.has_limit
-    blur = np.sqrt((own + edges.seen_sd**2 + design.extra)[near])
+    never_sharper = np.maximum(edges.seen_sd**2, bumps.variance)
+    blur = np.sqrt((own + never_sharper + design.extra)[near])
     value -= stats.norm.logcdf((edges.seen[near] - m[near]) / blur).sum()
     e = (bumps.mean - m)[~left]
     s = s[~left]

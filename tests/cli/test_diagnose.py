@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import Result
+
+from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.importing import import_files
+from tests.criticism.lengths import as_csv, lengths
+
+PROGRAM = Path(sys.executable).with_name("avahazard")
+Command = Callable[..., Result]
+
+
+@pytest.fixture
+def base(database: str, write: Callable[[str, str], Path]) -> str:
+    """Give a database with the model `base`, which does not know that column_1 matters."""
+    import_files(database, [write("events.csv", as_csv(lengths(90, 0.12)))])
+    calibrate(database, "base", law="power", chains=2, draws=200)
+    return database
+
+
+def test_the_installed_command_names_the_axis(base: str) -> None:
+    done = subprocess.run(
+        [PROGRAM, "--db", base, "--json", "diagnose", "base", "--worlds", "39"],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    document = json.loads(done.stdout)
+    assert document["verdict"] == "unexplained"
+    assert document["missing"] == ["covariate:column_1"]
+
+
+def test_people_read_what_is_missing_and_what_to_do(base: str, avahazard: Command) -> None:
+    result = avahazard("diagnose", "base", "--worlds", "39")
+    assert result.exit_code == 0
+    assert "base fails along covariate:column_1" in result.stdout
+    assert "avahazard effect new FILE" in result.stdout
+    assert "To measure next" in result.stdout
+
+
+def test_an_unknown_model_is_one_message_and_a_hint(avahazard: Command) -> None:
+    result = avahazard("diagnose", "nobody")
+    assert result.exit_code == 1
+    assert "nobody" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_too_few_worlds_are_wrong_usage(avahazard: Command) -> None:
+    result = avahazard("diagnose", "base", "--worlds", "10")
+    assert result.exit_code == 2
+    assert "39" in result.stderr
