@@ -37,7 +37,8 @@ def test_the_installed_command_names_the_axis(base: str) -> None:
     assert document["missing"] == ["covariate:column_1"]
 
 
-def test_people_read_what_is_missing_and_what_to_do(base: str, avahazard: Command) -> None:
+@pytest.mark.usefixtures("base")
+def test_people_read_what_is_missing_and_what_to_do(avahazard: Command) -> None:
     result = avahazard("diagnose", "base", "--worlds", "39")
     assert result.exit_code == 0
     assert "base fails along covariate:column_1" in result.stdout
