@@ -20,7 +20,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.predicted import Predicted
-from avahazard.inference.study import LEFT, Study
+from avahazard.inference.speed_nodes import between
+from avahazard.inference.study import LEFT, SpeedRecord, Study
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.constants import KEEPS_NAN
 from avahazard.physics.runout_table import MU
@@ -67,27 +68,66 @@ def build_nodes(
     along the track; `limit` `[n_events]` replaces the study's elevations above which a stop is
     not seen; `in_log` gives nodes in log μ, else in μ.
     """
-    log_speed = np.zeros((study.n_events, len(MU)))
-    for measured, speeds in zip(study.speeds, predicted.speeds, strict=True):
-        log_speed[measured.event] = speed_log_likelihood(
-            measured.x, measured.speed, measured.sigma, speeds, speed_scatter
-        )
     has_speed = np.zeros(study.n_events, dtype=np.bool_)
     has_speed[[m.event for m in study.speeds]] = True
     seen_limit = study.limit if limit is None else limit
-    arrays = _build(
-        predicted.record,
-        np.nan_to_num(predicted.elevation, nan=0.0),
-        predicted.status == LEFT_PROFILE,
-        study.kind == LEFT,
-        study.observed,
-        study.sigma,
-        np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
-        log_speed,
-        has_speed,
-        np.log(MU) if in_log else MU,
+    nodes = Nodes(
+        *_build(
+            predicted.record,
+            np.nan_to_num(predicted.elevation, nan=0.0),
+            predicted.status == LEFT_PROFILE,
+            study.kind == LEFT,
+            study.observed,
+            study.sigma,
+            np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
+            has_speed,
+            np.log(MU) if in_log else MU,
+        )
     )
-    return Nodes(*arrays)
+    for measured, speeds in zip(study.speeds, predicted.speeds, strict=True):
+        _bump_with_speeds(nodes, study, predicted, measured, speeds, speed_scatter, in_log)
+    return nodes
+
+
+def _bump_with_speeds(
+    nodes: Nodes,
+    study: Study,
+    predicted: Predicted,
+    measured: SpeedRecord,
+    speeds: Floats,
+    scatter: float,
+    in_log: bool,
+) -> None:
+    """Fill in the nodes of an event with speeds."""
+    i = measured.event
+    observed_left = bool(study.kind[i] == LEFT)
+    record, left = predicted.record[i], predicted.status[i] == LEFT_PROFILE
+
+    def log_likelihood(u: Floats) -> Floats:
+        return speed_log_likelihood(measured.x, measured.speed, measured.sigma, u, scatter)
+
+    ends = log_likelihood(speeds)
+    best = np.maximum(ends[1:], ends[:-1])
+    if observed_left:
+        best = np.where(left[1:] | left[:-1], best, -np.inf)
+    else:
+        z = (record - study.observed[i]) / study.sigma[i]
+        nearest = np.where(z[1:] * z[:-1] <= 0.0, 0.0, np.minimum(np.abs(z[1:]), np.abs(z[:-1])))
+        best = np.where(left[1:] & left[:-1], -np.inf, best - 0.5 * nearest**2)
+    if not np.any(np.isfinite(best)):
+        best = np.zeros_like(best)
+    track = between(MU, record, left, speeds, best, observed_left)
+    nodes.log_scale[i] = _bump(
+        track.record,
+        track.left,
+        observed_left,
+        study.observed[i],
+        study.sigma[i],
+        log_likelihood(track.speeds),
+        np.log(track.grid) if in_log else track.grid,
+        nodes.place[i],
+        nodes.weight[i],
+    )
 
 
 def speed_log_likelihood(
@@ -112,7 +152,7 @@ SPEED_CORRELATION_M = 100.0
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
 def _build(  # type: ignore[no-untyped-def]
-    record, elevation, left, observed_left, observed, sigma, limit, log_speed, has_speed, grid
+    record, elevation, left, observed_left, observed, sigma, limit, has_speed, grid
 ):
     n = len(record)
     place = np.zeros((n, N_NODES))
@@ -124,18 +164,19 @@ def _build(  # type: ignore[no-untyped-def]
     floor = np.zeros(n)
     seen_floor = np.ones(n)
     has_limit = np.zeros(n, dtype=np.bool_)
+    no_speed = np.zeros(len(grid))
     for i in range(n):
         if observed_left[i] and not has_speed[i]:
             is_probability[i] = True
             floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
-        else:
+        elif not has_speed[i]:
             log_scale[i] = _bump(
                 record[i],
                 left[i],
                 observed_left[i],
                 observed[i],
                 sigma[i],
-                log_speed[i],
+                no_speed,
                 grid,
                 place[i],
                 weight[i],

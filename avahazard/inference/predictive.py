@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from avahazard.inference.layout import PATH_SCATTER
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import Predicted
+from avahazard.inference.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU, MU_STEP
 
@@ -53,15 +54,15 @@ def predict_stops(
     n = posterior.study.n_events
     chosen = np.linspace(0, len(coordinates) - 1, n_draws).round().astype(int)
     tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
-    shaped = bool(np.any(tables_at != tables_at[:1]))
-    groups = np.array_split(np.arange(n_draws), min(MAX_TABLES, n_draws) if shaped else 1)
+    groups = table_groups(tables_at, min(MAX_TABLES, n_draws))
     friction = np.empty((n, n_draws))
     record, x, elevation = (np.empty((n, n_draws)) for _ in range(3))
     left = np.empty((n, n_draws), dtype=np.bool_)
     n_nonpositive = 0
     for group in groups:
-        # All draws of a group share the table parameters of its middle draw.
-        middle = coordinates[chosen[group[len(group) // 2]]]
+        # All draws of a group share the table parameters of the draw nearest to their mean.
+        away = np.sum((tables_at[group] - tables_at[group].mean(axis=0)) ** 2, axis=1)
+        middle = coordinates[chosen[group[np.argmin(away)]]]
         tables = posterior.predicted_at(middle)
         for k in group:
             u = coordinates[chosen[k]].copy()
