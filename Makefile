@@ -70,7 +70,7 @@ $(BENCH)/.installed: requirements-bench.lock pyproject.toml
 
 # Needs uv on the PATH. Versions already locked stay unless pyproject.toml rules them out.
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
-  --no-emit-index-url --no-emit-find-links --no-header
+  --no-emit-find-links --no-header
 lock:
 	$(COMPILE) --extra dev --output-file requirements.lock pyproject.toml
 	$(COMPILE) --extra dev --constraint requirements.lock \
