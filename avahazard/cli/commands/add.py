@@ -25,7 +25,13 @@ def add(
     ],
     effect_file: EffectFiles = None,
 ) -> None:
-    """Add effects to a model: the child is calibrated, compared and stored."""
+    """Add effects to a model: the child is calibrated, compared and stored.
+
+    \b
+    Examples:
+      avahazard add first forest-drag --as forest
+      avahazard add first my-effect --as mine --effect-file mine.py
+    """
     from avahazard.workflow.adding import add as run  # noqa: PLC0415
 
     with show_progress() as report:

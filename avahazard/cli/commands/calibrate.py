@@ -60,7 +60,14 @@ def calibrate(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
 ) -> None:
-    """Calibrate a model on the records and store it."""
+    """Calibrate a model on the records and store it.
+
+    \b
+    Examples:
+      avahazard calibrate first
+      avahazard calibrate voellmy --with turbulent-drag
+      avahazard calibrate paper --method metropolis --path P01 --draws 10000
+    """
     from avahazard.workflow.calibrating import calibrate as run  # noqa: PLC0415
 
     with show_progress() as report:

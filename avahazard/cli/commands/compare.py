@@ -23,7 +23,13 @@ def compare(
     ] = None,
     effect_file: EffectFiles = None,
 ) -> None:
-    """Set a model against the measurements: its scores, and where it fails."""
+    """Set a model against the measurements: its scores, and where it fails.
+
+    \b
+    Examples:
+      avahazard compare first
+      avahazard compare first --plot where.png
+    """
     from avahazard.workflow.comparing import compare as run  # noqa: PLC0415
 
     with show_progress() as report:

@@ -20,7 +20,12 @@ db = typer.Typer(
 
 @db.command()
 def upgrade(context: typer.Context) -> None:
-    """Bring the tables of the database up to date."""
+    """Bring the tables of the database up to date.
+
+    \b
+    Example:
+      avahazard db upgrade
+    """
     from avahazard.workflow.database import upgrade_database  # noqa: PLC0415
 
     document = upgrade_database(settings(context).database)
@@ -40,7 +45,13 @@ def upgrade(context: typer.Context) -> None:
 
 @db.command()
 def status(context: typer.Context) -> None:
-    """Show the revision of the database and what it holds."""
+    """Show the revision of the database and what it holds.
+
+    \b
+    Examples:
+      avahazard db status
+      avahazard --db valley.db db status
+    """
     from avahazard.workflow.database import database_status  # noqa: PLC0415
 
     document = database_status(settings(context).database)
@@ -59,7 +70,12 @@ def status(context: typer.Context) -> None:
 
 @db.command()
 def check(context: typer.Context) -> None:
-    """Check that the database is whole; status 1 when it is not."""
+    """Check that the database is whole; status 1 when it is not.
+
+    \b
+    Example:
+      avahazard db check
+    """
     from avahazard.records.errors import AvahazardError  # noqa: PLC0415
     from avahazard.workflow.database import check as check_whole  # noqa: PLC0415
 
@@ -83,7 +99,12 @@ def backup(
     context: typer.Context,
     file: Annotated[str, typer.Argument(help="The new file.", show_default=False)],
 ) -> None:
-    """Copy the database to a new file, also while it is in use."""
+    """Copy the database to a new file, also while it is in use.
+
+    \b
+    Example:
+      avahazard db backup copy.db
+    """
     from avahazard.workflow.database import backup_database  # noqa: PLC0415
 
     document = backup_database(settings(context).database, file)

@@ -22,7 +22,13 @@ def demo(
         Path, typer.Option(help="Where its database and files go; made anew each time.")
     ] = Path("avahazard-demo"),
 ) -> None:
-    """Do the main job on the bundled data, a twin of the paper's seven paths."""
+    """Do the main job on the bundled data, a twin of the paper's seven paths.
+
+    \b
+    Examples:
+      avahazard demo
+      avahazard demo --folder try
+    """
     from avahazard.workflow.demo import run_demo  # noqa: PLC0415
 
     with show_progress() as report:

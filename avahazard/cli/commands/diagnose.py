@@ -29,7 +29,13 @@ def diagnose(
     ] = None,
     effect_file: EffectFiles = None,
 ) -> None:
-    """Ask which effect a model lacks, if any; what to measure next."""
+    """Ask which effect a model lacks, if any; what to measure next.
+
+    \b
+    Examples:
+      avahazard diagnose first
+      avahazard diagnose first --worlds 399 --plot candidates.png
+    """
     from avahazard.workflow.diagnosing import diagnose_model  # noqa: PLC0415
 
     with show_progress() as report:

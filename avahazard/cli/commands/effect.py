@@ -20,7 +20,13 @@ def effect(
         typer.Argument(help="With new: the effect file to write.", show_default=False),
     ] = None,
 ) -> None:
-    """Show the physics of one effect; `effect new FILE` writes a template for one's own."""
+    """Show the physics of one effect; `effect new FILE` writes a template for one's own.
+
+    \b
+    Examples:
+      avahazard effect forest-drag
+      avahazard effect new mine.py
+    """
     from avahazard.workflow.catalogue import show_effect, write_template  # noqa: PLC0415
 
     if (key == "new") != (file is not None):

@@ -10,7 +10,12 @@ from avahazard.cli.settings import settings
 
 
 def effects(context: typer.Context) -> None:
-    """List the effects that a model can have, and whether the present data can tell them."""
+    """List the effects that a model can have, and whether the present data can tell them.
+
+    \b
+    Example:
+      avahazard effects
+    """
     from avahazard.workflow.catalogue import list_effects  # noqa: PLC0415
 
     document = list_effects(settings(context).database)

@@ -17,7 +17,12 @@ FORMULAS = {
 
 
 def fit(context: typer.Context) -> None:
-    """Fit laws of friction against volume by least squares."""
+    """Fit laws of friction against volume by least squares.
+
+    \b
+    Example:
+      avahazard fit
+    """
     from avahazard.workflow.fitting import fit_laws  # noqa: PLC0415
 
     document = fit_laws(settings(context).database)

@@ -44,7 +44,13 @@ def friction(
         typer.Option(metavar="FILE", help="Write the densities as a picture: .png, .svg, .pdf."),
     ] = None,
 ) -> None:
-    """Show the apparent friction of the events and its density."""
+    """Show the apparent friction of the events and its density.
+
+    \b
+    Examples:
+      avahazard friction
+      avahazard friction P01 --kappa auto --plot density.png
+    """
     from avahazard.workflow.frictions import show_frictions  # noqa: PLC0415
 
     document = show_frictions(

@@ -38,7 +38,14 @@ def hazard(
     seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
     effect_file: EffectFiles = None,
 ) -> None:
-    """Draw the runout for volumes or return periods, with its interval, path by path."""
+    """Draw the runout for volumes or return periods, with its interval, path by path.
+
+    \b
+    Examples:
+      avahazard hazard first
+      avahazard hazard first -T 30 -T 300 --path P01
+      avahazard --json hazard first -V 20000 > bounds.json
+    """
     from avahazard.workflow.hazard import hazard as run  # noqa: PLC0415
 
     with show_progress() as report:

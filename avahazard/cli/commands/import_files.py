@@ -26,6 +26,12 @@ def import_(
     """Import CSV files, or folders of them.
 
     All files are imported or none: every row that cannot be taken is listed.
+
+    \b
+    Examples:
+      avahazard import my-records
+      avahazard import events.csv velocities.csv --dry-run
+      avahazard import events.csv --update
     """
     from avahazard.workflow.importing import import_files  # noqa: PLC0415
 

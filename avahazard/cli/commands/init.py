@@ -10,7 +10,13 @@ from avahazard.cli.settings import settings
 
 
 def init(context: typer.Context) -> None:
-    """Create the database."""
+    """Create the database.
+
+    \b
+    Examples:
+      avahazard init
+      avahazard --db valley.db init
+    """
     from avahazard.workflow.database import init_database  # noqa: PLC0415
 
     document = init_database(settings(context).database)

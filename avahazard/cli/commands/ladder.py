@@ -20,7 +20,13 @@ def ladder(
         typer.Option(metavar="FILE", help="Draw the held-out error: .png, .svg, .pdf."),
     ] = None,
 ) -> None:
-    """List every model and its error, oldest first."""
+    """List every model and its error, oldest first.
+
+    \b
+    Examples:
+      avahazard ladder
+      avahazard ladder --plot ladder.png
+    """
     from avahazard.workflow.laddering import ladder as run  # noqa: PLC0415
 
     with show_progress() as report:

@@ -16,7 +16,12 @@ def model(
     context: typer.Context,
     name: Annotated[str, typer.Argument(help="The name of a model.", show_default=False)],
 ) -> None:
-    """Show a stored model: its posterior, and whether it converged."""
+    """Show a stored model: its posterior, and whether it converged.
+
+    \b
+    Example:
+      avahazard model first
+    """
     from avahazard.workflow.models_view import show_model  # noqa: PLC0415
 
     document = show_model(settings(context).database, name)

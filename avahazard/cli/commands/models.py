@@ -10,7 +10,12 @@ from avahazard.cli.settings import settings
 
 
 def models(context: typer.Context) -> None:
-    """List the stored models."""
+    """List the stored models.
+
+    \b
+    Example:
+      avahazard models
+    """
     from avahazard.workflow.models_view import show_models  # noqa: PLC0415
 
     document = show_models(settings(context).database)

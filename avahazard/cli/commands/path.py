@@ -19,7 +19,13 @@ def path(
         Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
     ] = None,
 ) -> None:
-    """Show how the profile of a path was smoothed, and check it."""
+    """Show how the profile of a path was smoothed, and check it.
+
+    \b
+    Examples:
+      avahazard path P01
+      avahazard path P01 --plot profile.png
+    """
     from avahazard.workflow.viewing_path import view_path  # noqa: PLC0415
 
     document = view_path(settings(context).database, path, plot)

@@ -10,7 +10,13 @@ from avahazard.cli.settings import settings
 
 
 def paths(context: typer.Context) -> None:
-    """List the paths."""
+    """List the paths.
+
+    \b
+    Examples:
+      avahazard paths
+      avahazard --json paths > paths.json
+    """
     from avahazard.workflow.paths import list_paths  # noqa: PLC0415
 
     document = list_paths(settings(context).database)

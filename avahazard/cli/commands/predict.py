@@ -21,7 +21,12 @@ def predict(
     ],
     effect_file: EffectFiles = None,
 ) -> None:
-    """Predict the runout of each event of a file; its own runout only serves for scores."""
+    """Predict the runout of each event of a file; its own runout only serves for scores.
+
+    \b
+    Example:
+      avahazard predict first new-events.csv
+    """
     from avahazard.workflow.predicting import predict as run  # noqa: PLC0415
 
     found = run(settings(context).database, name, events, effect_files=effect_file or ())

@@ -36,7 +36,13 @@ def runout(
         str | None, typer.Option(metavar="NAME", help="Run with the effects of a stored model.")
     ] = None,
 ) -> None:
-    """Run the block once: its stop and its speeds."""
+    """Run the block once: its stop and its speeds.
+
+    \b
+    Examples:
+      avahazard runout P01 --mu 0.4
+      avahazard runout P01 --model first --volume 50000
+    """
     if mu is None and (model is None or volume is None):
         raise typer.BadParameter("Give --mu MU, or --model NAME with --volume M3.")
     if volume is not None and model is None:

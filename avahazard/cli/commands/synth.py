@@ -33,7 +33,13 @@ def synth(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, another world.")] = 0,
 ) -> None:
-    """Make a world with known hidden effects, to try the program on."""
+    """Make a world with known hidden effects, to try the program on.
+
+    \b
+    Examples:
+      avahazard synth my-records --events 90 --paths 5
+      avahazard synth hidden --effect forest-drag --effect snow-type --seed 7
+    """
     from avahazard.workflow.synthesising import synthesise  # noqa: PLC0415
 
     document = synthesise(
