@@ -1,0 +1,152 @@
+"""The α-β runout: extreme runout by regression on the terrain alone, a baseline for any model.
+
+β is the angle of the line from the release to the β-point, where the path flattens to 10°; the
+extreme runout lies on the line at α = slope β + intercept, with the scatter of the regression.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.physics.smooth_profile import SmoothProfile
+
+Floats = NDArray[np.float64]
+Status = Literal["stopped", "left_profile", "no_beta_point"]
+
+BETA_SLOPE_DEG = 10.0
+SHORTEST_RUNOUT_ZONE_M = 30.0
+"""A bench over which the path is flatter than 10° for less than this is no β-point."""
+STEP_M = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Regression:
+    """α = `slope` β + `intercept_deg`, with standard deviation `sd_deg`, in degrees."""
+
+    name: str
+    slope: float
+    intercept_deg: float
+    sd_deg: float
+    source: str
+
+
+REGRESSIONS = (
+    Regression(
+        "norway",
+        0.96,
+        -1.4,
+        2.3,
+        "Bakkehøi, Domaas & Lied (Ann. Glaciol. 4, 1983), 206 paths; "
+        "method of Lied & Bakkehøi (J. Glaciol. 26, 1980)",
+    ),
+    Regression(
+        "austria",
+        0.946,
+        -0.83,
+        1.5,
+        "Lied, Weiler, Bakkehøi & Hopf (ANENA symposium, Chamonix, 1995), 80 paths",
+    ),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class AlphaBeta:
+    """What one regression says of a path: angles in degrees, x in m, None where there is none.
+
+    `runout_low_x` is that of α + sd (the shorter runout), `runout_high_x` that of α - sd; each is
+    None where its line meets no ground before the profile ends. `further_beta_x` lists the places
+    below the β-point where the path flattens to 10° again. `status` is that of the runout itself.
+    """
+
+    regression: Regression
+    status: Status
+    release_x: float
+    release_y: float
+    beta_deg: float | None = None
+    beta_x: float | None = None
+    alpha_deg: float | None = None
+    runout_x: float | None = None
+    runout_low_x: float | None = None
+    runout_high_x: float | None = None
+    further_beta_x: tuple[float, ...] = ()
+
+
+def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) -> AlphaBeta:
+    """Apply a regression to the path from its release at `release_x` (m).
+
+    The β-point is the first place below the release from which the smoothed path is no steeper
+    than 10° for `SHORTEST_RUNOUT_ZONE_M` of x (or to its end); a release that is itself so flat is
+    passed first. The runout is where the line at α from the release meets the path, sought from
+    the β-point on: downhill where α < β, uphill otherwise.
+    """
+    n = max(int(np.ceil((smooth.x_max - release_x) / STEP_M)), 1)
+    x = np.linspace(release_x, smooth.x_max, n + 1)
+    y, gradient, _ = smooth.derivatives(x)
+    release_y = float(y[0])
+    places = _beta_places(x, -gradient)
+    if not len(places):
+        return AlphaBeta(regression, "no_beta_point", release_x, release_y)
+    beta_x = float(places[0])
+    beta_deg = float(_angle(smooth, release_x, release_y, np.array([beta_x]))[0])
+    alpha_deg = regression.slope * beta_deg + regression.intercept_deg
+    # From the release itself there is no line to a place.
+    angle = _angle(smooth, release_x, release_y, x[1:])
+    runout, low, high = (
+        _reach(x[1:], angle, beta_x, alpha_deg + shift * regression.sd_deg)
+        for shift in (0.0, 1.0, -1.0)
+    )
+    return AlphaBeta(
+        regression=regression,
+        status="left_profile" if runout is None else "stopped",
+        release_x=release_x,
+        release_y=release_y,
+        beta_deg=beta_deg,
+        beta_x=beta_x,
+        alpha_deg=alpha_deg,
+        runout_x=runout,
+        runout_low_x=low,
+        runout_high_x=high,
+        further_beta_x=tuple(float(place) for place in places[1:]),
+    )
+
+
+def _beta_places(x: Floats, steepness: Floats) -> Floats:
+    """Where the path flattens to 10° for long enough, from the top down."""
+    limit = np.tan(np.radians(BETA_SLOPE_DEG))
+    flat = steepness <= limit
+    falls = np.flatnonzero(~flat[:-1] & flat[1:])
+    steepens = np.append(np.flatnonzero(flat[:-1] & ~flat[1:]), len(x) - 1)
+    ends = x[steepens[np.searchsorted(steepens, falls)]]
+    share = (steepness[falls] - limit) / (steepness[falls] - steepness[falls + 1])
+    places = x[falls] + share * (x[falls + 1] - x[falls])
+    to_the_end = ends == x[-1]
+    return np.asarray(places[(ends - places >= SHORTEST_RUNOUT_ZONE_M) | to_the_end])
+
+
+def _angle(smooth: SmoothProfile, release_x: float, release_y: float, x: Floats) -> Floats:
+    """Angle (degrees) under which places at x are seen below the release."""
+    return np.asarray(np.degrees(np.arctan2(release_y - smooth.height(x), x - release_x)))
+
+
+def _reach(x: Floats, angle: Floats, beta_x: float, alpha_deg: float) -> float | None:
+    """Place of the angle α nearest to the β-point; None past the end, the top where none is."""
+    beyond = x >= beta_x
+    start = int(np.argmax(beyond)) if beyond.any() else len(x) - 1
+    if angle[start] > alpha_deg:
+        under = np.flatnonzero(angle[start:] <= alpha_deg)
+        if not len(under):
+            return None
+        j = start + int(under[0])
+        i = j - 1
+    else:
+        over = np.flatnonzero(angle[: start + 1] > alpha_deg)
+        if not len(over):
+            return float(x[0])
+        i = int(over[-1])
+        j = i + 1
+    share = (angle[i] - alpha_deg) / (angle[i] - angle[j])
+    return float(x[i] + share * (x[j] - x[i]))

@@ -1,0 +1,123 @@
+"""The α-β runout, against parabolas solved by hand and a plain search."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, Regression, alpha_beta
+from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, spline_profile
+
+NORWAY, AUSTRIA = REGRESSIONS
+FALL, BEND = 1.0, 2.5e-4
+"""The parabola y = 2000 - x + 2.5e-4 x²."""
+
+
+def parabola(length: float) -> SmoothProfile:
+    x = np.linspace(0.0, length, 101)
+    # Without its penalty the polynomial is the parabola itself.
+    return legendre_profile(x, 2000.0 - FALL * x + BEND * x**2, penalty=0.0)
+
+
+def by_hand(regression: Regression, shift: float, start: float = 0.0) -> tuple[float, float]:
+    """β in degrees and the runout on the parabola: from x0, tan(angle) = c - b (x + x0)."""
+    beta_x = (FALL - np.tan(np.radians(10.0))) / (2 * BEND)
+    beta = np.degrees(np.arctan(FALL - BEND * (beta_x + start)))
+    alpha = np.radians(regression.slope * beta + regression.intercept_deg)
+    alpha += shift * np.radians(regression.sd_deg)
+    return float(beta), float((FALL - np.tan(alpha)) / BEND - start)
+
+
+@pytest.mark.parametrize("regression", REGRESSIONS)
+@pytest.mark.parametrize("start", [0.0, 300.0])
+def test_a_parabola(regression: Regression, start: float) -> None:
+    found = alpha_beta(parabola(2400.0), start, regression)
+    beta, runout = by_hand(regression, 0.0, start)
+    assert found.status == "stopped"
+    assert found.beta_deg == pytest.approx(beta, abs=1e-4)
+    assert found.beta_x == pytest.approx((1 - np.tan(np.radians(10))) / (2 * BEND), abs=0.01)
+    assert found.alpha_deg == pytest.approx(regression.slope * beta + regression.intercept_deg)
+    assert found.runout_x == pytest.approx(runout, abs=0.01)
+    assert found.runout_low_x == pytest.approx(by_hand(regression, 1.0, start)[1], abs=0.01)
+    assert found.runout_high_x == pytest.approx(by_hand(regression, -1.0, start)[1], abs=0.01)
+    assert found.further_beta_x == ()
+
+
+def test_the_published_coefficients() -> None:
+    numbers = {r.name: (r.slope, r.intercept_deg, r.sd_deg) for r in REGRESSIONS}
+    assert numbers == {"norway": (0.96, -1.4, 2.3), "austria": (0.946, -0.83, 1.5)}
+
+
+def test_a_line_that_meets_no_ground_leaves_the_profile() -> None:
+    _, runout = by_hand(NORWAY, 0.0)
+    found = alpha_beta(parabola(runout - 20.0), 0.0, NORWAY)
+    assert (found.status, found.runout_x, found.runout_high_x) == ("left_profile", None, None)
+    assert found.runout_low_x == pytest.approx(by_hand(NORWAY, 1.0)[1], abs=0.01)
+    longer = alpha_beta(parabola(runout + 20.0), 0.0, NORWAY)
+    assert (longer.status, longer.runout_high_x) == ("stopped", None)
+
+
+def test_a_path_that_never_flattens_has_no_beta_point() -> None:
+    found = alpha_beta(parabola(1500.0), 0.0, NORWAY)
+    assert found == AlphaBeta(NORWAY, "no_beta_point", 0.0, found.release_y)
+
+
+def test_an_alpha_over_beta_lies_above_the_beta_point() -> None:
+    steep = replace(NORWAY, slope=1.0, intercept_deg=2.0)
+    found = alpha_beta(parabola(2400.0), 0.0, steep)
+    assert found.runout_x == pytest.approx(by_hand(steep, 0.0)[1], abs=0.01)
+    assert found.beta_x is not None
+    assert found.runout_x is not None
+    assert found.runout_x < found.beta_x
+    # Steeper than any line from the release to the ground: the release itself.
+    assert alpha_beta(parabola(2400.0), 0.0, replace(steep, intercept_deg=40.0)).runout_x == 1.0
+
+
+def benched(bench_m: float) -> SmoothProfile:
+    """A flat top, 30° slopes with a bench of `bench_m` between them, and a runout at 5°."""
+    lengths = [200.0, 800.0, bench_m, 600.0, 1500.0]
+    slopes = np.tan(np.radians([3.0, 35.0, 5.0, 30.0, 5.0]))
+    x = np.concatenate([[0.0], np.cumsum(lengths)])
+    y = 2000.0 - np.concatenate([[0.0], np.cumsum(lengths * slopes)])
+    fine = np.arange(0.0, x[-1] + 1.0, 10.0)
+    return spline_profile(fine, np.interp(fine, x, y), deviation=0.5)
+
+
+def naive_beta(smooth: SmoothProfile) -> list[float]:
+    """Every place, metre by metre, where 10° is reached and kept for 30 m, once it was steep."""
+    x = np.arange(0.0, smooth.x_max, 0.25)
+    slope = np.degrees(np.arctan(-smooth.derivatives(x)[1]))
+    found = []
+    was_steep = False
+    for k in range(len(x)):
+        if slope[k] > 10.0:
+            was_steep = True
+        elif was_steep:
+            ahead = slope[k : k + 121]
+            if (ahead <= 10.0).all():
+                found.append(float(x[k]))
+            was_steep = False
+    return found
+
+
+@pytest.mark.parametrize(("bench_m", "n_places"), [(20.0, 1), (200.0, 2)])
+def test_the_first_flattening_that_lasts_and_the_others_told(bench_m: float, n_places: int) -> None:
+    smooth = benched(bench_m)
+    found = alpha_beta(smooth, 0.0, AUSTRIA)
+    expected = naive_beta(smooth)
+    assert len(expected) == n_places
+    assert found.beta_x == pytest.approx(expected[0], abs=0.5)
+    assert found.further_beta_x == pytest.approx(expected[1:], abs=0.5)
+
+
+def test_runout_by_a_plain_search_on_a_stepped_path() -> None:
+    smooth = benched(20.0)
+    found = alpha_beta(smooth, 0.0, AUSTRIA)
+    x = np.arange(1.0, smooth.x_max, 0.05)
+    angle = np.degrees(np.arctan2(smooth.height(0.0) - smooth.height(x), x))
+    assert found.beta_x is not None
+    assert found.alpha_deg is not None
+    place = x[(x > found.beta_x) & (angle <= found.alpha_deg)][0]
+    assert found.runout_x == pytest.approx(place, abs=0.1)
