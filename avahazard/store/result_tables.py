@@ -1,4 +1,4 @@
-"""The tables of results: models, calibrations and their draws, comparisons, bounds."""
+"""The tables of results: models, calibrations and their draws, comparisons, diagnoses, bounds."""
 
 from __future__ import annotations
 
@@ -62,6 +62,19 @@ class ComparisonTable(Base):
     """Scores of a model against the measurements: the document that `compare` prints."""
 
     __tablename__ = "comparisons"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    model: Mapped[str] = mapped_column(
+        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+    )
+    result: Mapped[dict[str, Any]] = mapped_column(JSON)
+    created: Mapped[dt.datetime] = mapped_column(DateTime)
+
+
+class DiagnosisTable(Base):
+    """Which effect a model lacks: the document that `diagnose` prints."""
+
+    __tablename__ = "diagnoses"
 
     id: Mapped[int] = mapped_column(primary_key=True)
     model: Mapped[str] = mapped_column(

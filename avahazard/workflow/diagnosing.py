@@ -11,8 +11,9 @@ from avahazard.criticism.measurements import measurement_gains
 from avahazard.inference.study import build_study
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.store.diagnoses import save_diagnosis
 from avahazard.store.models import load_model
-from avahazard.store.session import reading
+from avahazard.store.session import reading, writing
 from avahazard.workflow.own_effects import check_own, read_own
 from avahazard.workflow.stored_model import load_stored, require_unchanged, training_records
 
@@ -29,7 +30,7 @@ def diagnose_model(
     plot: Path | None = None,
     report: Report = lambda _what, _done, _total: None,
 ) -> dict[str, Any]:
-    """Diagnose the stored model `name`; effects of `effect_files` are candidates too.
+    """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
     Returns the contract's document with further keys; `plot` is a picture of the candidates.
 
@@ -61,6 +62,8 @@ def diagnose_model(
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
     document = diagnosis_document(name, found, seed)
+    with writing(database) as session:
+        save_diagnosis(session, name, document)
     if plot is not None:
         from avahazard.report.diagnosis_figure import draw_diagnosis  # noqa: PLC0415 (slow)
 

@@ -7,6 +7,9 @@ from typing import Any
 import pytest
 
 from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
+from avahazard.store.diagnoses import latest_diagnosis
+from avahazard.store.session import reading
 from avahazard.workflow.calibrating import calibrate
 from avahazard.workflow.diagnosing import diagnose_model
 from avahazard.workflow.importing import import_files
@@ -49,6 +52,8 @@ def test_the_document_is_the_contracts(base: str) -> None:
     assert [c["effect"] for c in document["candidates"]].count("covariate:column_1") == 1
     for step in document["measure_next"]:
         assert step["expected_gain"] > 0.0
+    with reading(base) as session:
+        assert latest_diagnosis(session, "base") == plain(document)
     assert told == sorted(told)
     assert told[-1] == 1.0
 
