@@ -1,4 +1,5 @@
-# Targets for people: setup demo test lint test-slow bench worlds. For maintainers: lock, paper-tables.
+# Targets for people: setup demo test lint test-slow bench worlds docs.
+# For maintainers: lock, paper-tables, tutorial, avanodes.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -17,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds paper-tables lock
+.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes lock
 
 setup: $(VENV)/.installed
 
@@ -44,8 +45,19 @@ bench: $(BENCH)/.installed
 worlds: setup
 	$(PYTHON) benchmarks/worlds.py
 
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict --quiet
+	@echo "Open site/index.html"
+
 paper-tables: setup
 	$(PYTHON) benchmarks/paper_tables.py
+
+# Runs the tutorials' own commands; writes what they print, and their pictures.
+tutorial: setup
+	$(PYTHON) docs/_tools/tutorials.py
+
+avanodes: setup
+	$(PYTHON) benchmarks/avanodes.py
 
 # $(1): environment, $(2): lock. The package comes last, without anything that is not locked.
 define install

@@ -1,0 +1,46 @@
+"""The catalogue of effects, from the effects' own files."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+from avahazard.effects.catalogue import KEYS, definition
+from avahazard.effects.effect import Definition, Parameter
+
+HEAD = """# Effects
+
+What the sliding block may lack. At its neutral value every effect leaves the result bit for bit as
+it is without it. `avahazard effects` says which of them your own data can tell;
+`avahazard effect KEY` shows one; `avahazard add MODEL KEY --as NEW` adds it. One that is not here
+you can [write yourself](own_effect.md).
+"""
+
+
+def effects_page() -> str:
+    """Return the page: every key with its meaning, its needs and its parameters."""
+    return "\n".join([HEAD, *(_section(definition(key)) for key in (*KEYS, "covariate:COLUMN"))])
+
+
+def _section(entry: Definition) -> str:
+    lines = [f"\n## {entry.key}\n", entry.meaning, f"\nIt needs: {entry.needs}.\n"]
+    try:
+        effect = entry.build({})
+    except KeyError:
+        lines.append("Its parameters follow from the data: levels, ranges or knots.\n")
+        return "\n".join(lines)
+    if entry.changes is not None:
+        lines.append("It is a change of the model itself and has no parameter of its own here.\n")
+    elif effect.parameters:
+        lines += ["| parameter | unit | neutral | prior | range |", "|---|---|---|---|---|"]
+        lines += [_row(p) for p in effect.parameters]
+    return "\n".join(lines)
+
+
+def _row(p: Parameter) -> str:
+    low = f"{p.low:g}" if isfinite(p.low) else ""
+    high = f"{p.high:g}" if isfinite(p.high) else ""
+    bounds = f"{low} to {high}" if low or high else "any"
+    return (
+        f"| {p.name} | {p.unit or '–'} | {p.neutral:g} | {p.prior_mean:g} ± {p.prior_sd:g} "
+        f"| {bounds} |"
+    )

@@ -1,0 +1,97 @@
+"""The site: it builds without a warning, needs no network, and leaves nothing out."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.main import get_command
+
+from avahazard.cli.main import COMMANDS, app
+from avahazard.effects.catalogue import KEYS
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted(p.relative_to(ROOT / "docs") for p in (ROOT / "docs").rglob("*.md"))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give the folder of the site, built anew."""
+    folder = tmp_path_factory.mktemp("site")
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
+        cwd=ROOT,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def sections(html: str) -> dict[str, str]:
+    """The text of each section of a page (second headings), without marks, by its anchor."""
+    parts = re.split(r'<h2 id="([^"]+)">', html)
+    return {
+        anchor: unescape(re.sub(r"<[^>]+>", "", text))
+        for anchor, text in zip(parts[1::2], parts[2::2], strict=True)
+    }
+
+
+def leaves(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
+    """Every command that does something, with its anchor on the page."""
+    if not hasattr(command, "list_commands"):
+        yield "-".join(words), command
+        return
+    context = command.make_context("avahazard", [], resilient_parsing=True)
+    for name in command.list_commands(context):
+        yield from leaves(command.get_command(context, name), (*words, name))
+
+
+def test_every_command_and_every_option_is_documented(site: Path) -> None:
+    documented = sections((site / "commands.html").read_text(encoding="utf-8"))
+    program = get_command(app)
+    for anchor, command in [("options-of-all-commands", program), *leaves(program)]:
+        text = documented[anchor]
+        for parameter in command.params:
+            for name in parameter.opts:
+                assert name in text, f"{anchor}: {name}"
+            says = " ".join(parameter.help.split())
+            assert says in " ".join(text.split()), f"{anchor}: {parameter.name}"
+        assert "For example:" in text or anchor == "options-of-all-commands"
+
+
+def test_every_effect_is_documented(site: Path) -> None:
+    documented = sections((site / "effects.html").read_text(encoding="utf-8"))
+    assert {*KEYS, "covariatecolumn"} == documented.keys()
+    assert all("It needs:" in text for text in documented.values())
+
+
+def test_the_use_case_of_every_command_is_in_the_api(site: Path) -> None:
+    documented = sections((site / "api.html").read_text(encoding="utf-8"))
+    assert {f"api-{entry.name}" for entry in COMMANDS} == documented.keys()
+
+
+def test_every_page_can_be_reached(site: Path) -> None:
+    navigation = (site / "index.html").read_text(encoding="utf-8")
+    assert [p for p in PAGES if f'href="{p.with_suffix(".html")}"' not in navigation] == []
+
+
+def test_nothing_is_fetched_from_elsewhere(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        html = page.read_text(encoding="utf-8")
+        resources = re.findall(r"<(?:script|img|iframe|link)\b[^>]*>", html)
+        assert [r for r in resources if re.search(r'(?:src|href)="?(?:https?:)?//', r)] == []
+
+
+def test_equations_are_drawn(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        assert "language-math" not in page.read_text(encoding="utf-8"), page
