@@ -56,6 +56,11 @@ COMMANDS: tuple[Entry, ...] = (
         "Draw the runout for volumes or return periods, with its interval, path by path.",
     ),
     Entry(
+        "alpha-beta",
+        "alpha_beta",
+        "Give the alpha-beta runout of the paths: a baseline from the terrain alone.",
+    ),
+    Entry(
         "demo", "demo", "Do the main job on the bundled data, a twin of the paper's seven paths."
     ),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.report.alpha_beta_figure import mark_alpha_beta
 from avahazard.report.picture import figure
 
 if TYPE_CHECKING:
@@ -25,7 +27,10 @@ COLUMNS = 2
 
 @dataclass(frozen=True, slots=True)
 class DrawnPath:
-    """A path with a row of `hazard`; `stop_x` (m) of the recorded stops, any number."""
+    """A path with a row of `hazard`; `stop_x` (m) of the recorded stops, any number.
+
+    `baseline`: its α-β runouts, drawn under the ground.
+    """
 
     name: str
     smooth: SmoothProfile
@@ -33,6 +38,7 @@ class DrawnPath:
     stop_x: Floats
     n_left: int
     row: dict[str, Any]
+    baseline: tuple[AlphaBeta, ...] = ()
 
 
 def draw_bounds(file: FilePath, title: str, paths: Sequence[DrawnPath]) -> None:
@@ -44,12 +50,16 @@ def draw_bounds(file: FilePath, title: str, paths: Sequence[DrawnPath]) -> None:
     rows = ceil((len(paths) + 1) / COLUMNS)
     with figure(file, (11.0, 2.6 * rows + 0.5)) as drawn:
         panels = drawn.subplots(rows, COLUMNS, squeeze=False).ravel()
+        legend: dict[str, Any] = {}
         for panel, path in zip(panels, paths, strict=False):
             _draw_path(panel, path)
+            handles, labels = panel.get_legend_handles_labels()
+            legend |= dict(zip(labels, handles, strict=True))
         for panel in panels[len(paths) :]:
             panel.axis("off")
-        handles, labels = panels[0].get_legend_handles_labels()
-        panels[len(paths)].legend(handles, labels, loc="center", frameon=False, fontsize=10)
+        panels[len(paths)].legend(
+            legend.values(), legend.keys(), loc="center", frameon=False, fontsize=10
+        )
         drawn.suptitle(title, fontsize=13)
         drawn.supxlabel("distance along the path x (m)", fontsize=10)
         drawn.supylabel("elevation (m)", fontsize=10)
@@ -61,7 +71,7 @@ def _draw_path(panel: Axes, path: DrawnPath) -> None:
     y = smooth.height(x)
     top, bottom = float(y.max()), float(y.min())
     tick = 0.05 * (top - bottom)
-    panel.fill_between(x, y, bottom - 3.0 * tick, color=GROUND, linewidth=0)
+    panel.fill_between(x, y, bottom - 6.0 * tick, color=GROUND, linewidth=0)
     panel.plot(x, y, color="0.35", linewidth=1.2, label="profile, smoothed")
     panel.plot(
         path.release_x, smooth.height(path.release_x), "v", color="black", label="release", ms=7
@@ -93,8 +103,9 @@ def _draw_path(panel: Axes, path: DrawnPath) -> None:
         )
     if spread["q95"] is None:
         panel.annotate("beyond", (end, smooth.height(end)), color=BOUNDS, fontsize=8)
+    mark_alpha_beta(panel, smooth, path.baseline, tick)
     panel.set_title(path.name, fontsize=10, loc="left")
-    panel.set_ylim(bottom - 2.0 * tick, top + 2.0 * tick)
+    panel.set_ylim(bottom - (4.5 if path.baseline else 2.0) * tick, top + 2.0 * tick)
     panel.set_xlim(smooth.x_min, end)
     panel.text(
         0.98, 0.93, _words(path), transform=panel.transAxes, ha="right", va="top", fontsize=8

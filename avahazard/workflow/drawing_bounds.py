@@ -7,19 +7,17 @@ from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-import numpy as np
-
 from avahazard.effects.site import release_place
-from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
-from avahazard.workflow.one_path import find_path, find_profile
-from avahazard.workflow.viewing_path import stop_place
+from avahazard.workflow.alpha_beta import baseline, recorded_stops
+from avahazard.workflow.one_path import find_path
 
 
 def draw_hazard(
     file: FilePath, title: str, records: Records, rows: Sequence[dict[str, Any]]
 ) -> None:
-    """Draw the rows of `hazard` to `file`, a panel each, with the recorded stops of their paths.
+    """Draw the rows of `hazard` to `file`, a panel each, with the recorded stops and the
+    α-β runouts of their paths.
 
     Raises:
         AvahazardError: a path has no profile, or `file` is not the name of a picture.
@@ -29,18 +27,17 @@ def draw_hazard(
     drawn = []
     for row in rows:
         path = find_path(records, row["path_id"])
-        profile = find_profile(records, path)
-        smooth = smooth_profile(profile.x_m, profile.y_m)
+        smooth, both = baseline(records, path)
         events = [e for e in records.events if e.path_id == path.path_id]
-        stops = [x for e in events if (x := stop_place(smooth, e)) is not None]
         drawn.append(
             DrawnPath(
                 name=path.name or path.path_id,
                 smooth=smooth,
                 release_x=release_place(smooth, path.release_elevation_m),
-                stop_x=np.array(stops, np.float64),
+                stop_x=recorded_stops(records, path, smooth),
                 n_left=sum(e.left_profile for e in events),
                 row=row,
+                baseline=both,
             )
         )
     draw_bounds(file, title, drawn)

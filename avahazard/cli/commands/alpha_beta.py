@@ -1,0 +1,78 @@
+"""`avahazard alpha-beta`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, table, warn
+from avahazard.cli.settings import settings
+
+
+def alpha_beta(
+    context: typer.Context,
+    path: Annotated[
+        str | None,
+        typer.Argument(help="The path_id of a path; all where none is given.", show_default=False),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Show the latest bounds by this model in the picture too."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
+    ] = None,
+) -> None:
+    """Give the alpha-beta runout of the paths: a baseline from the terrain alone.
+
+    \b
+    Examples:
+      avahazard alpha-beta P01
+      avahazard alpha-beta --plot baseline.png --model first
+    """
+    if model is not None and plot is None:
+        raise typer.BadParameter("A --model is shown in a picture only: give --plot FILE.")
+    from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
+
+    rows = alpha_beta_paths(settings(context).database, path, model=model, plot=plot)
+
+    def render(console: Console) -> None:
+        console.print(
+            table(
+                "Extreme runout by regression on the terrain (α-β)",
+                ("path", "by", ">β °", ">β at x m", ">α °", ">sd °", ">x m", ">x ± 1 sd m"),
+                [_cells(row) for row in rows],
+            )
+        )
+        for name, source in {row["coefficients"]: row["source"] for row in rows}.items():
+            console.print(f"{name}: {source}.")
+        if any("beyond" in cell for row in rows for cell in _cells(row)):
+            console.print("beyond: the line at α meets no ground before the profile ends.")
+
+    emit(context, rows, render)
+    for note in dict.fromkeys(note for row in rows for note in row["notes"]):
+        warn(note)
+
+
+def _cells(row: dict[str, Any]) -> tuple[str, ...]:
+    if row["beta_deg"] is None:
+        return (row["path_id"], row["coefficients"], *["–"] * 6)
+    return (
+        row["path_id"],
+        row["coefficients"],
+        f"{row['beta_deg']:.1f}",
+        f"{row['beta_x_m']:.0f}",
+        f"{row['alpha_deg']:.1f}",
+        f"{row['alpha_sd_deg']:.1f}",
+        _place(row["runout_x_m"]),
+        f"{_place(row['runout_x_low_m'])}–{_place(row['runout_x_high_m'])}",
+    )
+
+
+def _place(x: float | None) -> str:
+    return "beyond" if x is None else f"{x:.0f}"

@@ -1,0 +1,153 @@
+"""The α-β runout in pictures: lines from the release, and marks beside a model's bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.hazard.alpha_beta import AlphaBeta
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.report.picture import figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+COLORS = {"norway": "#009e73", "austria": "#e69f00"}
+GROUND, STOPS, BOUNDS = "#d9d4cc", "#33607f", "#c0392b"
+COLUMNS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class AlphaBetaPath:
+    """A path with its α-β runouts and recorded stops (m); `row` of `hazard`, if there is one."""
+
+    name: str
+    smooth: SmoothProfile
+    found: tuple[AlphaBeta, ...]
+    stop_x: Floats
+    row: dict[str, Any] | None
+
+
+def draw_alpha_beta(file: FilePath, paths: Sequence[AlphaBetaPath]) -> None:
+    """Draw one panel for each path to `file`.
+
+    Raises:
+        AvahazardError: `file` is not the name of a picture.
+    """
+    rows = ceil((len(paths) + 1) / COLUMNS)
+    with figure(file, (11.0, 3.2 * rows + 0.5)) as drawn:
+        panels = drawn.subplots(rows, COLUMNS, squeeze=False).ravel()
+        legend: dict[str, Any] = {}
+        for panel, path in zip(panels, paths, strict=False):
+            _draw_path(panel, path)
+            handles, labels = panel.get_legend_handles_labels()
+            legend |= dict(zip(labels, handles, strict=True))
+        for panel in panels[len(paths) :]:
+            panel.axis("off")
+        panels[len(paths)].legend(
+            legend.values(), legend.keys(), loc="center", frameon=False, fontsize=9
+        )
+        drawn.supxlabel("distance along the path x (m)", fontsize=10)
+        drawn.supylabel("elevation (m)", fontsize=10)
+
+
+def _draw_path(panel: Axes, path: AlphaBetaPath) -> None:
+    smooth = path.smooth
+    x = np.linspace(smooth.x_min, smooth.x_max, 600)
+    y = smooth.height(x)
+    top, bottom = float(y.max()), float(y.min())
+    tick = 0.05 * (top - bottom)
+    panel.fill_between(x, y, bottom - 6.0 * tick, color=GROUND, linewidth=0)
+    panel.plot(x, y, color="0.35", linewidth=1.2, label="profile, smoothed")
+    stops = smooth.height(path.stop_x)
+    panel.vlines(
+        path.stop_x, stops - tick, stops + tick, color=STOPS, linewidth=1.1, label="recorded stops"
+    )
+    first = path.found[0]
+    if first.beta_x is not None:
+        panel.plot(
+            [first.release_x, first.beta_x],
+            [first.release_y, smooth.height(first.beta_x)],
+            color="black",
+            linewidth=0.9,
+            linestyle=":",
+            marker="o",
+            markersize=4,
+            label="β: from the release to where the path is 10° steep",
+        )
+    else:
+        panel.text(0.97, 0.9, "no β-point", transform=panel.transAxes, ha="right", fontsize=8)
+    for found in path.found:
+        _draw_line(panel, found, smooth)
+    mark_alpha_beta(panel, smooth, path.found, tick)
+    if path.row is not None:
+        _draw_bounds(panel, smooth, path.row, tick)
+    panel.set_title(path.name, fontsize=10, loc="left")
+    panel.set_ylim(bottom - 5.0 * tick, top + 2.0 * tick)
+    panel.set_xlim(smooth.x_min, smooth.x_max)
+
+
+def _draw_line(panel: Axes, found: AlphaBeta, smooth: SmoothProfile) -> None:
+    """The line at α, to the ground or to the end of the profile."""
+    if found.alpha_deg is None:
+        return
+    end = smooth.x_max if found.runout_x is None else found.runout_x
+    drop = np.tan(np.radians(found.alpha_deg)) * (end - found.release_x)
+    panel.plot(
+        [found.release_x, end],
+        [found.release_y, found.release_y - drop],
+        color=COLORS[found.regression.name],
+        linewidth=1.0,
+    )
+
+
+def mark_alpha_beta(
+    panel: Axes, smooth: SmoothProfile, both: Sequence[AlphaBeta], tick: float
+) -> None:
+    """Runouts as marks under the ground, with a bar of one standard deviation of α each way.
+
+    A bar that ends at the profile's end goes on beyond it. `tick` is the distance of the marks.
+    """
+    for k, found in enumerate(both):
+        if found.runout_low_x is None:
+            continue
+        color, name = COLORS[found.regression.name], found.regression.name
+        down = (1.6 + 1.3 * k) * tick
+        high = smooth.x_max if found.runout_high_x is None else found.runout_high_x
+        along = np.linspace(found.runout_low_x, high, 60)
+        panel.plot(
+            along,
+            smooth.height(along) - down,
+            color=color,
+            linewidth=2.5,
+            alpha=0.8,
+            solid_capstyle="butt",
+            label=f"α-β, {name}: α ± 1 sd",
+        )
+        if found.runout_x is not None:
+            panel.plot(found.runout_x, smooth.height(found.runout_x) - down, "^", color=color, ms=6)
+
+
+def _draw_bounds(panel: Axes, smooth: SmoothProfile, row: dict[str, Any], tick: float) -> None:
+    spread = row["runout_x_m"]
+    low, high = (smooth.x_max if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
+    along = np.linspace(low, high, 60)
+    period = row["return_period_years"]
+    what = f"V = {row['volume_m3']:.3g} m³" if period is None else f"T = {period:g} years"
+    panel.plot(
+        along,
+        smooth.height(along) + 2.2 * tick,
+        color=BOUNDS,
+        linewidth=4,
+        alpha=0.55,
+        solid_capstyle="butt",
+        label=f"model, {what}: 5 to 95 %",
+    )

@@ -1,0 +1,144 @@
+"""The α-β runout of the stored paths."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.site import release_place
+from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
+from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.path import Path
+from avahazard.store.hazard import latest_hazard
+from avahazard.store.models import load_model
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.one_path import find_path, find_profile
+from avahazard.workflow.viewing_path import stop_place
+
+Floats = NDArray[np.float64]
+
+
+def alpha_beta_paths(
+    database: str,
+    path_id: str | None = None,
+    *,
+    model: str | None = None,
+    plot: FilePath | None = None,
+) -> list[dict[str, Any]]:
+    """Return the α-β runout by every regression, for one path or all that have a profile.
+
+    A row for each path and regression: `path_id`, `coefficients` (its name), `source`, `status`,
+    `release_x_m`, `beta_deg`, `beta_x_m`, `alpha_deg`, `alpha_sd_deg`, `runout_x_m`,
+    `runout_elevation_m`, `runout_x_low_m` (at α + sd), `runout_x_high_m` (at α - sd) and `notes`;
+    None where there is none. With `plot` a picture is written there; it shows the latest bounds
+    by `model` too, if one is named.
+
+    Raises:
+        AvahazardError: the database, the path, its profile, or the model or its bounds are
+            missing, or `plot` is not the name of a picture.
+    """
+    with reading(database) as session:
+        records = load_records(session)
+        bounds: list[dict[str, Any]] | None = []
+        if model is not None:
+            load_model(session, model)
+            bounds = latest_hazard(session, model)
+    if bounds is None:
+        raise AvahazardError(
+            f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"
+        )
+    paths = _paths(records, path_id)
+    found = [(path, *baseline(records, path)) for path in paths]
+    if plot is not None:
+        _draw(plot, records, found, bounds)
+    return [_row(path, smooth, one) for path, smooth, both in found for one in both]
+
+
+def baseline(records: Records, path: Path) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
+    """The smoothed profile of a path and its α-β runouts, in the order of `REGRESSIONS`."""
+    profile = find_profile(records, path)
+    smooth = smooth_profile(profile.x_m, profile.y_m)
+    release_x = release_place(smooth, path.release_elevation_m)
+    return smooth, tuple(alpha_beta(smooth, release_x, regression) for regression in REGRESSIONS)
+
+
+def recorded_stops(records: Records, path: Path, smooth: SmoothProfile) -> Floats:
+    """x (m) of the recorded stops on the profile of a path."""
+    events = [event for event in records.events if event.path_id == path.path_id]
+    places = [x for event in events if (x := stop_place(smooth, event)) is not None]
+    return np.array(places, np.float64)
+
+
+def _paths(records: Records, path_id: str | None) -> list[Path]:
+    if path_id is not None:
+        return [find_path(records, path_id)]
+    with_profile = {profile.path_id for profile in records.profiles}
+    paths = [path for path in records.paths if path.path_id in with_profile]
+    if not paths:
+        raise AvahazardError(
+            "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
+        )
+    return paths
+
+
+def _row(path: Path, smooth: SmoothProfile, found: AlphaBeta) -> dict[str, Any]:
+    return {
+        "path_id": path.path_id,
+        "coefficients": found.regression.name,
+        "source": found.regression.source,
+        "status": found.status,
+        "release_x_m": found.release_x,
+        "beta_deg": found.beta_deg,
+        "beta_x_m": found.beta_x,
+        "alpha_deg": found.alpha_deg,
+        "alpha_sd_deg": found.regression.sd_deg,
+        "runout_x_m": found.runout_x,
+        "runout_elevation_m": (
+            None if found.runout_x is None else float(smooth.height(found.runout_x))
+        ),
+        "runout_x_low_m": found.runout_low_x,
+        "runout_x_high_m": found.runout_high_x,
+        "notes": _notes(path, found),
+    }
+
+
+def _notes(path: Path, found: AlphaBeta) -> list[str]:
+    if found.status == "no_beta_point":
+        return [f"{path.path_id}: the profile never flattens to 10°: there is no β-point."]
+    if found.further_beta_x:
+        places = ", ".join(f"{x:.0f}" for x in found.further_beta_x)
+        return [
+            f"{path.path_id}: the path flattens to 10° again at x = {places} m; "
+            "the first place is taken."
+        ]
+    return []
+
+
+def _draw(
+    plot: FilePath,
+    records: Records,
+    found: list[tuple[Path, SmoothProfile, tuple[AlphaBeta, ...]]],
+    bounds: list[dict[str, Any]],
+) -> None:
+    from avahazard.report.alpha_beta_figure import AlphaBetaPath, draw_alpha_beta  # noqa: PLC0415
+
+    rows = {row["path_id"]: row for row in reversed(bounds)}
+    draw_alpha_beta(
+        plot,
+        [
+            AlphaBetaPath(
+                name=path.name or path.path_id,
+                smooth=smooth,
+                found=both,
+                stop_x=recorded_stops(records, path, smooth),
+                row=rows.get(path.path_id),
+            )
+            for path, smooth, both in found
+        ],
+    )
