@@ -1,0 +1,1 @@
+"""Speed and pressure along a path for return periods, and zones by limits on them."""
