@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from avahazard.report.picture import picture
+from avahazard.report.picture import figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_ROWS = 20
 SIGNIFICANT = 0.05
+# Told apart by colour-blind readers too.
+FAILS, OTHER = "#d95f02", "0.7"
 
 
 def draw_comparison(file: Path, comparison: Mapping[str, Any]) -> None:
@@ -23,29 +25,49 @@ def draw_comparison(file: Path, comparison: Mapping[str, Any]) -> None:
     Raises:
         AvahazardError: `file` is not the name of a picture.
     """
-    with picture(file) as axes:
-        figure = axes.figure
-        axes.remove()
-        force = comparison["measured_force"]
-        n_panels = 1 + bool(force) if comparison["where_it_fails"] else 1
+    force = comparison["measured_force"]
+    n_panels = 1 + bool(force) if comparison["where_it_fails"] else 1
+    with figure(file, (8.0 if n_panels == 1 else 12.0, 5.0)) as drawn:
         if comparison["where_it_fails"] or not force:
-            _draw_bias(figure.add_subplot(1, n_panels, 1), comparison)
+            _draw_bias(drawn.add_subplot(1, n_panels, 1), comparison)
         if force:
-            _draw_force(figure.add_subplot(1, n_panels, n_panels), force)
+            _draw_force(drawn.add_subplot(1, n_panels, n_panels), force)
 
 
 def _draw_bias(axes: Axes, comparison: Mapping[str, Any]) -> None:
+    from matplotlib.patches import Patch  # noqa: PLC0415 (slow)
+
     rows = list(reversed(comparison["where_it_fails"][:MOST_ROWS]))
-    colors = ["tab:red" if row["p_value"] < SIGNIFICANT else "0.7" for row in rows]
-    axes.barh(np.arange(len(rows)), [row["bias_m"] for row in rows], color=colors)
-    names = [f"{row['axis']}: {row['level']} ({row['n']})" for row in rows]
-    axes.set_yticks(np.arange(len(rows)), names, fontsize=7)
+    certain = [row["p_value"] < SIGNIFICANT for row in rows]
+    colors = [FAILS if yes else OTHER for yes in certain]
+    axes.barh(np.arange(len(rows)), [row["bias_m"] for row in rows], color=colors, height=0.7)
+    axes.set_yticks(np.arange(len(rows)), [_name(row) for row in rows], fontsize=8)
     floor = comparison["scores"]["runout"]["noise_floor_m"]
-    axes.axvspan(-floor, floor, color="tab:blue", alpha=0.12, label="error of one record")
+    axes.axvspan(-floor, floor, color="tab:blue", alpha=0.2, lw=0)
     axes.axvline(0.0, color="black", linewidth=0.8)
-    axes.set_xlabel(f"predicted less recorded {_coordinate(comparison)} (m)")
-    axes.set_title(f"{comparison['model']}: red cannot be chance (p < {SIGNIFICANT:g})", fontsize=9)
-    axes.legend(fontsize=7)
+    axes.margins(x=0.08)
+    axes.set_xlabel(f"← {_less(comparison)}     mean miss (m)     {_more(comparison)} →")
+    axes.set_title(f"Where {comparison['model']} fails", pad=36)
+    axes.spines[["top", "right"]].set_visible(False)
+    patches = [Patch(color="tab:blue", alpha=0.2, label="error of one record")]
+    if not all(certain):
+        patches.insert(0, Patch(color=OTHER, label="could be chance"))
+    if any(certain):
+        patches.insert(0, Patch(color=FAILS, label=f"not chance (p < {SIGNIFICANT:g}, corrected)"))
+    axes.legend(
+        handles=patches,
+        fontsize=8,
+        ncols=2,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        frameon=False,
+    )
+
+
+def _name(row: Mapping[str, Any]) -> str:
+    """The level in words, with how many events it has."""
+    axis = str(row["axis"]).removesuffix("_m").replace("_", " ")
+    return f"{axis}: {row['level']} ({row['n']})"
 
 
 def _draw_force(axes: Axes, force: list[dict[str, Any]]) -> None:
@@ -65,6 +87,12 @@ def _draw_force(axes: Axes, force: list[dict[str, Any]]) -> None:
     axes.set_title("flat: Coulomb friction; rising as u²: drag", fontsize=9)
 
 
-def _coordinate(comparison: Mapping[str, Any]) -> str:
-    name = str(comparison["coordinate"])
-    return "runout" if name == "mixed" else name
+def _less(comparison: Mapping[str, Any]) -> str:
+    """What a negative miss (predicted less recorded, in the record's coordinate) means."""
+    along = comparison["coordinate"] in ("x", "length")
+    return "records lie farther" if along else "records stop short"
+
+
+def _more(comparison: Mapping[str, Any]) -> str:
+    along = comparison["coordinate"] in ("x", "length")
+    return "records stop short" if along else "records lie farther"

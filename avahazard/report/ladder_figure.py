@@ -10,32 +10,67 @@ import numpy as np
 
 from avahazard.report.picture import picture
 
+WIDTH = 0.6
+# Told apart by colour-blind readers too.
+FELL, ROSE, LEVEL = "#1b9e77", "#d95f02", "0.82"
+
 
 def draw_ladder(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Draw the rows of `ladder` to `file`; models that were not compared are left out.
+    """Draw the rows of `ladder` to `file`, as a waterfall: the error of each model, and what it
+    gained or lost against its parent. Models that were not compared are left out.
 
     Raises:
         AvahazardError: `file` is not the name of a picture.
     """
     shown = [row for row in rows if row["held_out_crps_m"] is not None]
-    level = {row["model"]: row["held_out_crps_m"] for row in shown}
+    place = {row["model"]: k for k, row in enumerate(shown)}
     with picture(file) as axes:
         for k, row in enumerate(shown):
             value = row["held_out_crps_m"]
-            before = level.get(row["parent"])
-            axes.bar(k, value, color="0.75", width=0.6)
-            if before is not None:
-                # What the child gained or lost against its parent.
-                color = "tab:green" if value < before else "tab:red"
-                axes.bar(k, before - value, bottom=value, color=color, alpha=0.6, width=0.6)
-            axes.annotate(f"{value:.0f} m", (k, value), ha="center", va="top", fontsize=8)
-        floors = [row["noise_floor_crps_m"] for row in shown]
+            axes.bar(k, value, color=LEVEL, width=WIDTH)
+            low = value
+            if row["parent"] in place:
+                # From the parent's error, carried over, to the child's.
+                at = place[row["parent"]]
+                before = shown[at]["held_out_crps_m"]
+                change, low = value - before, min(value, before)
+                color = FELL if change < 0.0 else ROSE
+                axes.bar(k, -change, bottom=value, color=color, width=WIDTH)
+                axes.plot([at - WIDTH / 2, k + WIDTH / 2], [before, before], color="0.4", lw=0.8)
+                sign = "−" if change < 0.0 else "+"
+                text = f"{sign}{abs(change):.0f} m ({sign}{abs(change) / before:.0%})"
+                axes.annotate(
+                    text,
+                    (k, max(value, before)),
+                    (0, 3),
+                    textcoords="offset points",
+                    ha="center",
+                    color=color,
+                )
+            axes.annotate(
+                f"{value:.0f} m",
+                (k, low),
+                (0, -4),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                weight="bold",
+            )
+        floors = [row["noise_floor_crps_m"] for row in shown if row["noise_floor_crps_m"]]
         if floors:
-            axes.axhline(min(floors), color="tab:blue", linestyle="--", label="error of records")
-            axes.legend(loc="upper right")
-        axes.margins(y=0.08)
-        axes.set_xticks(np.arange(len(shown)), [_label(row) for row in shown], fontsize=8)
-        axes.set_ylabel("held-out CRPS (m)")
+            axes.axhspan(0.0, min(floors), color="tab:blue", alpha=0.25, lw=0)
+            axes.axhline(
+                min(floors),
+                color="tab:blue",
+                linestyle="--",
+                label=f"floor: the records' own errors leave {min(floors):.0f} m",
+            )
+            axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
+        axes.margins(y=0.1)
+        axes.set_ylim(bottom=0.0)
+        axes.set_xticks(np.arange(len(shown)), [_label(row) for row in shown])
+        axes.set_ylabel("error where held out (CRPS, m)")
+        axes.spines[["top", "right"]].set_visible(False)
 
 
 def _label(row: Mapping[str, Any]) -> str:

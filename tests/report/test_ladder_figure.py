@@ -18,8 +18,24 @@ def test_models_and_floor(tmp_path: Path) -> None:
         }
 
     file = tmp_path / "a.svg"
-    draw_ladder(file, [row("base", None, 90.0), row("child", "base", 70.0), row("mh", None, None)])
+    draw_ladder(
+        file,
+        [
+            row("base", None, 90.0),
+            row("child", "base", 70.0),
+            row("mh", None, None),
+            row("worse", "child", 77.0),
+        ],
+    )
     text = file.read_text(encoding="utf-8")
-    for word in ("base", "child", "+ season", "70 m", "error of records"):
+    for word in ("base", "child", "+ season", "70 m", "−20 m (−22%)", "77 m", "+7 m (+10%)"):
         assert f"<!-- {word} -->" in text
+    assert "errors leave 8 m" in text
     assert "<!-- mh -->" not in text
+
+
+def test_models_that_have_no_floor(tmp_path: Path) -> None:
+    row = {"model": "a", "parent": "gone", "added": [], "held_out_crps_m": 5.0}
+    file = tmp_path / "a.svg"
+    draw_ladder(file, [{**row, "noise_floor_crps_m": None}])
+    assert "floor" not in file.read_text(encoding="utf-8")
