@@ -95,3 +95,16 @@ class HazardTable(Base):
     )
     result: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
     created: Mapped[dt.datetime] = mapped_column(DateTime)
+
+
+class ZoneTable(Base):
+    """Speeds, pressures and zones by a model: what `zones` prints."""
+
+    __tablename__ = "zone_results"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    model: Mapped[str] = mapped_column(
+        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+    )
+    result: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
+    created: Mapped[dt.datetime] = mapped_column(DateTime)

@@ -1,4 +1,4 @@
-"""Comparisons, diagnoses and bounds in every kind of database."""
+"""Comparisons, diagnoses, bounds and zones in every kind of database."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from avahazard.store.diagnoses import latest_diagnosis, save_diagnosis
 from avahazard.store.hazard import latest_hazard, save_hazard
 from avahazard.store.models import save_model
 from avahazard.store.session import reading, writing
+from avahazard.store.zones import latest_zones, save_zones
 
 
 def test_the_latest_results_come_back(any_database: str) -> None:
@@ -18,14 +19,17 @@ def test_the_latest_results_come_back(any_database: str) -> None:
         assert latest_comparison(session, "m") is None
         assert latest_diagnosis(session, "m") is None
         assert latest_hazard(session, "m") is None
+        assert latest_zones(session, "m") is None
         for value in (1.0, 2.0):
             save_comparison(session, "m", {"rmse_m": value, "bias_m": float("nan")})
             save_diagnosis(session, "m", {"detectable_m": value, "missing": []})
             save_hazard(session, "m", [{"path_id": "P", "mean": value}])
+            save_zones(session, "m", [{"path_id": "P", "beyond": value}])
     with reading(any_database) as session:
         assert latest_comparison(session, "m") == {"rmse_m": 2.0, "bias_m": None}
         assert latest_diagnosis(session, "m") == {"detectable_m": 2.0, "missing": []}
         assert latest_hazard(session, "m") == [{"path_id": "P", "mean": 2.0}]
+        assert latest_zones(session, "m") == [{"path_id": "P", "beyond": 2.0}]
 
 
 def test_results_belong_to_a_model(database: str) -> None:
@@ -36,3 +40,5 @@ def test_results_belong_to_a_model(database: str) -> None:
             save_diagnosis(session, "m", {})
         with pytest.raises(AvahazardError, match="no model"):
             save_hazard(session, "m", [])
+        with pytest.raises(AvahazardError, match="no model"):
+            save_zones(session, "m", [])
