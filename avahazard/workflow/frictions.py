@@ -99,7 +99,7 @@ def show_frictions(
             }
             for i in range(study.n_events)
         ],
-        "density": _densities(found.mu, study, kappa),
+        "density": friction_densities(found.mu, study, kappa),
         "perturbation": _perturbation(found, study),
         "jumps": _jumps(study, predicted, found),
     }
@@ -163,8 +163,14 @@ def _perturb_straight(study: Study, straight: NDArray[np.bool_]) -> Floats:
     return np.where(length > 0.0, study.fall_height[straight] / length, np.nan)
 
 
-def _densities(mu: Floats, study: Study, kappa: Kappa) -> list[dict[str, Any]]:
-    """Holy's density of all events and of each path that has at least two frictions."""
+def friction_densities(
+    mu: Floats, study: Study, kappa: Kappa = DEFAULT_KAPPA
+) -> list[dict[str, Any]]:
+    """Holy's density of all events and of each path that has at least two frictions.
+
+    `mu` `[n_events]` are apparent frictions, nan where there is none; `kappa` as in
+    `show_frictions`.
+    """
     groups = {"all": np.isfinite(mu)} | {
         name: np.isfinite(mu) & (study.columns.path_index == k)
         for k, name in enumerate(study.columns.paths)

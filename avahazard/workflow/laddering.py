@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.store.comparisons import latest_comparison
-from avahazard.store.models import list_models
+from avahazard.store.models import StoredModel, list_models
 from avahazard.store.session import reading
 from avahazard.workflow.comparing import compare
 from avahazard.workflow.own_effects import effects_of
@@ -49,15 +49,29 @@ def ladder(
         raise AvahazardError(
             "There is no model yet.", "Make one: avahazard calibrate NAME, then avahazard add."
         )
-    effects = {model.name: effects_of(model) for model in models}
-    rows, notes = [], []
+    notes = []
     for model in models:
-        document = known[model.name]
-        if document is None:
+        if known[model.name] is None:
             try:
-                document = compare(database, model.name, report=report)
+                known[model.name] = compare(database, model.name, report=report)
             except AvahazardError as error:
                 notes.append(f"{model.name} is not compared. {error.message}")
+    rows = ladder_rows(models, known)
+    if plot is not None:
+        from avahazard.report.ladder_figure import draw_ladder  # noqa: PLC0415 (slow)
+
+        draw_ladder(plot, rows)
+    return {"rows": rows, "notes": notes}
+
+
+def ladder_rows(
+    models: Sequence[StoredModel], comparisons: Mapping[str, dict[str, Any] | None]
+) -> list[dict[str, Any]]:
+    """The rows of `ladder`, with the noise floor; scores are None where there is no comparison."""
+    effects = {model.name: effects_of(model) for model in models}
+    rows = []
+    for model in models:
+        document = comparisons[model.name]
         before = effects.get(model.parent or "", ())
         scores = dict.fromkeys(SCORES) if document is None else rung(document)
         rows.append(
@@ -70,11 +84,7 @@ def ladder(
                 "noise_floor_crps_m": scores.get("noise_floor_crps_m"),
             }
         )
-    if plot is not None:
-        from avahazard.report.ladder_figure import draw_ladder  # noqa: PLC0415 (slow)
-
-        draw_ladder(plot, rows)
-    return {"rows": rows, "notes": notes}
+    return rows
 
 
 def rung(comparison: dict[str, Any]) -> dict[str, Any]:
