@@ -1,8 +1,8 @@
-"""The tables of records: paths, profile points, events, covariates, speeds."""
+"""The tables of records: paths, profile points, terrain, events, covariates, speeds."""
 
 from __future__ import annotations
 
-from sqlalchemy import Double, ForeignKey, MetaData, String, Text
+from sqlalchemy import Double, ForeignKey, LargeBinary, MetaData, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 NAMES = {
@@ -56,6 +56,23 @@ class ProfilePointTable(Base):
     crs: Mapped[str | None]
     lon: Mapped[float | None]
     lat: Mapped[float | None]
+
+
+class TerrainTable(Base):
+    """The ground around paths: `data` holds `[n_rows, n_columns]` little-endian float32."""
+
+    __tablename__ = "terrain_crops"
+
+    path_id: Mapped[str] = mapped_column(
+        Name, ForeignKey("paths.path_id", ondelete="CASCADE"), primary_key=True
+    )
+    crs: Mapped[str]
+    west_m: Mapped[float]
+    north_m: Mapped[float]
+    cell_m: Mapped[float]
+    n_rows: Mapped[int]
+    n_columns: Mapped[int]
+    data: Mapped[bytes] = mapped_column(LargeBinary)
 
 
 class EventTable(Base):
