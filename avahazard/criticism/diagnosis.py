@@ -121,11 +121,11 @@ def diagnose(
     if ranked:
         leader = ranked[0].definition.key
         groups = choose_groups(study).groups
-        before = held_out_log_density(base.posterior, groups, base.mode.u)
+        before = held_out_log_density(base.posterior, groups, base.mode)
         for c in ranked:
             key = c.definition.key
             if fits[leader].evidence - fits[key].evidence < MARGIN:
-                after = held_out_log_density(fits[key].posterior, groups, fits[key].mode.u)
+                after = held_out_log_density(fits[key].posterior, groups, fits[key].mode)
                 gains[key] = float(np.sum(after - before))
                 if gains[key] > 0.0 and fits[key].evidence > base.evidence:
                     named.append(key)

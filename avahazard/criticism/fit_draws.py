@@ -41,18 +41,20 @@ class FitDraws(NamedTuple):
 
 
 def fit_draws(
-    posterior: Posterior, start: Floats, n_draws: int, key: str, around: Floats | None = None
+    posterior: Posterior, start: Mode, n_draws: int, key: str, around: Floats | None = None
 ) -> FitDraws:
-    """Fit the posterior from `start` and draw from it; equal keys give equal draws.
+    """Fit the posterior from `start`, the mode given all events, and draw from it.
+
+    Equal keys give equal draws. The first draws are as wide as at `start`; they adapt.
 
     With draws `around` `[n, n_slots]` of the posterior given all events, the new ones are near
     these, which follows any bend; else they are about the mode.
     """
-    mode = find_mode(posterior, start)
+    mode = find_mode(posterior, start.u, start.covariance)
     if around is None:
         u, log_weight = _about_the_mode(posterior, mode, n_draws, key)
     else:
-        u, log_weight = _near_draws(posterior, mode, start, around, n_draws, key)
+        u, log_weight = _near_draws(posterior, mode, start.u, around, n_draws, key)
     offsets = None
     if posterior.groups is not None:
         rng = generator(0, "offset draws", key)

@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 from avahazard.criticism.expected import ExpectedRecords, expected_records
 from avahazard.criticism.fit_draws import FitDraws, evenly_weighted, fit_draws
 from avahazard.criticism.speed_misfit import MatchedSpeeds, matched_speeds
+from avahazard.inference.mode import Mode
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.seeds import generator
 from avahazard.inference.study import Study
@@ -56,12 +57,12 @@ def choose_groups(study: Study) -> HeldOut:
 
 
 def held_out_log_density(
-    posterior: Posterior, groups: Groups, start: Floats, around: Floats | None = None
+    posterior: Posterior, groups: Groups, start: Mode, around: Floats | None = None
 ) -> Floats:
     """Log density of each record given the events of all other groups, `[n_events]`.
 
-    `groups` `[n_events]` says which events are held out together; `start` `[n_slots]` is the mode
-    given all events, `around` draws of the posterior given all (see `fit_draws`).
+    `groups` `[n_events]` says which events are held out together; `start` is the mode given all
+    events, `around` draws of the posterior given all (see `fit_draws`).
     """
     result = np.empty(len(groups))
     for group in np.unique(groups):
@@ -71,7 +72,7 @@ def held_out_log_density(
 
 
 def left_out_log_density(
-    posterior: Posterior, out: NDArray[np.bool_], start: Floats, around: Floats | None = None
+    posterior: Posterior, out: NDArray[np.bool_], start: Mode, around: Floats | None = None
 ) -> Floats:
     """Log density of every record `[n_events]` given the events that are not `out`.
 
@@ -95,7 +96,7 @@ def mean_log_density(posterior: Posterior, draws: FitDraws) -> Floats:
 def held_out_predictions(
     posterior: Posterior,
     groups: Groups,
-    start: Floats,
+    start: Mode,
     around: Floats | None = None,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> HeldOutPredictions:

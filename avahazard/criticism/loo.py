@@ -51,7 +51,7 @@ def leave_one_out(posterior: Posterior, coordinates: Floats, offsets: Floats | N
     bad = np.flatnonzero(~(np.asarray(pareto_k) <= BAD_K))
     refits = bad if len(bad) <= MAX_REFITS else bad[:0]
     if len(refits):
-        start = find_mode(posterior, np.median(coordinates, axis=0)).u
+        start = find_mode(posterior, np.median(coordinates, axis=0))
     for i in refits:
         out = np.arange(len(by_event)) == i
         by_event[i] = left_out_log_density(posterior, out, start, coordinates)[i]

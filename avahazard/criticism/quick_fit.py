@@ -20,6 +20,8 @@ from avahazard.physics.constants import KEEPS_NAN
 Floats = NDArray[np.float64]
 
 STEPS = 12
+CONVERGED = 1e-4
+"""Rise of the log likelihood (nats) from one step to the next after which there are no more."""
 
 
 class Design(NamedTuple):
@@ -98,15 +100,16 @@ def quick_fit(bumps, left, edges, design, start, log_scatter, tau, student):  # 
         value -= 0.5 * ((log_scatter - SCATTER_MEAN) / SCATTER_SD) ** 2
         if n_paths:
             value -= 0.5 * (tau / TAU_SCALE) ** 2
+        rise = value - best
         if value > best:
             best, best_beta[:], best_scatter, best_tau = value, beta, log_scatter, tau
+        if abs(rise) < CONVERGED:
+            break
         step, offset_step = _newton(design, g, h, bend, pull, beta)
-        largest = 0.0
         for c in range(p):
             beta[c] += step[c]
         for k in range(n_paths):
             offsets[k] += min(max(offset_step[k], -0.5), 0.5)
-            largest = max(largest, abs(offset_step[k]))
         change = (d_scatter - (log_scatter - SCATTER_MEAN) / SCATTER_SD**2) / (
             info_scatter + 1.0 / SCATTER_SD**2
         )

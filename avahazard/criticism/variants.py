@@ -26,7 +26,7 @@ LOG_MU = np.log(MU)
 SPEED_STRIDE = 4
 GRID_POINTS, OTHER_POINTS = 6, 4
 """Values tried of the first parameter of an effect that needs tables, and of each other one."""
-SLOW_POINTS = 4, 3
+SLOW_POINTS = 3, 3
 """The same where friction depends on speed, whose runs cost ten times as much."""
 SCATTER_SLOPES = (-1.5, -0.8, -0.4, 0.4, 0.8, 1.5)
 """Slopes of log scatter over the reference volume that are tried."""

@@ -19,7 +19,7 @@ from avahazard.records.path import Path, Profile
 Floats = NDArray[np.float64]
 
 COARSE = 4
-SPEED_CELL_M = 5.0
+SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
 
 

@@ -37,18 +37,22 @@ def event_terms(
     `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t with
     4 degrees of freedom.
     """
-    return EventTerms(*_terms(nodes, location, scatter, volume_weight, student))
+    keep = np.ones(len(location), dtype=np.bool_)
+    return EventTerms(*event_terms_kernel(nodes, location, scatter, volume_weight, student, keep))
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _terms(nodes, location, scatter, volume_weight, student):  # type: ignore[no-untyped-def]
+def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep):  # type: ignore[no-untyped-def]
+    """The arrays of `EventTerms`, 0 for events not in `keep` `[n_events]`."""
     n, n_volumes = location.shape
-    value = np.empty(n)
+    value = np.zeros(n)
     by_location = np.zeros((n, n_volumes))
     by_scatter = np.zeros((n, n_volumes))
     curvature = np.zeros(n)
     part = np.empty((n_volumes, 4))
     for i in range(n):
+        if not keep[i]:
+            continue
         # The exponents are lifted by the largest, so that nothing underflows.
         lift = 0.0
         if not nodes.is_probability[i] and not student:

@@ -61,8 +61,13 @@ def likely_friction(nodes: Nodes, in_log: bool) -> Floats:
     return np.where(nodes.is_probability, np.nan, friction)
 
 
-def find_mode(posterior: Posterior, start: Floats | None = None) -> Mode:
-    """Maximise the posterior density within its bounds (L-BFGS-B), from `start` or the data."""
+def find_mode(
+    posterior: Posterior, start: Floats | None = None, covariance: Floats | None = None
+) -> Mode:
+    """Maximise the posterior density within its bounds (L-BFGS-B), from `start` or the data.
+
+    `covariance` may be given where a near fit knows it well enough; else it is found.
+    """
     layout = posterior.layout
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
     bounds = list(zip(layout.low, layout.high, strict=True))
@@ -76,7 +81,9 @@ def find_mode(posterior: Posterior, start: Floats | None = None) -> Mode:
             cost, u, method="L-BFGS-B", bounds=bounds, options={"maxiter": 200, "eps": 1e-6}
         )
         u = np.clip(found.x, layout.low, layout.high)
-    return Mode(u, -float(found.fun), _covariance(cost, u, layout.low, layout.high))
+    if covariance is None:
+        covariance = _covariance(cost, u, layout.low, layout.high)
+    return Mode(u, -float(found.fun), covariance)
 
 
 def _covariance(cost, u: Floats, low: Floats, high: Floats) -> Floats:  # type: ignore[no-untyped-def]
@@ -84,16 +91,18 @@ def _covariance(cost, u: Floats, low: Floats, high: Floats) -> Floats:  # type: 
     n = len(u)
     # At a bound the differences are taken one step inside.
     centre = np.clip(u, low + 2 * STEP, high - 2 * STEP)
-    hessian = np.empty((n, n))
     steps = STEP * np.eye(n)
+    middle = cost(centre)
+    ahead = np.array([cost(centre + step) for step in steps])
+    behind = np.array([cost(centre - step) for step in steps])
+    hessian = np.diag(ahead + behind - 2.0 * middle)
     for i in range(n):
-        for j in range(i, n):
-            hessian[i, j] = hessian[j, i] = (
-                cost(centre + steps[i] + steps[j])
-                - cost(centre + steps[i] - steps[j])
-                - cost(centre - steps[i] + steps[j])
-                + cost(centre - steps[i] - steps[j])
-            ) / (4.0 * STEP * STEP)
+        for j in range(i + 1, n):
+            # Both steps forwards and both back, less the steps by themselves.
+            both = cost(centre + steps[i] + steps[j]) + cost(centre - steps[i] - steps[j])
+            alone = ahead[i] + behind[i] + ahead[j] + behind[j]
+            hessian[i, j] = hessian[j, i] = 0.5 * (both - alone) + middle
+    hessian /= STEP * STEP
     values, vectors = np.linalg.eigh(hessian)
     values = np.clip(values, 0.05, 1e8)
     return np.asarray((vectors / values) @ vectors.T)

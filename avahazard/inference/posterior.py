@@ -16,15 +16,22 @@ from avahazard.inference.blend import blend, line_weights, stack
 from avahazard.inference.event_terms import EventTerms, event_terms
 from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
 from avahazard.inference.nodes import Nodes, build_nodes
-from avahazard.inference.predicted import Predicted, Values, predict_records, resistance_of
+from avahazard.inference.path_newton import newton_offsets
+from avahazard.inference.predicted import (
+    BlockRuns,
+    Predicted,
+    Values,
+    predict_records,
+    resistance_of,
+    run_blocks,
+)
 from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
 
-NEWTON_STEPS = 4
-KEPT_STACKS = 8
+KEPT_STACKS = 64
 """Neighbourhoods of grid points whose nodes are kept side by side."""
 
 
@@ -69,6 +76,7 @@ class Posterior:
         self._axes = self.layout.tables + (
             () if self.layout.speed_scatter is None else (self.layout.speed_scatter,)
         )
+        self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
         self._predicted: dict[tuple[int, ...], Predicted] = {}
         self._nodes: dict[tuple[int, ...], Nodes] = {}
         self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
@@ -97,11 +105,12 @@ class Posterior:
         location, scatter = self.location_and_scatter(u)
         place = self.layout.path_scatter
         if self.groups is None or place is None or u[place] == 0.0:
-            return self._total(self.terms(self.nodes_at(u), location, scatter))
-        offsets, terms = self._offsets(u, location, scatter)
+            value = self.terms(self.nodes_at(u), location, scatter).value
+            return float(np.sum(value if self._keep is None else value[self._keep]))
+        offsets, value_there = self._offsets(u, location, scatter)
         tau = PATH_SCATTER * u[place]
         penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
-        return float(self._total(terms) - penalty + np.sum(np.log(offsets.sd / tau)))
+        return float(value_there - penalty + np.sum(np.log(offsets.sd / tau)))
 
     def event_log_likelihood(self, u: Floats, offsets: Floats | None = None) -> Floats:
         """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`."""
@@ -112,9 +121,6 @@ class Posterior:
         """Mode and standard deviation of the path offsets given coordinates u."""
         location, scatter = self.location_and_scatter(u)
         return self._offsets(u, location, scatter)[0]
-
-    def _total(self, terms: EventTerms) -> float:
-        return float(np.sum(terms.value if self._keep is None else terms.value[self._keep]))
 
     def location_and_scatter(
         self, u: Floats, volume: Floats | None = None
@@ -182,10 +188,20 @@ class Posterior:
         """Tables of expected records at one point of the grids."""
         key = index[: len(self.layout.tables)]
         if key not in self._predicted:
+            values = self._values(index)
+            curvature = float(self.specification.centrifugal)
+            runs = self._block_runs(values, curvature)
             self._predicted[key] = predict_records(
-                self.study, self.effects, self._values(index), float(self.specification.centrifugal)
+                self.study, self.effects, values, curvature, runs
             )
         return self._predicted[key]
+
+    def _block_runs(self, values: Values, curvature: float) -> BlockRuns:
+        """Runs of the block, kept: effects on the record alone leave them as they are."""
+        moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
+        if moving not in self._runs:
+            self._runs[moving] = run_blocks(self.study, self.effects, values, curvature)
+        return self._runs[moving]
 
     def resistance(self, site: Site, values: Values) -> Resistance:
         """The resistance on a site with this model's effects at these values."""
@@ -220,27 +236,21 @@ class Posterior:
         shift = np.where(self.groups >= 0, offsets[self.groups], 0.0)[:, None]
         return location + shift if self._in_log else location * np.exp(shift)
 
-    def _offsets(
-        self, u: Floats, location: Floats, scatter: Floats
-    ) -> tuple[PathOffsets, EventTerms]:
-        """Newton's method on the offsets of all groups at once (they are independent)."""
+    def _offsets(self, u: Floats, location: Floats, scatter: Floats) -> tuple[PathOffsets, float]:
+        """Mode and spread of the path offsets, and the log likelihood given the mode."""
         assert self.groups is not None
         assert self.layout.path_scatter is not None
-        groups, n_groups = self.groups, int(np.max(self.groups)) + 1
-        mine = groups >= 0 if self._keep is None else (groups >= 0) & self._keep
-        precision = (PATH_SCATTER * u[self.layout.path_scatter]) ** -2.0
-        offsets = np.zeros(n_groups)
-        nodes = self.nodes_at(u)
-        for step in range(NEWTON_STEPS):
-            shifted = self._shifted(location, offsets)
-            terms = self.terms(nodes, shifted, scatter)
-            first, second = terms.by_location.sum(axis=1), terms.curvature
-            if not self._in_log:
-                # The offset acts on log μ: m changes by m per unit.
-                level = shifted.mean(axis=1)
-                first, second = first * level, second * level**2
-            slope = np.bincount(groups[mine], first[mine], n_groups) - precision * offsets
-            bend = np.bincount(groups[mine], np.maximum(-second[mine], 0.0), n_groups) + precision
-            if step < NEWTON_STEPS - 1:
-                offsets = offsets + np.clip(slope / bend, -0.5, 0.5)
-        return PathOffsets(offsets, 1.0 / np.sqrt(bend)), terms
+        keep = np.ones(len(location), dtype=np.bool_) if self._keep is None else self._keep
+        offsets, bend, value = newton_offsets(
+            self.nodes_at(u),
+            location,
+            scatter,
+            self.study.volumes.weight,
+            self._student,
+            self._in_log,
+            self.groups,
+            keep,
+            int(np.max(self.groups)) + 1,
+            (PATH_SCATTER * u[self.layout.path_scatter]) ** -2.0,
+        )
+        return PathOffsets(offsets, 1.0 / np.sqrt(bend)), float(np.sum(value))

@@ -17,11 +17,10 @@ from avahazard.physics.resistance import SPEED_STEP
 def at_speed(table: np.ndarray, w: float) -> float:
     """Value of a table over speed (`resistance.SPEEDS`) at speed √w, linear in between."""
     last = len(table) - 1
-    place = np.sqrt(max(w, 0.0)) / SPEED_STEP
-    if not place < last:  # also the nan of a block at rest
-        return table[last]
-    j = int(place)
-    return table[j] + (place - j) * (table[j + 1] - table[j])
+    place = np.sqrt(max(w, 0.0)) * (1.0 / SPEED_STEP)
+    place = place if place < last else float(last)  # also for the nan of a block at rest
+    j = np.uint32(min(int(place), last - 1))
+    return table[j] + (place - j) * (table[j + np.uint32(1)] - table[j])
 
 
 @njit(**KERNEL, forceinline=True)

@@ -77,7 +77,7 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     for k in range(ORDER):
         growth[:, k + 1] = growth[:, k] * whole * (2.0 / (k + 1))
 
-    speed_factor, speed_constant = np.ones(1), np.zeros(1)
+    speed_factor, speed_constant = np.ones(2), np.zeros(2)
     if resistance.speed_factor is not None:
         speed_factor = resistance.speed_factor
     if resistance.speed_constant is not None:

@@ -97,7 +97,7 @@ def march(cells: Cells, start: int, lanes: Lanes, n_moving: int) -> None:
             break
         row, row_new = i & lanes.rows, (i + 1) & lanes.rows
         if cells.speed_dependent:
-            low, high = step_by_speed(cells, i, friction, w, row, row_new)
+            low, high = step_by_speed(cells, i, friction, w, row, row_new, lanes.held, lanes.push)
         else:
             low, high = step(cells, i, friction, w, row, row_new)
         if high:

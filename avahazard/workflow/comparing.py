@@ -124,7 +124,7 @@ def comparison(
     others = held_out_predictions(
         posterior,
         held.groups,
-        find_mode(posterior, np.median(coordinates, axis=0)).u,
+        find_mode(posterior, np.median(coordinates, axis=0)),
         coordinates,
         lambda share: progress(0.4 + 0.6 * share),
     )

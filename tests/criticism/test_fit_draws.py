@@ -25,7 +25,7 @@ def test_about_the_mode_where_the_posterior_is_nearly_normal() -> None:
     posterior, mode = fitted(straight(25))
     axes = [mode.u[0] + np.linspace(-0.2, 0.2, 61), mode.u[1] + np.linspace(-0.7, 0.8, 61)]
     mean, sd = moments(posterior, axes)
-    draws = fit_draws(posterior, mode.u, 800, "test")
+    draws = fit_draws(posterior, mode, 800, "test")
     weight = np.exp(draws.log_weight)
     found = weight @ draws.coordinates
     assert np.sum(weight) == pytest.approx(1.0)
@@ -45,7 +45,7 @@ def test_near_draws_of_the_whole_it_follows_bends_and_bounds() -> None:
         np.linspace(0.0, 6.0, 61),
     ]
     mean, sd = moments(rest, axes)
-    draws = fit_draws(rest, mode.u, 600, "test", around)
+    draws = fit_draws(rest, mode, 600, "test", around)
     assert np.all(draws.coordinates >= posterior.layout.low)
     found = np.exp(draws.log_weight) @ draws.coordinates
     np.testing.assert_allclose(found, mean, atol=0.3 * np.max(sd))
@@ -54,7 +54,7 @@ def test_near_draws_of_the_whole_it_follows_bends_and_bounds() -> None:
 
 def test_equal_keys_equal_draws() -> None:
     posterior, mode = fitted(straight(25))
-    one, two, other = (fit_draws(posterior, mode.u, 40, key).coordinates for key in "aab")
+    one, two, other = (fit_draws(posterior, mode, 40, key).coordinates for key in "aab")
     np.testing.assert_array_equal(one, two)
     assert not np.array_equal(one, other)
 

@@ -36,7 +36,7 @@ def test_density_of_a_record_left_out() -> None:
     """Against the posterior predictive by quadrature over both parameters."""
     posterior, mode = fitted(straight(25))
     out = np.arange(25) == 4
-    found = left_out_log_density(posterior, out, mode.u)[4]
+    found = left_out_log_density(posterior, out, mode)[4]
     rest = posterior.restricted(~out)
     a = mode.u[0] + np.linspace(-0.15, 0.15, 41)
     s = mode.u[1] + np.linspace(-0.7, 0.7, 41)
@@ -53,8 +53,8 @@ def test_no_event_helps_itself() -> None:
     posterior, mode = fitted(records)
     moved, _ = fitted(replace(records, events=(wild, *records.events[1:])))
     groups = np.array([0] * 10 + [1] * 10 + [2] * 10)
-    before = held_out_log_density(posterior, groups, mode.u)
-    after = held_out_log_density(moved, groups, mode.u)
+    before = held_out_log_density(posterior, groups, mode)
+    after = held_out_log_density(moved, groups, mode)
     np.testing.assert_allclose(after[1:10], before[1:10], atol=1e-9)
     assert after[0] < before[0] - 5.0
     assert np.all(np.abs(after[10:] - before[10:]) > 1e-6)
@@ -63,7 +63,7 @@ def test_no_event_helps_itself() -> None:
 def test_a_path_held_out_has_an_offset_from_the_spread() -> None:
     posterior, mode = fitted(slopes(n_paths=5), "path-effect")
     out = posterior.study.columns.path_index == 2
-    draws = fit_draws(posterior.restricted(~out), mode.u, 400, "offsets")
+    draws = fit_draws(posterior.restricted(~out), mode, 400, "offsets")
     offsets = offsets_by_path(posterior, draws.offsets)
     tau = 0.2 * draws.coordinates[:, posterior.layout.path_scatter]
     z = offsets["P2"] / tau
@@ -77,23 +77,23 @@ def test_predictions_are_of_the_fit_without_them() -> None:
     posterior, mode = fitted(records)
     groups = choose_groups(posterior.study).groups
     shares: list[float] = []
-    found = held_out_predictions(posterior, groups, mode.u, progress=shares.append)
+    found = held_out_predictions(posterior, groups, mode, progress=shares.append)
     assert shares == pytest.approx([1 / 3, 2 / 3, 1.0])
     assert found.records.draws.shape == (18, 300)
     assert found.speeds is not None
     assert found.speeds.draws.shape[0] == 3
-    density = held_out_log_density(posterior, groups, mode.u)
+    density = held_out_log_density(posterior, groups, mode)
     np.testing.assert_allclose(found.log_density[1:], density[1:], atol=0.2)
     # The event with speeds is far off, and its density depends on few of the draws.
     assert found.log_density[0] == pytest.approx(density[0], abs=1.0)
-    again = held_out_predictions(posterior, groups, mode.u)
+    again = held_out_predictions(posterior, groups, mode)
     np.testing.assert_array_equal(again.records.draws, found.records.draws)
 
 
 def test_held_out_records_are_calibrated() -> None:
     posterior, mode = fitted(straight(200))
     groups = choose_groups(posterior.study).groups
-    found = held_out_predictions(posterior, groups, mode.u).records
+    found = held_out_predictions(posterior, groups, mode).records
     rank = np.mean(found.draws < found.observed[:, None], axis=1)
     inside = np.mean(np.abs(rank - 0.5) < 0.45)
     assert abs(inside - 0.9) < 3.0 * np.sqrt(0.09 / 200)

@@ -17,7 +17,7 @@ def test_it_agrees_with_refits() -> None:
     drawn = sample(posterior, n_chains=2, n_draws=1000).coordinates.reshape(-1, 2)
     found = leave_one_out(posterior, drawn, None)
     truth = np.array(
-        [left_out_log_density(posterior, np.arange(20) == i, mode.u, drawn)[i] for i in range(20)]
+        [left_out_log_density(posterior, np.arange(20) == i, mode, drawn)[i] for i in range(20)]
     )
     np.testing.assert_allclose(found.by_event, truth, atol=0.15)
     assert found.elpd == np.sum(found.by_event)

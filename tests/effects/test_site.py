@@ -54,7 +54,7 @@ def test_releases_are_nodes_once_each_and_in_order() -> None:
     assert site.release_x.tolist() == [0.0, 77.7, 300.25]
     for terrain in (site.terrain, site.fine_terrain):
         assert [terrain.x[terrain.node(x)] for x in site.release_x] == site.release_x.tolist()
-    assert site.fine_terrain.n_cells > 3 * site.terrain.n_cells
+    assert site.fine_terrain.n_cells > 1.5 * site.terrain.n_cells
 
 
 def test_cover_is_that_of_the_point_before_and_changes_at_nodes() -> None:

@@ -44,7 +44,7 @@ def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
     cells = cells_of(TERRAIN, speed_factor=factor, speed_constant=push, offset=0.01)
     for i in range(0, TERRAIN.n_cells, 7):
         w = before()
-        step_by_speed(cells, i, FRICTION, w, 0, 1)
+        step_by_speed(cells, i, FRICTION, w, 0, 1, np.empty(LANES), np.empty(LANES))
         w1 = w[0].copy()
         for _ in range(60):
             u = np.sqrt(0.5 * (w[0] + np.maximum(w1, 0.0)))
