@@ -9,18 +9,36 @@ from rich.console import Console
 
 from avahazard.cli.output import table
 
-BEYOND = "beyond"
+BEYOND, FAR = "beyond", "*"
 
 
 def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
-    """Print the rows of `hazard`, where their volumes come from, and what the intervals mean."""
+    """Print the rows of `hazard`: both ways, the volumes, and what the intervals mean."""
     console.print(
         table(
-            "Runout: x along the path, z elevation; mean, and 5 to 95 %",
+            "(a) Runout of the volume: x along the path, z elevation; mean, 5 to 95 %",
             ("path", ">T yr", ">V m3", ">x m", ">x 5–95 %", ">z m", ">z 5–95 %", ">left"),
             [_bounds(row) for row in rows],
         )
     )
+    apart = [row for row in rows if "natural" in row]
+    if apart:
+        console.print(
+            table(
+                "(a) apart: natural variability alone, uncertainty of parameters alone",
+                ("path", ">T yr", ">V m3", ">natural x 5–95 %", ">parameters x 5–95 %"),
+                [_apart(row) for row in apart],
+            )
+        )
+    mixed = [row for row in rows if "exceeded" in row]
+    if mixed:
+        console.print(
+            table(
+                "(b) Runout exceeded once in T years, all volumes mixed; mean, 5 to 95 %",
+                ("path", ">T yr", "", ">x m", ">x 5–95 %", ">z m", ">z 5–95 %"),
+                [_exceeded(row) for row in mixed],
+            )
+        )
     returned = [row for row in rows if "volume_method" in row]
     if returned:
         console.print(
@@ -30,20 +48,24 @@ def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
                 [_volume(row) for row in returned],
             )
         )
-    for words in dict.fromkeys(row["interval"] for row in rows):
-        console.print(f"Interval: {words}.")
+    for name, words in dict.fromkeys(pair for row in rows for pair in _intervals(row)):
+        console.print(f"{name}: {words}.")
     if any(row["p_left_profile"] > 0.0 for row in rows):
         console.print(
             "left: share that ran past the end of the profile; the mean is of those that stopped."
         )
-    if any(BEYOND in cell for row in rows for cell in _bounds(row) if isinstance(cell, str)):
+    cells = [_bounds(row) for row in rows] + [_exceeded(row) for row in mixed]
+    cells += [_apart(row) for row in apart]
+    if any(BEYOND in cell for line in cells for cell in line if isinstance(cell, str)):
         console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
     if any(row["pooled"] for row in returned):
         console.print(
-            "pooled: scale and shape of the yearly maxima are those of all paths together."
+            "pooled: few volumes on the path; scale and shape lean on those of all paths."
         )
-    if returned:
-        console.print(_spans(returned))
+    if any("years_from" in row for row in returned):
+        console.print(_spans([row for row in returned if "years_from" in row]))
+    if any(row.get("extrapolated") for row in rows):
+        console.print(f"{FAR}: an extrapolation, as the record is under half of T (or see fit).")
 
 
 def _bounds(row: dict[str, Any]) -> tuple[Any, ...]:
@@ -51,27 +73,63 @@ def _bounds(row: dict[str, Any]) -> tuple[Any, ...]:
     held = row["p_not_released"] > 0.5
     return (
         row["path_id"],
-        _year(row["return_period_years"]),
+        _period(row),
         _volume_text(row["volume_m3"]),
         "held" if held else _metres(x["mean"]),
-        "–" if held else f"{_metres(x['q05'])}–{_metres(x['q95'])}",
+        "–" if held else _range(x),
         "held" if held else _metres(z["mean"]),
-        "–" if held else f"{_metres(z['q05'])}–{_metres(z['q95'])}",
+        "–" if held else _range(z),
         "0" if row["p_left_profile"] == 0.0 else f"{row['p_left_profile']:.1%}",
     )
+
+
+def _apart(row: dict[str, Any]) -> tuple[Any, ...]:
+    return (
+        row["path_id"],
+        _period(row),
+        _volume_text(row["volume_m3"]),
+        _range(row["natural"]["runout_x_m"]),
+        _range(row["parameters"]["runout_x_m"]),
+    )
+
+
+def _exceeded(row: dict[str, Any]) -> tuple[Any, ...]:
+    x, z = row["exceeded"]["runout_x_m"], row["exceeded"]["runout_elevation_m"]
+    return (
+        row["path_id"],
+        _period(row),
+        "",
+        _metres(x["mean"]),
+        _range(x),
+        _metres(z["mean"]),
+        _range(z),
+    )
+
+
+def _intervals(row: dict[str, Any]) -> list[tuple[str, str]]:
+    """What each interval of a row is."""
+    found = [("Interval (a)", row["interval"])]
+    for key, name in (
+        ("natural", "natural"),
+        ("parameters", "parameters"),
+        ("exceeded", "Interval (b)"),
+    ):
+        if key in row:
+            found.append((name, row[key]["interval"]))
+    return found
 
 
 def _volume(row: dict[str, Any]) -> tuple[Any, ...]:
     interval = row["volume_interval_m3"]
     return (
         row["path_id"],
-        _year(row["return_period_years"]),
+        _period(row),
         _volume_text(row["volume_m3"]),
         f"{_volume_text(interval['q05'])}–{_volume_text(interval['q95'])}",
-        row["n_records"],
-        f"{row['first_year']}–{row['last_year']}",
-        f"{row['events_per_year']:.2f}",
-        "pooled" if row["pooled"] else "own",
+        row.get("n_records"),
+        f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
+        f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
+        row.get("volume_source", "pooled" if row["pooled"] else "own"),
     )
 
 
@@ -89,8 +147,14 @@ def _spans(rows: Sequence[dict[str, Any]]) -> str:
     return f"a year: records over years; years: {sources}."
 
 
-def _year(period: float | None) -> str:
-    return "–" if period is None else f"{period:g}"
+def _period(row: dict[str, Any]) -> str:
+    period = row["return_period_years"]
+    mark = FAR if row.get("extrapolated") else ""
+    return "–" if period is None else f"{period:g}{mark}"
+
+
+def _range(spread: dict[str, Any]) -> str:
+    return f"{_metres(spread['q05'])}–{_metres(spread['q95'])}"
 
 
 def _metres(value: float | None) -> str:

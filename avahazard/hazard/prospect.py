@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.hazard.elevation_scatter import scattered_stops
+from avahazard.hazard.posterior_draws import PosteriorDraws, posterior_draws
 from avahazard.hazard.runout_bounds import RunoutBounds, bounds_of_stops, draw_runouts
 from avahazard.hazard.runout_curve import RunoutCurve
-from avahazard.inference.layout import PATH_SCATTER
 from avahazard.inference.posterior import Posterior
-from avahazard.inference.predicted import Predicted, predict_records
-from avahazard.inference.table_groups import table_groups
+from avahazard.inference.predicted import Predicted
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_table import MU, MU_STEP
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MAX_TABLES = 32
-"""Sets of tables that are run where effects on the motion have parameters."""
 MAX_PARAMETERS = 4000
 """Posterior draws that are used, evenly, of those given."""
 STUDENT_DF = 4
@@ -46,17 +43,14 @@ class Forecaster:
     """Posterior draws of friction for a study of avalanches to come.
 
     `location`, `scatter` `[n_parameters, n_events]` as `Posterior.location_and_scatter`, in the
-    order of `groups`, the ends of which are `ends`; `tables` are those of each group. `sigma_m`
-    `[n_parameters]` is the scatter in metres of the metropolis method, else None.
+    order of `draws`. `sigma_m` `[n_parameters]` is the scatter in metres of the metropolis
+    method, else None.
     """
 
     posterior: Posterior
     location: Floats
     scatter: Floats
-    offsets: dict[str, Floats]
-    tau: Floats | None
-    ends: Indices
-    tables: tuple[Predicted, ...]
+    draws: PosteriorDraws
     sigma_m: Floats | None
 
 
@@ -74,33 +68,14 @@ def forecaster(
     of the elevation of the stop, not of friction. What shifts records alone is left out: bounds
     are of true stops.
     """
-    layout = posterior.layout
-    n = min(len(coordinates), MAX_PARAMETERS)
-    chosen = np.linspace(0, len(coordinates) - 1, n).round().astype(int)
-    shaping = list(layout.tables)
-    groups = table_groups(coordinates[chosen][:, shaping], MAX_TABLES)
-    chosen = chosen[np.concatenate(groups)]
-    u = coordinates[chosen]
-    pairs = [posterior.location_and_scatter(row, volume[:, None]) for row in u]
-    effects = tuple(replace(effect, shift=None) for effect in posterior.effects)
-    ends = np.cumsum([len(group) for group in groups])
-    tables = []
-    for first, last in zip(np.concatenate([[0], ends[:-1]]), ends, strict=True):
-        middle = u[first].copy()
-        middle[shaping] = np.median(u[first:last, shaping], axis=0)
-        values = layout.effect_values(middle)
-        curvature = float(posterior.specification.centrifugal)
-        tables.append(predict_records(posterior.study, effects, values, curvature))
-    tau = None if layout.path_scatter is None else PATH_SCATTER * u[:, layout.path_scatter]
+    draws = posterior_draws(posterior, coordinates, offsets, MAX_PARAMETERS)
+    pairs = [posterior.location_and_scatter(row, volume[:, None]) for row in draws.u]
     return Forecaster(
         posterior=posterior,
         location=np.array([location[:, 0] for location, _ in pairs]),
         scatter=np.array([scatter[:, 0] for _, scatter in pairs]),
-        offsets={path_id: draws[chosen] for path_id, draws in offsets.items()},
-        tau=tau,
-        ends=ends,
-        tables=tuple(tables),
-        sigma_m=np.exp(u[:, layout.scatter]) if metres else None,
+        draws=draws,
+        sigma_m=np.exp(draws.u[:, posterior.layout.scatter]) if metres else None,
     )
 
 
@@ -112,7 +87,7 @@ def prospect_bounds(
     parameter = np.arange(n_draws) * n // n_draws
     event = prospect.events[rng.integers(len(prospect.events), size=n_draws)]
     location = ready.location[parameter, event]
-    shift = _path_shift(ready, prospect.path_id, rng)
+    shift = ready.draws.path_shift(prospect.path_id, rng)
     specification = ready.posterior.specification
     if ready.posterior.layout.log_scatter:
         friction = np.exp(location + shift[parameter])
@@ -126,8 +101,8 @@ def prospect_bounds(
         scatter = np.zeros(n_draws)
     xs, ys, held = [], [], 0
     kinds = _kinds(ready, prospect.events)
-    group = np.searchsorted(ready.ends, parameter, side="right")
-    for g, tables in enumerate(ready.tables):
+    group = ready.draws.group[parameter]
+    for g, tables in enumerate(ready.draws.tables):
         for kind in np.unique(kinds):
             mine = (group == g) & (kinds[np.searchsorted(prospect.events, event)] == kind)
             if not mine.any():
@@ -150,18 +125,9 @@ def prospect_bounds(
     return bounds_of_stops(np.concatenate(xs), np.concatenate(ys), held, n_draws)
 
 
-def _path_shift(ready: Forecaster, path_id: str, rng: np.random.Generator) -> Floats:
-    """Offset of log friction of the path `[n_parameters]`; that of a new path where it has none."""
-    if path_id in ready.offsets:
-        return ready.offsets[path_id]
-    if ready.tau is None:
-        return np.zeros(len(ready.location))
-    return np.asarray(ready.tau * rng.standard_normal(len(ready.tau)))
-
-
 def _kinds(ready: Forecaster, events: Indices) -> Indices:
     """A number for each of `events`: those with one number have the same tables."""
-    whole = ready.tables[len(ready.tables) // 2].x[events]
+    whole = ready.draws.tables[len(ready.draws.tables) // 2].x[events]
     _, kinds = np.unique(whole, axis=0, return_inverse=True)
     return np.asarray(kinds.ravel(), np.int64)
 

@@ -36,16 +36,20 @@ def hazard_row(
         "n_nonpositive_friction": bounds.n_nonpositive,
     }
     if returned and frequency:
-        record = frequency.record
         row |= {
             "volume_interval_m3": {"q05": returned.q05_m3, "q95": returned.q95_m3},
             "volume_method": frequency.method,
             "pooled": frequency.pooled,
-            "n_records": record.n_events,
-            "first_year": record.first_year,
-            "last_year": record.last_year,
-            "years_from": record.window,
-            "events_per_year": record.events_per_year,
             "extrapolated": returned.extrapolated,
         }
+        record = frequency.record
+        if record is not None:
+            row |= {
+                "n_records": record.n_events,
+                "first_year": record.first_year,
+                "last_year": record.last_year,
+                "years_not_observed": record.n_unobserved,
+                "years_from": record.window,
+                "events_per_year": record.events_per_year,
+            }
     return row

@@ -78,8 +78,8 @@ def bounds_of_stops(x: Floats, y: Floats, n_not_released: int, n_draws: int) -> 
     n = len(x)
     left = int(np.count_nonzero(np.isinf(x)))
     return RunoutBounds(
-        x=_spread(x),
-        elevation=_spread(y),
+        x=spread(x),
+        elevation=spread(y),
         p_left_profile=left / n if n else 0.0,
         p_not_released=n_not_released / n if n else 0.0,
         n_draws=n_draws,
@@ -149,7 +149,7 @@ def _draw_normal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, 
     return n
 
 
-def _spread(values: Floats) -> Spread:
+def spread(values: Floats) -> Spread:
     """Summary of stops `[n]`, infinite where the profile was left."""
     if not len(values):
         return Spread(None, None, None, None)

@@ -43,7 +43,7 @@ def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
     left = curve.status == LEFT_PROFILE
     x = np.where(left, np.inf, curve.stop_x)
     y = np.where(left, -np.inf, curve.stop_y)
-    flat = _broken(x, curve.status)
+    flat = broken_cells(x, curve.status)
     rows = np.zeros((2 * n, 4))
     node = np.repeat(np.arange(n), 2)  # each node owns the half cells on both its sides
     rows[:, 0], rows[:, 2] = x[node], y[node]
@@ -56,7 +56,7 @@ def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
     return rows, curve.status[node]
 
 
-def _broken(x: Floats, status: NDArray[np.int8]) -> NDArray[np.bool_]:
+def broken_cells(x: Floats, status: NDArray[np.int8]) -> NDArray[np.bool_]:
     """Cells `[n_friction - 1]` that must not be interpolated."""
     same = status[1:] == status[:-1]
     moving = same & (status[1:] == STOPPED)

@@ -1,68 +1,69 @@
-"""The volume of a return period, from the annual maxima of a path."""
+"""How often which volumes come down a path, from its record and those of its region."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.hazard.gev import Gev, gev_from_l_moments, l_moments
-from avahazard.hazard.volume_record import VolumeRecord
+from avahazard.hazard.event_volumes import EventVolumes, event_volumes
+from avahazard.hazard.frequency_draws import FrequencyDraws, GevDraws, ThresholdDraws
+from avahazard.hazard.shape_grid import (
+    gev_draws,
+    gev_likelihood,
+    gpd_draws,
+    gpd_likelihood,
+    over_locations,
+    regional_prior,
+    shape_prior,
+)
+from avahazard.hazard.volume_record import VolumeRecord, without_record_error
 from avahazard.records.errors import AvahazardError
 
 Floats = NDArray[np.float64]
+Family = Literal["gev", "gpd"]
 
 ENOUGH_MAXIMA = 15
-"""Annual maxima from which a path, or all paths together, can carry a shape of their own."""
-
-N_BOOTSTRAP = 2000
-
+"""Maxima, or excesses over the threshold, from which a path stands alone."""
+N_DRAWS = 400
 USE_VOLUME = "Give the volume itself with --volume."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VolumeFrequency:
-    """The fit for one path: `gev` is that of the log of a year's largest volume, given an event.
+    """Posterior draws of one path's frequency, and in `method` where they come from.
 
-    `pool` holds the numbers of maxima of the paths that gave scale and shape, the path's own alone
-    unless it has too few; `gumbel` tells that even together they were too few for a shape.
+    `pooled`: scale and shape lean on the other paths' records. `longest_years`: past twice as
+    many, or past the ends of a table in `table_years`, a return period is an extrapolation.
     """
 
-    record: VolumeRecord
-    gev: Gev
-    pool: tuple[int, ...]
+    path_id: str
+    draws: FrequencyDraws
+    method: str
     pooled: bool
-    gumbel: bool
+    record: VolumeRecord | None = None
+    longest_years: float = np.inf
+    table_years: tuple[float, float] | None = None
 
-    @property
-    def method(self) -> str:
-        """How the volume of a return period is found, in one sentence."""
-        record = self.record
-        text = (
-            f"GEV{' (shape 0)' if self.gumbel else ''} of log annual maxima by L-moments, "
-            f"{len(record.log_maxima)} maxima"
-        )
-        if self.pooled:
-            text += (
-                f", scale and shape pooled over {len(self.pool)} paths ({sum(self.pool)} maxima)"
-            )
-        text += (
-            f"; {record.n_events} records over {record.window} "
-            f"({record.first_year} to {record.last_year}): {record.events_per_year:.3g} a year"
-        )
-        if record.n_left_out:
-            text += f"; {record.n_left_out} undated or outside these years left out"
-        return text
+    def extrapolated(self, return_period_years: float) -> bool:
+        """Whether the record or the table does not reach to this return period."""
+        if self.table_years is not None:
+            first, last = self.table_years
+            return not first <= return_period_years <= last
+        return return_period_years > 2 * self.longest_years
+
+    def volumes(self) -> EventVolumes:
+        """Rates and volumes of all avalanches, for the runout exceeded once in T years."""
+        low, high = self.draws.ends()
+        return event_volumes(self.draws.rate, self.draws.rate_over, low, high)
 
 
 @dataclass(frozen=True, slots=True)
 class ReturnVolume:
-    """Volume (m3) of a return period, with a 90 % interval of its estimate.
-
-    `extrapolated`: the return period is over twice the observed years.
-    """
+    """Volume (m3) of a return period: median of its posterior, and its 5 and 95 %."""
 
     return_period_years: float
     volume_m3: float
@@ -71,88 +72,170 @@ class ReturnVolume:
     extrapolated: bool
 
 
-def fit_volume_frequency(path_id: str, records: Sequence[VolumeRecord]) -> VolumeFrequency:
-    """Fit the annual maxima of one of the paths in `records`.
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """Volume records of all paths, free of their errors, and what they say of scale and shape."""
 
-    Volumes of a path span two to three decades, so on their own scale the GEV has shapes without
-    mean or variance, where no estimator is good; their logs are near Gumbel. A path with under 15
-    maxima keeps its own geometric mean and takes scale and shape from all paths: sample L-moments
-    of the logs about each path's mean, averaged with weights n (regional frequency analysis,
-    Hosking & Wallis 1997; means of logs, since scaling by medians of few would narrow the spread).
-    With under 15 in all, the shape is 0. Raises `AvahazardError` with under 3 maxima in all or
-    none on the path.
+    records: dict[str, VolumeRecord]
+    family: Family
+    threshold_m3: float | None
+    likelihoods: dict[str, Floats] = field(default_factory=dict)
+
+    def sample(self, path_id: str) -> Floats:
+        """The yearly maxima of a path, or the excesses over its threshold, of log volume."""
+        record = self.records[path_id]
+        if self.family == "gev":
+            return record.log_maxima
+        over = record.log_volumes - self.threshold(path_id)
+        return np.asarray(over[over > 0.0])
+
+    def threshold(self, path_id: str) -> float:
+        """The log volume that excesses are counted from: the path's median where none is given."""
+        if self.threshold_m3 is not None:
+            return float(np.log(self.threshold_m3))
+        values = self.records[path_id].log_volumes
+        return float(np.median(values)) if len(values) else 0.0
+
+    def likelihood(self, path_id: str) -> Floats:
+        """Log likelihood over the grid of `shape_grid`; kept."""
+        if path_id not in self.likelihoods:
+            fit = gev_likelihood if self.family == "gev" else gpd_likelihood
+            self.likelihoods[path_id] = fit(self.sample(path_id))
+        return self.likelihoods[path_id]
+
+    def scale_and_shape(self, path_id: str) -> Floats:
+        """The same of scale and shape alone `[n_scales, n_shapes]`."""
+        likelihood = self.likelihood(path_id)
+        return over_locations(likelihood) if self.family == "gev" else likelihood
+
+
+def region_of(
+    records: Sequence[VolumeRecord], family: Family = "gev", threshold_m3: float | None = None
+) -> Region:
+    """Make the records ready for `fit_volume_frequency`; they are freed of their errors here.
+
+    Raises `AvahazardError` for a threshold that is not over 0, or without the family gpd.
     """
-    (record,) = (r for r in records if r.path_id == path_id)
-    own = record.log_maxima
-    if not len(own):
-        raise AvahazardError(f"No dated event of path {path_id} has a volume.", USE_VOLUME)
-    pooled = len(own) < ENOUGH_MAXIMA
-    samples = [r.log_maxima for r in records] if pooled else [own]
-    samples = [sample for sample in samples if len(sample) >= 3]
-    pool = tuple(len(sample) for sample in samples)
-    if not pool:
+    if threshold_m3 is not None and not (np.isfinite(threshold_m3) and threshold_m3 > 0.0):
+        raise AvahazardError(f"The threshold is {threshold_m3:g}.", "Give a volume over 0, in m3.")
+    if threshold_m3 is not None and family == "gev":
         raise AvahazardError(
-            f"Too few yearly maxima for a return period: path {path_id} has {len(own)}, "
+            "A threshold has no use for a GEV of yearly maxima.", "Add --frequency gpd."
+        )
+    return Region({r.path_id: r for r in without_record_error(records)}, family, threshold_m3)
+
+
+def fit_volume_frequency(
+    region: Region, path_id: str, rng: np.random.Generator, n_draws: int = N_DRAWS
+) -> VolumeFrequency:
+    """Posterior of the frequency of volumes of one path in its region.
+
+    On their own scale volumes span decades and a GEV or Pareto of them has neither mean nor
+    variance; their logs are near Gumbel or exponential, and are what is fitted. The prior is flat
+    in location and log scale and weak on the shape. A path with under 15 maxima (or excesses)
+    takes as prior of scale and shape the likelihood of the other paths' records, widened by how
+    far paths differ (`regional_prior`). Raises `AvahazardError` where the path has no volume,
+    where it has none over the threshold, or where no path of the region has 3.
+    """
+    record = region.records[path_id]
+    if not len(record.log_volumes):
+        raise AvahazardError(f"No dated event of path {path_id} has a volume.", USE_VOLUME)
+    own = region.sample(path_id)
+    what = "yearly maxima" if region.family == "gev" else "volumes over the threshold"
+    if not len(own):
+        raise AvahazardError(
+            f"Path {path_id} has no volume over the threshold.", "Give a smaller --threshold."
+        )
+    others = [k for k in region.records if k != path_id and len(region.sample(k)) >= 3]
+    pooled = len(own) < ENOUGH_MAXIMA and bool(others)
+    if len(own) < 3 and not pooled:
+        raise AvahazardError(
+            f"Too few {what} for a return period: path {path_id} has {len(own)}, "
             "and no path has 3.",
             USE_VOLUME,
         )
-    if all(np.ptp(sample) == 0 for sample in samples):
-        raise AvahazardError(f"All yearly maxima of path {path_id} are equal.", USE_VOLUME)
-    gumbel = sum(pool) < ENOUGH_MAXIMA
-    gev = _fit(own, samples, gumbel)
-    return VolumeFrequency(record, gev, pool, pooled, gumbel)
-
-
-def return_volume(
-    frequency: VolumeFrequency, return_period_years: float, rng: np.random.Generator
-) -> ReturnVolume:
-    """The volume exceeded by a year's largest avalanche once in T years on average.
-
-    With p the chance that a year has an event and G the distribution of the maximum of such a
-    year, p (1 - G(V_T)) = 1/T. The interval is a parametric bootstrap of maxima and event years,
-    studentised: on log volume, the error over hypot(scale, distance of the quantile from the
-    location) hardly depends on the parameters, so its distribution at the estimate serves.
-    Raises `AvahazardError` where events are rarer than T.
-    """
-    record, gev, period = frequency.record, frequency.gev, return_period_years
-    chance = record.event_year_chance
-    if chance * period <= 1:
-        raise AvahazardError(
-            f"Path {record.path_id} has an event in {record.n_event_years} of {record.n_years} "
-            f"years: no volume returns every {period:g} years.",
-            f"Ask for a return period over {1 / chance:.0f} years.",
-        )
-    log_volume = float(gev.quantile(1 - 1 / (chance * period)))
-    fits = _bootstrap(frequency, rng)
-    chances = rng.binomial(record.n_years, chance, N_BOOTSTRAP) / record.n_years
-    # where a bootstrap world has events rarer than T, the quantile is kept finite
-    exceeded = np.minimum(1 / np.maximum(chances * period, 1e-9), 0.999)
-    again = fits.quantile(1 - exceeded)
-    error = (again - log_volume) / np.hypot(fits.scale, again - fits.location)
-    low, high = np.quantile(error, [0.05, 0.95])
-    spread = float(np.hypot(gev.scale, log_volume - gev.location))
-    return ReturnVolume(
-        return_period_years=period,
-        volume_m3=float(np.exp(log_volume)),
-        q05_m3=float(np.exp(log_volume - high * spread)),
-        q95_m3=float(np.exp(log_volume - low * spread)),
-        extrapolated=period > 2 * record.n_years,
+    if len(own) > 1 and np.ptp(own) == 0.0 and not pooled:
+        raise AvahazardError(f"All {what} of path {path_id} are equal.", USE_VOLUME)
+    prior = shape_prior()
+    if pooled:
+        prior = regional_prior([region.scale_and_shape(k) for k in others])
+    likelihood = region.likelihood(path_id)
+    draws: FrequencyDraws
+    if region.family == "gev":
+        gev = gev_draws(own, prior, likelihood, n_draws, rng)
+        empty = record.n_years - record.n_event_years
+        draws = GevDraws(rng.beta(record.n_event_years + 0.5, empty + 0.5, n_draws), gev)
+    else:
+        scale, shape = gpd_draws(prior, likelihood, n_draws, rng)
+        draws = _threshold_draws(record, region.threshold(path_id), scale, shape, rng)
+    return VolumeFrequency(
+        path_id=path_id,
+        draws=draws,
+        method=_words(region, record, own, others if pooled else []),
+        pooled=pooled,
+        record=record,
+        longest_years=record.n_years,
     )
 
 
-def _fit(own: Floats, samples: Sequence[Floats], gumbel: bool) -> Gev:
-    """GEV with the mean of `own` `[..., n_own]`, scale and shape of all `samples` `[..., n]`."""
-    weights = [sample.shape[-1] for sample in samples]
-    moments = [l_moments(sample) for sample in samples]
-    second = np.average(np.array([m[1] for m in moments]), axis=0, weights=weights)
-    third = np.average(np.array([m[2] for m in moments]), axis=0, weights=weights)
-    return gev_from_l_moments(own.mean(axis=-1), second, third, gumbel)
+def _threshold_draws(
+    record: VolumeRecord, threshold: float, scale: Floats, shape: Floats, rng: np.random.Generator
+) -> ThresholdDraws:
+    """Rates with a Jeffreys prior of the Poisson, shares with one of the binomial."""
+    n = len(scale)
+    below = np.sort(record.log_volumes[record.log_volumes <= threshold])
+    n_over = len(record.log_volumes) - len(below)
+    weight = rng.dirichlet(np.ones(len(below)), n) if len(below) else np.zeros((n, 0))
+    share = rng.beta(n_over + 0.5, len(below) + 0.5, n) if len(below) else np.ones(n)
+    rate = rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, n)
+    return ThresholdDraws(rate, share, threshold, scale, shape, below, weight)
 
 
-def _bootstrap(frequency: VolumeFrequency, rng: np.random.Generator) -> Gev:
-    """Fits `[N_BOOTSTRAP]` of worlds drawn from the fit, in which every path has the fitted GEV."""
-    own = frequency.gev.sample((N_BOOTSTRAP, len(frequency.record.log_maxima)), rng)
-    if not frequency.pooled:
-        return _fit(own, [own], frequency.gumbel)
-    samples = [frequency.gev.sample((N_BOOTSTRAP, n), rng) for n in frequency.pool]
-    return _fit(own, samples, frequency.gumbel)
+def return_volume(frequency: VolumeFrequency, return_period_years: float) -> ReturnVolume:
+    """The volume that a year's largest avalanche exceeds with chance 1/T.
+
+    Raises `AvahazardError` where events are rarer than T.
+    """
+    period, record = return_period_years, frequency.record
+    if record is not None and record.event_year_chance * period <= 1:
+        raise AvahazardError(
+            f"Path {record.path_id} has an event in {record.n_event_years} of {record.n_years} "
+            f"years: no volume returns every {period:g} years.",
+            f"Ask for a return period over {1 / record.event_year_chance:.0f} years.",
+        )
+    low, middle, high = np.exp(
+        np.quantile(frequency.draws.log_volume(1.0 / period), [0.05, 0.5, 0.95])
+    )
+    return ReturnVolume(
+        return_period_years=period,
+        volume_m3=float(middle),
+        q05_m3=float(low),
+        q95_m3=float(high),
+        extrapolated=frequency.extrapolated(period),
+    )
+
+
+def _words(region: Region, record: VolumeRecord, own: Floats, others: list[str]) -> str:
+    """How the volume of a return period is found, in one sentence."""
+    if region.family == "gev":
+        text = f"GEV of log annual maxima, {len(own)} maxima"
+    else:
+        threshold = float(f"{np.exp(region.threshold(record.path_id)):.3g}")
+        given = "given" if region.threshold_m3 is not None else "the median"
+        text = (
+            f"generalised Pareto of log volume over {threshold:.0f} m3 ({given}), "
+            f"{len(own)} excesses"
+        )
+    text += ", posterior"
+    if others:
+        n = sum(len(region.sample(k)) for k in others)
+        text += f"; scale and shape with a prior from {len(others)} other paths ({n})"
+    text += (
+        f"; {record.n_events} records over {record.window} "
+        f"({record.first_year} to {record.last_year}"
+        f"{f', {record.n_unobserved} years not observed' if record.n_unobserved else ''}): "
+        f"{record.events_per_year:.3g} a year"
+    )
+    if record.n_left_out:
+        text += f"; {record.n_left_out} undated or outside these years left out"
+    return text

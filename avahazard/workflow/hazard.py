@@ -1,4 +1,4 @@
-"""Runout bounds per path, for volumes and return periods, by a stored model."""
+"""Runout per path, for volumes and return periods, by a stored model."""
 
 from __future__ import annotations
 
@@ -12,23 +12,25 @@ import numpy as np
 from avahazard.hazard.prospect import prospect_bounds
 from avahazard.hazard.row import hazard_row
 from avahazard.hazard.runout_bounds import RunoutBounds, Spread
-from avahazard.hazard.volume_frequency import (
-    ReturnVolume,
-    VolumeFrequency,
-    fit_volume_frequency,
-    return_volume,
-)
-from avahazard.hazard.volume_record import VolumeRecord, volume_record
+from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency, return_volume
 from avahazard.inference.seeds import generator
+from avahazard.inference.study import build_study
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from avahazard.store.hazard import save_hazard
 from avahazard.store.session import writing
+from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.one_path import find_path, find_profile
 from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.prospects import forecast, ignores_volume, takes_event_columns
-from avahazard.workflow.stored_model import StoredFit, load_stored, records_changed
+from avahazard.workflow.prospects import forecast, ignores_volume
+from avahazard.workflow.stored_model import (
+    StoredFit,
+    load_stored,
+    records_changed,
+    training_records,
+)
+from avahazard.workflow.uncertainties import path_uncertainties
 
 N_DRAWS = 20_000
 DEFAULT_RETURN_PERIOD = 100.0
@@ -56,72 +58,59 @@ def hazard(
     return_periods: Sequence[float] = (),
     volumes: Sequence[float] = (),
     paths: Sequence[str] = (),
+    source: VolumeSource | None = None,
     n_draws: int = N_DRAWS,
     seed: int = 0,
     effect_files: Sequence[FilePath] = (),
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
 ) -> tuple[list[dict[str, Any]], list[str]]:
-    """Compute and store the bounds of the runout, and return them with notes for people.
+    """Compute and store the runout, and return its rows with notes for people.
 
     One row (contract, `hazard`) for each path and each return period (years) or volume (m3),
     sorted by path; with neither given, a return period of 100 years. Paths are those named, or
     all with a profile; among the latter those without what a return period needs are left out
-    with a note. Besides the contract's keys a row has `notes` and, for a return period, where
-    its volume comes from.
+    with a note. `source` says where the frequency of volumes comes from. Besides the contract's
+    keys a row has `natural` and `parameters` (`path_uncertainties`), `notes` and, for a return
+    period, where its volume comes from and `exceeded`, the runout exceeded once in T years; the
+    first row of a path with a rate has `reach`, the annual chance along the path.
 
     Raises:
         AvahazardError: there is no such model or path, `effect_files` are not those that the
-            model was made with, a volume or return period is not over 0, or no path has what
-            a return period needs.
+            model was made with, a volume is not over 0 or a return period not over 1 year, a
+            file of `source` cannot be read, or no path has what a return period needs.
     """
-    _check(return_periods, "return period", "years")
-    _check(volumes, "volume", "m3")
+    _check(volumes, "volume", "m3", 0.0)
+    _check(return_periods, "return period", "years", 1.0)
     if not return_periods and not volumes:
         return_periods = (DEFAULT_RETURN_PERIOD,)
     stored, records = load_stored(database, name, own_effects(database, name, effect_files))
-    wanted, notes = _wanted(stored, records, return_periods, volumes, paths, seed)
-    report("Bounds of the runout", 0.0, len(wanted))
+    frequencies = volume_frequencies(records, seed, source) if return_periods else None
+    wanted, notes = _wanted(stored, records, return_periods, volumes, paths, frequencies)
+    report("Runout", 0.0, len(wanted))
     ready, prospects = forecast(stored, records, [(w.path_id, w.volume_m3) for w in wanted])
-    rows = []
-    for k, (row, prospect) in enumerate(zip(wanted, prospects, strict=True)):
-        rng = generator(seed, "hazard", row.path_id, repr(row.volume_m3), repr(row.return_period))
-        bounds = prospect_bounds(ready, prospect, n_draws, rng)
-        rows.append(_row(stored, row, bounds))
-        report("Bounds of the runout", k + 1.0, len(wanted))
+    prior = build_study(training_records(stored, records))
+    rows: list[dict[str, Any]] = []
+    for path_id in dict.fromkeys(w.path_id for w in wanted):
+        mine = [k for k, w in enumerate(wanted) if w.path_id == path_id]
+        apart = path_uncertainties(
+            stored, records, path_id, [wanted[k] for k in mine], frequencies, seed, prior
+        )
+        for k, more in zip(mine, apart, strict=True):
+            row = wanted[k]
+            keys = (seed, "hazard", path_id, repr(row.volume_m3), repr(row.return_period))
+            bounds = prospect_bounds(ready, prospects[k], n_draws, generator(*keys))
+            rows.append(_row(stored, records, row, bounds, more))
+            report("Runout", float(len(rows)), len(wanted))
     with writing(database) as session:
         save_hazard(session, name, rows)
     return rows, notes + _notes(stored, records, rows)
 
 
-def interval_words(stored: StoredFit, path_id: str, *, return_period: bool) -> str:
-    """What varies within the 5 to 95 % of a row, in words."""
-    parts = []
-    if stored.method == "metropolis":
-        parts.append("scatter of the stop by sigma metres of elevation")
-    else:
-        tails = " (Student's t)" if stored.specification.tails == "student" else ""
-        parts.append(
-            f"natural scatter of friction ({stored.specification.distribution}{tails}) "
-            "between avalanches"
-        )
-    parts.append("uncertainty of the calibrated parameters")
-    if "path-effect" in stored.specification.effects and path_id not in stored.offsets:
-        parts.append("the unknown friction of a path without records")
-    if takes_event_columns(stored):
-        parts.append("columns of the event, as in the records")
-    text = "90 % of avalanches; varying: " + ", ".join(parts)
-    if ignores_volume(stored):
-        return f"{text}; the volume does not matter to this model"
-    if return_period:
-        return f"{text}; fixed: the volume of the return period (its own error apart)"
-    return f"{text}; fixed: the volume"
-
-
-def _check(values: Sequence[float], what: str, unit: str) -> None:
+def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
     for value in values:
-        if not (np.isfinite(value) and value > 0.0):
+        if not (np.isfinite(value) and value > least):
             raise AvahazardError(
-                f"The {what} is {value:g}.", f"It must be a number of {unit} over 0."
+                f"The {what} is {value:g}.", f"It must be a number of {unit} over {least:g}."
             )
 
 
@@ -131,7 +120,7 @@ def _wanted(
     return_periods: Sequence[float],
     volumes: Sequence[float],
     paths: Sequence[str],
-    seed: int,
+    frequencies: Frequencies | None,
 ) -> tuple[list[Wanted], list[str]]:
     """The rows to compute, and why paths that nobody named are left out."""
     for path_id in paths:
@@ -142,12 +131,14 @@ def _wanted(
         raise AvahazardError(
             "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
         )
-    volume_records = _volume_records(records) if return_periods else {}
     rows, notes, refusals = [], [], []
     for path_id in named:
         for period in dict.fromkeys(return_periods):
+            assert frequencies is not None
             try:
-                rows.append(_return_row(path_id, period, volume_records, seed))
+                frequency = frequencies.of(path_id)
+                returned = return_volume(frequency, period)
+                rows.append(Wanted(path_id, returned.volume_m3, period, returned, frequency))
             except AvahazardError as error:
                 if ignores_volume(stored):
                     rows.append(Wanted(path_id, None, period))
@@ -162,35 +153,13 @@ def _wanted(
     return rows, notes
 
 
-def _volume_records(records: Records) -> dict[str, VolumeRecord | AvahazardError]:
-    """The volume record of each path, or why it has none."""
-    by_path: dict[str, list[Event]] = {path.path_id: [] for path in records.paths}
-    for event in records.events:
-        if event.path_id is not None:
-            by_path[event.path_id].append(event)
-    found: dict[str, VolumeRecord | AvahazardError] = {}
-    for path in records.paths:
-        try:
-            found[path.path_id] = volume_record(path, by_path[path.path_id])
-        except AvahazardError as error:
-            found[path.path_id] = error
-    return found
-
-
-def _return_row(
-    path_id: str, period: float, found: dict[str, VolumeRecord | AvahazardError], seed: int
-) -> Wanted:
-    own = found[path_id]
-    if isinstance(own, AvahazardError):
-        raise own
-    known = [record for record in found.values() if isinstance(record, VolumeRecord)]
-    frequency = fit_volume_frequency(path_id, known)
-    rng = generator(seed, "return volume", path_id, repr(period))
-    returned = return_volume(frequency, period, rng)
-    return Wanted(path_id, returned.volume_m3, period, returned, frequency)
-
-
-def _row(stored: StoredFit, wanted: Wanted, bounds: RunoutBounds) -> dict[str, Any]:
+def _row(
+    stored: StoredFit,
+    records: Records,
+    wanted: Wanted,
+    bounds: RunoutBounds,
+    more: dict[str, Any],
+) -> dict[str, Any]:
     notes = []
     held = bounds.p_not_released
     if held > HELD_WORTH_A_NOTE:
@@ -201,17 +170,17 @@ def _row(stored: StoredFit, wanted: Wanted, bounds: RunoutBounds) -> dict[str, A
         )
     if held > HELD_TOO_MANY:
         bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
+        more = {key: value for key, value in more.items() if key == "reach"}
     period = wanted.return_period
-    interval = interval_words(stored, wanted.path_id, return_period=period is not None)
     row = hazard_row(
         wanted.path_id,
         wanted.volume_m3,
         bounds,
-        interval,
+        interval_words(stored, records, wanted.path_id, return_period=period is not None),
         wanted.returned,
         wanted.frequency,
     )
-    return {**row, "return_period_years": period, "notes": notes}
+    return {**row, **more, "return_period_years": period, "notes": notes}
 
 
 def _notes(stored: StoredFit, records: Records, rows: Sequence[dict[str, Any]]) -> list[str]:

@@ -37,7 +37,7 @@ def shown(capsys: pytest.CaptureFixture[str], *rows: dict[str, Any]) -> str:
 def test_a_volume(capsys: pytest.CaptureFixture[str]) -> None:
     printed = shown(capsys, row())
     assert "p – 123000 1900 1200–2600 1900 1200–2600 0" in printed
-    assert "Interval: what varies." in printed
+    assert "Interval (a): what varies." in printed
     assert "beyond" not in printed
     assert "Volumes of the return periods" not in printed
 
@@ -59,6 +59,25 @@ def test_held_at_the_release(capsys: pytest.CaptureFixture[str]) -> None:
     assert "beyond" not in printed
 
 
+def test_both_ways_and_what_varies(capsys: pytest.CaptureFixture[str]) -> None:
+    lengths = {"runout_x_m": SPREAD, "runout_elevation_m": SPREAD}
+    beyond = {**lengths, "runout_x_m": {**SPREAD, "mean": None, "q95": None}}
+    printed = shown(
+        capsys,
+        row(
+            return_period_years=300.0,
+            extrapolated=True,
+            natural={**lengths, "interval": "nature"},
+            parameters={**lengths, "interval": "ignorance"},
+            exceeded={**beyond, "interval": "both"},
+        ),
+    )
+    assert "p 300* 123000 1200–2600 1200–2600" in printed
+    assert "p 300* beyond 1200–beyond 1900 1200–2600" in printed
+    assert "natural: nature. parameters: ignorance. Interval (b): both." in printed
+    assert "*: an extrapolation" in printed
+
+
 def test_return_periods_tell_where_volumes_come_from(capsys: pytest.CaptureFixture[str]) -> None:
     returned = {
         "return_period_years": 100.0,
@@ -74,5 +93,5 @@ def test_return_periods_tell_where_volumes_come_from(capsys: pytest.CaptureFixtu
     other = {**returned, "path_id": "q", "years_from": "observed_from to observed_to"}
     printed = shown(capsys, row(**returned), row(**other))
     assert "50000–2.5e+06 12 1900–2000 0.12 pooled" in printed
-    assert "those of all paths together" in printed
+    assert "lean on those of all paths" in printed
     assert "the span of its records (p); observed_from to observed_to (q)" in printed

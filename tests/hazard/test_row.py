@@ -4,7 +4,7 @@ import numpy as np
 
 from avahazard.hazard.row import hazard_row
 from avahazard.hazard.runout_bounds import RunoutBounds, Spread
-from avahazard.hazard.volume_frequency import ReturnVolume, fit_volume_frequency
+from avahazard.hazard.volume_frequency import ReturnVolume, fit_volume_frequency, region_of
 from avahazard.hazard.volume_record import VolumeRecord
 
 BOUNDS = RunoutBounds(
@@ -15,14 +15,16 @@ BOUNDS = RunoutBounds(
     n_draws=1000,
     n_nonpositive=3,
 )
+VOLUMES = np.linspace(8.0, 11.0, 18)
 RECORD = VolumeRecord(
-    "p", 1950, 1999, "the span of its records", 20, 18, 0, np.linspace(8.0, 11.0, 18)
+    *("p", 1950, 1999, "the span of its records", 20, 18, 0),
+    *(VOLUMES, np.zeros(18), VOLUMES, np.zeros(18)),
 )
 
 
 def test_row_of_a_return_period() -> None:
     volume = ReturnVolume(100.0, 5e4, 2e4, 9e4, extrapolated=True)
-    frequency = fit_volume_frequency("p", [RECORD])
+    frequency = fit_volume_frequency(region_of([RECORD]), "p", np.random.default_rng(0))
     row = hazard_row("p", volume.volume_m3, BOUNDS, "friction", volume, frequency)
     assert json.loads(json.dumps(row)) == {
         "path_id": "p",
@@ -42,6 +44,7 @@ def test_row_of_a_return_period() -> None:
         "first_year": 1950,
         "last_year": 1999,
         "years_from": "the span of its records",
+        "years_not_observed": 0,
         "events_per_year": 0.4,
         "extrapolated": True,
     }

@@ -1,7 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from avahazard.hazard.volume_record import volume_record
+from avahazard.hazard.volume_record import (
+    VolumeRecord,
+    unobserved_years,
+    volume_record,
+    without_record_error,
+)
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path
@@ -28,6 +35,52 @@ def test_largest_volume_of_each_year() -> None:
     assert record.event_year_chance == pytest.approx(3 / 40)
     assert record.n_left_out == 1
     assert record.window == "observed_from to observed_to"
+    np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
+
+
+def test_gaps_are_taken_from_the_years_and_their_records_left_out() -> None:
+    path = Path(
+        "p",
+        observed_from=1941,
+        observed_to=1980,
+        covariates={"not_observed": "1935-1944; 1950;1979 - 1990"},
+    )
+    record = volume_record(path, EVENTS)
+    assert (record.n_unobserved, record.n_years) == (4 + 1 + 2, 33)
+    assert (record.n_events, record.n_left_out) == (2, 3)
+    assert record.events_per_year == pytest.approx(2 / 33)
+
+
+@pytest.mark.parametrize(
+    ("text", "years"),
+    [("1943", {1943}), (1943.0, {1943}), ("1914-1916;1943", {1914, 1915, 1916, 1943})],
+)
+def test_years_that_nobody_observed(text: str | float, years: set[int]) -> None:
+    assert unobserved_years(Path("p", covariates={"not_observed": text})) == years
+
+
+@pytest.mark.parametrize("text", ["the war", "1918-1914", "14-18"])
+def test_gaps_that_do_not_read(text: str) -> None:
+    with pytest.raises(AvahazardError, match="not_observed of path p") as error:
+        unobserved_years(Path("p", covariates={"not_observed": text}))
+    assert "1914-1918;1943" in error.value.hint
+
+
+def test_the_error_of_the_records_is_taken_from_their_spread() -> None:
+    rng = np.random.default_rng(1)
+    records = []
+    for k in range(40):
+        true = rng.normal(10.0 + k, 0.8, 30)
+        seen = true + rng.normal(0.0, 0.6, 30)
+        sigma = np.full(30, 0.6)
+        records.append(VolumeRecord(f"p{k}", 1900, 1999, "", 30, 30, 0, seen, sigma, seen, sigma))
+    freed = without_record_error(records)
+    spread = np.sqrt(np.mean([np.var(r.log_volumes, ddof=1) for r in freed]))
+    assert spread == pytest.approx(0.8, abs=0.03)
+    for before, after in zip(records, freed, strict=True):
+        assert after.log_volumes.mean() == pytest.approx(before.log_volumes.mean())
+    exact = [replace(r, maxima_sigma=np.zeros(30), volumes_sigma=np.zeros(30)) for r in records]
+    np.testing.assert_allclose(without_record_error(exact)[0].log_maxima, exact[0].log_maxima)
 
 
 def test_span_of_the_records_without_observed_years() -> None:

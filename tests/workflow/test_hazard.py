@@ -10,6 +10,7 @@ from math import exp
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
@@ -18,7 +19,8 @@ from avahazard.store.hazard import latest_hazard
 from avahazard.store.session import reading
 from avahazard.workflow.calibrating import calibrate
 from avahazard.workflow.drawing_bounds import draw_hazard, write_hazard
-from avahazard.workflow.hazard import hazard, interval_words
+from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.importing import import_files
 from avahazard.workflow.stored_model import load_stored
 from tests.workflow.twin import DATA, twin_records
@@ -58,8 +60,29 @@ def test_hundred_years_for_every_path_by_default(mine: str) -> None:
         x = row["runout_x_m"]
         assert x["q05"] < x["q50"] < x["q95"]
         assert "observed_from to observed_to" in row["volume_method"]
+        check_apart(row)
+        middle = row["reach"]["p_per_year"]["q50"]
+        assert (np.diff(middle) <= 0.0).all()
+        # The chance falls to 1 % where the runout of 100 years is.
+        crossing = np.interp(-0.01, -np.array(middle), row["reach"]["x_m"])
+        exceeded = row["exceeded"]["runout_x_m"]["q50"]
+        if exceeded is not None:
+            assert crossing == pytest.approx(exceeded, abs=60.0)
     with reading(mine) as session:
         assert latest_hazard(session, "gibbs") == rows
+
+
+def check_apart(row: dict[str, Any]) -> None:
+    """Each part of what varies is narrower than all of it."""
+    whole, natural = row["runout_x_m"], row["natural"]["runout_x_m"]
+    assert natural["q50"] == pytest.approx(whole["q50"], rel=0.03)
+    parameters = row["parameters"]["runout_x_m"]
+    if whole["q95"] is not None and parameters["q95"] is not None:
+        width = whole["q95"] - whole["q05"]
+        assert 0.5 * width < natural["q95"] - natural["q05"] < 1.05 * width
+        assert 0.0 < parameters["q95"] - parameters["q05"] < width
+    assert "all parameters" in row["natural"]["interval"]
+    assert "error of the rate" in row["exceeded"]["interval"]
 
 
 def test_periods_and_volumes_give_rows_for_both(mine: str) -> None:
@@ -138,7 +161,7 @@ def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ({"return_periods": [0.0]}, "The return period is 0"),
+        ({"return_periods": [1.0]}, "The return period is 1"),
         ({"volumes": [-3.0]}, "The volume is -3"),
         ({"volumes": [float("nan")]}, "The volume is nan"),
         ({"paths": ["everest"]}, "no path 'everest'"),
@@ -156,17 +179,18 @@ def test_no_such_model(mine: str) -> None:
 
 def test_words_of_the_interval(mine: str) -> None:
     stored = load_stored(mine, "gibbs")[0]
-    plain = interval_words(stored, "scey", return_period=False)
+    plain = interval_words(stored, twin_records(), "scey", return_period=False)
     assert "natural scatter of friction (lognormal)" in plain
     specification = replace(
         stored.specification, tails="student", effects=("path-effect", "snow-type")
     )
     more = replace(stored, specification=specification, offsets={"scey": stored.coordinates[:, 0]})
-    known = interval_words(more, "scey", return_period=False)
+    known = interval_words(more, twin_records(), "scey", return_period=False)
     assert "Student's t" in known
     assert "columns of the event" in known
     assert "path without records" not in known
-    assert "path without records" in interval_words(more, "nants", return_period=False)
+    unknown = interval_words(more, twin_records(), "nants", return_period=False)
+    assert "path without records" in unknown
 
 
 def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:

@@ -1,0 +1,150 @@
+"""The runout exceeded once in T years, and what varies naturally apart from what is not known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded, yearly_rate
+from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.passing import passing_chance
+from avahazard.hazard.runout_bounds import QUANTILES, Spread, spread
+
+Floats = NDArray[np.float64]
+
+N_LEVELS = 199
+"""Probabilities at which the natural variability is followed."""
+N_PLACES = 60
+
+
+@dataclass(frozen=True, slots=True)
+class RunoutSpread:
+    """Mean and quantiles of x and of elevation (m)."""
+
+    x: Spread
+    elevation: Spread
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """Annual chance of reaching places: `x`, `elevation` (m), `chance` `[n_places, 3]`.
+
+    The three are its 5, 50 and 95 % over the uncertainty of the parameters.
+    """
+
+    x: Floats
+    elevation: Floats
+    chance: Floats
+
+
+def exceeded_runout(ready: Avalanches, return_period_years: float) -> Floats:
+    """x (m) `[n_parameters]` that a year's avalanches pass with chance 1/T; inf past the end.
+
+    All volumes, frictions and releases are mixed, at the rate of the path, within each draw of
+    the parameters: λ P(X > x) = -log(1 - 1/T).
+    """
+    chance = passing_chance(ready)
+    return exceeded(
+        lambda x: yearly_rate(ready, chance(x)),
+        annual_rate(return_period_years),
+        *_ends(ready),
+        ready.n_parameters,
+    )
+
+
+def middle_runout(ready: Avalanches) -> Floats:
+    """The median runout x (m) `[n_parameters]` of the avalanches of each draw of the parameters."""
+    chance = passing_chance(ready)
+    return exceeded(
+        lambda x: yearly_rate(ready, chance(x)) / ready.volumes.rate,
+        0.5,
+        *_ends(ready),
+        ready.n_parameters,
+    )
+
+
+def natural_runouts(ready: Avalanches) -> Floats:
+    """Runouts x (m) `[n_levels]` at even probabilities, all parameters at their middle."""
+    middle = at_the_middle(ready, N_LEVELS)
+    chance = passing_chance(middle)
+    level = 1.0 - (np.arange(N_LEVELS) + 0.5) / N_LEVELS
+    return exceeded(
+        lambda x: yearly_rate(middle, chance(x)) / middle.volumes.rate,
+        level,
+        *_ends(ready),
+        N_LEVELS,
+    )
+
+
+def reach(ready: Avalanches, n_places: int = N_PLACES) -> Reach:
+    """Annual chance that one or more avalanches pass each of `n_places` places below the release.
+
+    1 - exp(-λ P(X > x)), x evenly from the highest release to the end of the profile.
+    """
+    chance = passing_chance(ready)
+    x = np.linspace(*_ends(ready), n_places)
+    rates = np.array(
+        [yearly_rate(ready, chance(np.full(ready.n_parameters, place))) for place in x]
+    )
+    found = np.quantile(-np.expm1(-rates), QUANTILES, axis=1).T
+    return Reach(x, np.asarray(ready.site.smooth.height(x)), found)
+
+
+def at_volume(ready: Avalanches, log_volume: Floats) -> Avalanches:
+    """The same path with one volume for each draw (log m3) `[n_parameters]`, once a year.
+
+    Friction is interpolated between the volumes of `ready`.
+    """
+    nodes = ready.volumes.log_volume
+    n = ready.n_parameters
+    if len(nodes) == 1:
+        k, part = np.zeros(n, np.int64), np.zeros(n)
+    else:
+        place = np.interp(log_volume, nodes, np.arange(len(nodes)))
+        k = np.minimum(place.astype(np.int64), len(nodes) - 2)
+        part = place - k
+    draw = np.arange(n)
+
+    def between(values: Floats) -> Floats:
+        after = values[draw, :, np.minimum(k + 1, len(nodes) - 1)]
+        return np.asarray(values[draw, :, k] * (1 - part)[:, None] + after * part[:, None])
+
+    return replace(
+        ready,
+        volumes=EventVolumes(np.ones(n), np.zeros(1), np.ones((n, 1))),
+        location=between(ready.location)[:, :, None],
+        scatter=between(ready.scatter)[:, :, None],
+    )
+
+
+def at_the_middle(ready: Avalanches, n: int) -> Avalanches:
+    """The same path with `n` equal draws: rate, shares, friction and tables at their medians."""
+
+    def middle(values: Floats) -> Floats:
+        return np.repeat(np.median(values, axis=0, keepdims=True), n, axis=0)
+
+    share = middle(ready.volumes.share)
+    share /= share.sum(axis=1, keepdims=True)
+    return replace(
+        ready,
+        volumes=EventVolumes(middle(ready.volumes.rate), ready.volumes.log_volume, share),
+        location=middle(ready.location),
+        scatter=middle(ready.scatter),
+        group=np.full(n, ready.group[ready.n_parameters // 2]),
+        sigma_m=None if ready.sigma_m is None else middle(ready.sigma_m),
+    )
+
+
+def runout_spread(ready: Avalanches, x: Floats) -> RunoutSpread:
+    """Mean and quantiles of runouts x (m) `[n]`, inf beyond the profile, and their elevations."""
+    smooth = ready.site.smooth
+    inside = np.isfinite(x)
+    height = np.where(inside, smooth.height(np.where(inside, x, smooth.x_max)), -np.inf)
+    return RunoutSpread(spread(x), spread(height))
+
+
+def _ends(ready: Avalanches) -> tuple[float, float]:
+    """The highest release and the end of the profile, x in m."""
+    return float(ready.site.release_x.min()), float(ready.site.smooth.x_max)

@@ -1,0 +1,70 @@
+"""The chance that an avalanche runs past a place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from avahazard.hazard.avalanches import Avalanches, friction_below
+from avahazard.hazard.thresholds import stop_thresholds
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_table import MU
+
+Floats = NDArray[np.float64]
+
+N_PLACES = 4001
+
+
+def passing_chance(ready: Avalanches) -> Callable[[Floats], Floats]:
+    """A function of x (m) `[n_parameters]`: the chance that an avalanche stops beyond.
+
+    It gives `[n_parameters, n_classes, n_volumes]`; what leaves the profile passes its end.
+    """
+    if ready.sigma_m is not None:
+        return _passing_in_metres(ready)
+    find = stop_thresholds(ready)
+    return lambda x: friction_below(ready, find(x))
+
+
+def _passing_in_metres(ready: Avalanches) -> Callable[[Floats], Floats]:
+    """Stops at the block's elevation + sigma z, at the first place so low (`scattered_stops`)."""
+    assert ready.sigma_m is not None
+    smooth = ready.site.smooth
+    x = np.linspace(smooth.x_min, smooth.x_max, N_PLACES)
+    lowest = np.minimum.accumulate(smooth.height(x))
+    # On a counter-slope nothing stops: what is below the floor lies on it.
+    floor = float(x[np.argmin(lowest)])
+    ends_lowest = floor == x[-1]
+    stop = _stop_elevation(ready)
+    sigma = ready.sigma_m[:, None, None]
+
+    def chance(place: Floats) -> Floats:
+        height = np.interp(place, x, lowest)[:, None, None]
+        stays = np.zeros_like(height, dtype=bool) | (not ends_lowest)
+        stays &= place[:, None, None] >= floor
+        with np.errstate(invalid="ignore"):
+            passes = ndtr((height - stop) / sigma)
+        return np.where(np.isneginf(stop), 1.0, np.where(stays, 0.0, passes))
+
+    return chance
+
+
+def _stop_elevation(ready: Avalanches) -> Floats:
+    """Elevation of the block's stop at the friction of each volume, -inf where it left."""
+    mu = np.exp(ready.location) if ready.in_log else ready.location
+    result = np.empty_like(mu)
+    for g, table in enumerate(ready.tables):
+        mine = np.flatnonzero(ready.group == g)
+        for c in range(ready.n_classes):
+            left = table.status[c] == LEFT_PROFILE
+            height = np.where(left, np.nan, table.elevation[c])
+            found = np.interp(mu[mine, c], MU, height)
+            nearest = np.clip(np.rint((mu[mine, c] - MU[0]) / (MU[1] - MU[0])), 0, len(MU) - 1)
+            gone = left[nearest.astype(int)]
+            first = height[np.argmax(~left)] if not left.all() else -np.inf
+            found = np.where(np.isnan(found), first, found)
+            result[mine, c] = np.where(gone, -np.inf, found)
+    return result
