@@ -29,17 +29,17 @@ def _histogram_log_density(train: np.ndarray, new: np.ndarray) -> float:
 
 
 def test_it_beats_a_histogram_on_held_out_records() -> None:
-    """Ten random halvings of the twin's apparent frictions."""
+    """Thirty random halvings of the twin's apparent frictions; a few go the other way."""
     study = build_study(read_records([TWIN]))
     nodes = assemble(study, Specification(), {}).nodes(())
     friction = likely_friction(nodes, in_log=True)
     friction = friction[np.isfinite(friction)]
     assert len(friction) > 150
     gains = []
-    for k in range(10):
+    for k in range(30):
         order = generator(1, "halves", k).permutation(len(friction))
         train, new = friction[order[::2]], friction[order[1::2]]
         density = holy_density(train, choose_kappa(train))
         gains.append(float(np.mean(np.log(density.pdf(new)))) - _histogram_log_density(train, new))
     assert np.mean(gains) > 0.0
-    assert np.sum(np.array(gains) > 0.0) >= 8
+    assert np.sum(np.array(gains) > 0.0) >= 20
