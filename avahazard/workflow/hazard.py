@@ -87,8 +87,9 @@ def hazard(
     frequencies = volume_frequencies(records, seed, source) if return_periods else None
     wanted, notes = _wanted(stored, records, return_periods, volumes, paths, frequencies)
     report("Runout", 0.0, len(wanted))
-    ready, prospects = forecast(stored, records, [(w.path_id, w.volume_m3) for w in wanted])
     prior = build_study(training_records(stored, records))
+    pairs = [(w.path_id, w.volume_m3) for w in wanted]
+    ready, prospects = forecast(stored, records, pairs, prior)
     rows: list[dict[str, Any]] = []
     for path_id in dict.fromkeys(w.path_id for w in wanted):
         mine = [k for k, w in enumerate(wanted) if w.path_id == path_id]

@@ -60,9 +60,15 @@ def path_release_zone(records: Records, path_id: str) -> ReleaseZone | None:
 
 
 def forecast(
-    stored: StoredFit, records: Records, wanted: Sequence[tuple[str, float | None]]
+    stored: StoredFit,
+    records: Records,
+    wanted: Sequence[tuple[str, float | None]],
+    prior: Study | None = None,
 ) -> tuple[Forecaster, tuple[Prospect, ...]]:
-    """Make a model ready for avalanches of (path, volume in m3), by `classes_to_come`."""
+    """Make a model ready for avalanches of (path, volume in m3), by `classes_to_come`.
+
+    `prior` is the study of the calibration, for those who have it.
+    """
     events: list[Event] = []
     prospects = []
     for path_id, volume in wanted:
@@ -70,7 +76,7 @@ def forecast(
         classes = classes_to_come(stored, records, path_id, volume)
         events += [replace(e, event_id=f"to come {first + k}") for k, e in enumerate(classes)]
         prospects.append(Prospect(path_id, volume, np.arange(first, len(events))))
-    prior = build_study(training_records(stored, records))
+    prior = build_study(training_records(stored, records)) if prior is None else prior
     future = Records(records.paths, records.profiles, tuple(events))
     _, posterior = posterior_for(stored, future, prior)
     volumes = np.array([1.0 if e.volume_m3 is None else e.volume_m3 for e in events])
