@@ -56,6 +56,9 @@ COMMANDS: tuple[Entry, ...] = (
         "Draw the runout for volumes or return periods, with its interval, path by path.",
     ),
     Entry(
+        "zones", "zones", "Find speed, pressure and hazard zones along the paths, by return period."
+    ),
+    Entry(
         "alpha-beta",
         "alpha_beta",
         "Give the alpha-beta runout of the paths: a baseline from the terrain alone.",

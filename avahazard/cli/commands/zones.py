@@ -1,0 +1,73 @@
+"""`avahazard zones`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from avahazard.cli.comparison_table import EffectFiles
+from avahazard.cli.output import emit, warn
+from avahazard.cli.progress import show_progress
+from avahazard.cli.settings import settings
+from avahazard.cli.zones_table import show_zones
+
+
+def zones(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)],
+    return_period: Annotated[
+        list[float] | None,
+        typer.Option(
+            "-T",
+            "--return-period",
+            metavar="YEARS",
+            help="Besides those of the limits; may be given again.",
+            show_default=False,
+        ),
+    ] = None,
+    limits: Annotated[
+        str,
+        typer.Option(metavar="LIMITS", help="swiss, french, or a TOML file of your own."),
+    ] = "swiss",
+    path: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATH", help="Only this path; may be given again."),
+    ] = None,
+    density: Annotated[float, typer.Option(metavar="KG_M3", help="Of the flow, its mean.")] = 300.0,
+    density_sd: Annotated[
+        float, typer.Option(metavar="KG_M3", help="Standard deviation of the density.")
+    ] = 50.0,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+    effect_file: EffectFiles = None,
+) -> None:
+    """Find speed, pressure and hazard zones along the paths, by return period.
+
+    \b
+    Examples:
+      avahazard zones first
+      avahazard zones first --limits french --path P01 --plot zones.png
+    """
+    from avahazard.workflow.zones import zones as run  # noqa: PLC0415
+
+    with show_progress() as report:
+        entries, notes = run(
+            settings(context).database,
+            name,
+            return_periods=return_period or (),
+            limits=limits,
+            density=density,
+            density_sd=density_sd,
+            paths=path or (),
+            seed=seed,
+            plot=plot,
+            effect_files=effect_file or (),
+            report=report,
+        )
+    emit(context, entries, lambda console: show_zones(console, entries))
+    for note in notes:
+        warn(note)

@@ -1,0 +1,135 @@
+"""Speeds along a path that are exceeded once in T years, by posterior draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.effects.site import Site
+from avahazard.hazard.avalanches import Avalanches, annual_rate
+from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
+from avahazard.physics.constants import KERNEL
+from avahazard.physics.runout_table import MU, MU_STEP
+
+Floats = NDArray[np.float64]
+
+HALVINGS = 16
+"""Of squared speed: 0.1 m/s or less at the slowest that matter."""
+
+
+def exceeded_speeds(ready: Avalanches, x: Floats, return_periods: Sequence[float]) -> Floats:
+    """Speed (m/s) at the places x (m) `[n_places]` that a year's fastest avalanche exceeds with
+    chance 1/T, `[n_periods, n_parameters, n_places]`, T rising; 0 where they come less often.
+
+    With u(x; μ) the speed of the block, which falls as μ rises, the yearly rate of avalanches
+    faster than s is Σ over classes of the rate of those with friction under the μ of u(x; μ) = s;
+    the result is the s at which that rate is -log(1 - 1/T).
+    """
+    curves = rate_curves(ready)
+    rates = np.array([annual_rate(period) for period in sorted(return_periods)])
+    result = np.zeros((len(rates), ready.n_parameters, len(x)))
+    for g in range(len(ready.resistances)):
+        mine = np.flatnonzero(ready.group == g)
+        if len(mine):
+            result[:, mine] = _of_group(_squares(ready, g, x), curves, mine, rates)
+    return result
+
+
+def _squares(ready: Avalanches, group: int, x: Floats) -> Floats:
+    """Squared speeds with which the front passes x, for each class and friction of `MU`,
+    `[n_classes, n_places, n_mu]`: those of the block where it is then."""
+    kinds: dict[tuple[int, float], Floats] = {}
+    for release, ahead in zip(ready.release, ready.ahead[group], strict=True):
+        kind = (int(release), float(ahead))
+        if kind not in kinds:
+            release_x = float(ready.site.release_x[release])
+            place = _behind(ready.site, x, float(ahead))
+            kinds[kind] = ready.site.speeds(ready.resistances[group], release_x, place).T ** 2
+    squares = [
+        kinds[int(release), float(ahead)]
+        for release, ahead in zip(ready.release, ready.ahead[group], strict=True)
+    ]
+    # Rounding may lift a speed by an ulp over that of a lower friction.
+    return np.ascontiguousarray(np.minimum.accumulate(np.array(squares), axis=2))
+
+
+def _behind(site: Site, x: Floats, distance: float) -> Floats:
+    """x of the places `distance` metres along the path before x; above the top it goes on."""
+    if distance == 0.0:
+        return x
+    terrain = site.terrain
+    s = np.interp(x, terrain.x, terrain.s) - distance
+    return np.asarray(np.interp(s, terrain.s, terrain.x) + np.minimum(s, 0.0))
+
+
+def _of_group(
+    squares: Floats, curves: RateCurves, mine: NDArray[np.int64], rates: Floats
+) -> Floats:
+    found = _exceeded(
+        squares, curves.low[mine], curves.step[mine], curves.log_rate[mine], rates, MU[0], MU_STEP
+    )
+    return np.asarray(found)
+
+
+@njit(**KERNEL)
+def _exceeded(squares, low, step, log_rate, rates, mu_min, mu_step):  # type: ignore[no-untyped-def]
+    n_parameters, n_places = len(low), squares.shape[1]
+    result = np.zeros((len(rates), n_parameters, n_places))
+    for p in range(n_parameters):
+        for i in range(n_places):
+            fastest = squares[:, i, 0].max()
+            bottom = 0.0
+            for t in range(len(rates)):
+                # Longer periods, higher speeds: each starts from the one before.
+                top = fastest
+                if (
+                    _rate_over(squares, i, 0.0, low[p], step[p], log_rate[p], mu_min, mu_step)
+                    < (rates[t])
+                ):
+                    continue
+                for _ in range(HALVINGS):
+                    middle = 0.5 * (bottom + top)
+                    rate = _rate_over(
+                        squares, i, middle, low[p], step[p], log_rate[p], mu_min, mu_step
+                    )
+                    if rate >= rates[t]:
+                        bottom = middle
+                    else:
+                        top = middle
+                result[t, p, i] = np.sqrt(0.5 * (bottom + top))
+    return result
+
+
+@njit(**KERNEL)
+def _rate_over(squares, i, square, low, step, log_rate, mu_min, mu_step):  # type: ignore[no-untyped-def]
+    """Yearly rate of avalanches whose squared speed at place i is over `square`."""
+    total = 0.0
+    last = log_rate.shape[1] - 1
+    for c in range(len(low)):
+        falling = squares[c, i]
+        # The first friction of the grid that does not exceed the level.
+        first, end = 0, len(falling)
+        while first < end:
+            middle = (first + end) // 2
+            if falling[middle] > square:
+                first = middle + 1
+            else:
+                end = middle
+        if first == 0:
+            continue
+        t = float(last)
+        if first < len(falling):
+            above, below = falling[first - 1], falling[first]
+            if below == 0.0 and first > 1:
+                # The block stops on the way to that friction: carried on from the cell before.
+                below = min(2.0 * above - falling[first - 2], 0.0)
+            part = (above - square) / (above - below)
+            t = (np.log(mu_min + mu_step * (first - 1 + part)) - low[c]) / step[c]
+        if t > 0.0:
+            k = min(int(t), last - 1)
+            part = min(t - k, 1.0)
+            total += np.exp(log_rate[c, k] * (1.0 - part) + log_rate[c, k + 1] * part)
+    return total

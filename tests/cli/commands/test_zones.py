@@ -1,0 +1,77 @@
+"""`avahazard zones`."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from tests.cli.commands.conftest import PROGRAM
+
+Run = Callable[..., Result]
+KEYS = {"zone", "color", "from_x_m", "to_x_m", "to_x_q05_m", "to_x_q95_m", "beyond"}
+
+
+@pytest.fixture
+def mine(model_database: str, tmp_path: Path) -> Run:
+    """Give a function that runs the command line on a copy of the database with models."""
+    from avahazard.cli.main import app  # noqa: PLC0415
+
+    file = shutil.copy(model_database, tmp_path / "mine.db")
+    runner = CliRunner()
+
+    def run(*words: str) -> Result:
+        return runner.invoke(app, ["--db", str(file), *words], prog_name="avahazard")
+
+    return run
+
+
+def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
+    file = shutil.copy(model_database, tmp_path / "mine.db")
+    words = ("zones", "base", "-T", "100", "--path", "scey", "--plot", str(tmp_path / "z.png"))
+    done = subprocess.run(
+        [PROGRAM, "--db", file, "--json", *words], check=True, capture_output=True, text=True
+    )
+    (entry,) = json.loads(done.stdout)
+    assert entry.keys() >= {"path_id", "limits", "places", "zones", "notes"}
+    place = entry["places"][10]
+    assert place.keys() >= {"x_m", "elevation_m", "p_reach_per_year", "by_return_period"}
+    found = place["by_return_period"]
+    assert [one["return_period_years"] for one in found] == [30.0, 100.0, 300.0]
+    assert found[0]["speed_m_s"].keys() == {"q05", "q50", "q95"}
+    assert found[0]["pressure_kpa"].keys() == {"q05", "q50", "q95"}
+    assert [zone["zone"] for zone in entry["zones"]] == ["red", "blue"]
+    assert entry["zones"][0].keys() == KEYS
+    assert (tmp_path / "z.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_people_see_zones_and_largest_speeds(mine: Run) -> None:
+    done = mine("zones", "base", "--limits", "french", "--path", "scey", "--path", "gurraz")
+    assert done.exit_code == 0
+    words = " ".join(done.stdout.split())
+    assert "Zones by the limits 'french'" in words
+    assert "Largest along the path: median, 5 to 95 %" in words
+    assert "ρ of 300 ± 50 kg/m3" in words
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert "powder, land use" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "message"),
+    [
+        (("nobody",), 1, "There is no model nobody"),
+        (("base", "--limits", "none.toml"), 1, "There are no limits 'none.toml'"),
+        (("base", "--density", "-3"), 1, "The density is -3"),
+        (("base", "-T", "0.5"), 1, "The return period is 0.5"),
+        ((), 2, "name"),
+    ],
+)
+def test_what_cannot_be_done(mine: Run, words: tuple[str, ...], status: int, message: str) -> None:
+    done = mine("zones", *words)
+    assert (done.exit_code, done.stdout) == (status, "")
+    assert message.lower() in done.stderr.lower()

@@ -1,0 +1,175 @@
+"""Zones by stored models, from the records of a database."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avahazard.records.errors import AvahazardError
+from avahazard.store import upkeep
+from avahazard.store.session import reading
+from avahazard.store.zones import latest_zones
+from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.hazard import hazard
+from avahazard.workflow.importing import import_files
+from avahazard.workflow.zones import load_limits, zones
+from tests.workflow.twin import DATA
+
+Write = Callable[[str, str], Path]
+OWN = """
+[[zone]]
+name = "strong"
+color = "#aa0000"
+rule = [{ return_period_years = 50, pressure_kpa_min = 100 }]
+[[zone]]
+name = "reached"
+color = "#00aa00"
+rule = [{ return_period_years = 50 }]
+"""
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The twin with a model, one without volume, and one that scatters in metres."""
+    file = str(tmp_path_factory.mktemp("zones") / "models.db")
+    upkeep.create(file)
+    import_files(file, [DATA])
+    calibrate(file, "gibbs", method="gibbs", draws=200, chains=2)
+    calibrate(file, "constant", law="constant", method="gibbs", draws=200, chains=2)
+    calibrate(file, "metres", method="metropolis", draws=60, chains=2, paths=["scey"])
+    return file
+
+
+@pytest.fixture
+def mine(models: str, tmp_path: Path) -> str:
+    return str(shutil.copy(models, tmp_path / "mine.db"))
+
+
+def median(entry: dict[str, Any], period: float, what: str) -> np.ndarray:
+    """Medians of speed or pressure at the places of an entry."""
+    (k,) = (
+        k
+        for k, found in enumerate(entry["places"][0]["by_return_period"])
+        if found["return_period_years"] == period
+    )
+    return np.array([p["by_return_period"][k][what]["q50"] for p in entry["places"]])
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one call found, its database, its picture."""
+
+    database: str
+    entries: list[dict[str, Any]]
+    notes: list[str]
+    picture: str
+
+
+@pytest.fixture(scope="module")
+def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
+    folder = tmp_path_factory.mktemp("french")
+    file = str(shutil.copy(models, folder / "found.db"))
+    entries, notes = zones(
+        file,
+        "gibbs",
+        limits="french",
+        paths=["scey", "saugy"],
+        return_periods=[10.0],
+        plot=folder / "zones.svg",
+    )
+    return Found(file, entries, notes, (folder / "zones.svg").read_text())
+
+
+def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
+    with reading(french.database) as session:
+        assert latest_zones(session, "gibbs") == french.entries
+    assert french.picture.count("<!-- yellow zone -->") == 1
+    assert [e["path_id"] for e in french.entries] == ["saugy", "scey"]
+    assert any("no drag" in note for note in french.notes)
+    assert "scey: the record is too short for T = 300: an extrapolation." in french.notes
+    for entry in french.entries:
+        ten, hundred, rare = (median(entry, t, "speed_m_s") for t in (10.0, 100.0, 300.0))
+        assert (ten <= hundred).all()
+        assert (hundred <= rare).all()
+        assert ten[0] == 0.0
+        assert rare.max() > 40.0
+        assert median(entry, 100.0, "pressure_kpa").max() == pytest.approx(
+            0.3 * hundred.max() ** 2, rel=0.05
+        )
+        chance = [place["p_reach_per_year"] for place in entry["places"]]
+        assert chance == sorted(chance, reverse=True)
+        assert [z["zone"] for z in entry["zones"]] == ["red", "blue", "yellow"]
+        ends = [entry["release_x_m"], *(z["to_x_m"] for z in entry["zones"])]
+        assert [z["from_x_m"] for z in entry["zones"]] == ends[:-1]
+        assert ends == sorted(ends)
+
+
+def test_zones_end_where_hazard_says_that_runouts_do(french: Found) -> None:
+    rows, _ = hazard(french.database, "gibbs", return_periods=[100.0, 300.0], paths=["scey"])
+    for zone, row in zip(french.entries[1]["zones"][1:], rows, strict=True):
+        x = row["exceeded"]["runout_x_m"]
+        assert (zone["to_x_q05_m"], zone["to_x_m"]) == pytest.approx((x["q05"], x["q50"]), abs=10)
+
+
+def test_a_path_does_not_hang_on_the_others(french: Found, mine: str) -> None:
+    alone, _ = zones(mine, "gibbs", limits="french", paths=["scey"], return_periods=[10.0])
+    assert alone == french.entries[1:]
+
+
+def test_limits_and_density_of_ones_own(mine: str, tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(OWN)
+    own = str(tmp_path / "own.toml")
+    (entry,) = zones(mine, "gibbs", limits=own, paths=["scey"], density=150.0, density_sd=0.0)[0]
+    assert entry["limits"] == "own.toml"
+    strong, reached = entry["zones"]
+    assert (strong["zone"], strong["color"]) == ("strong", "#aa0000")
+    x = np.array([place["x_m"] for place in entry["places"]])
+    pressure = median(entry, 50.0, "pressure_kpa")
+    assert pressure == pytest.approx(0.15 * median(entry, 50.0, "speed_m_s") ** 2, rel=0.05)
+    # The median of the ends is near the end by the medians.
+    assert strong["to_x_m"] == pytest.approx(x[pressure >= 100.0][-1], abs=2 * (x[1] - x[0]))
+    assert reached["to_x_m"] > strong["to_x_m"]
+
+
+def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) -> None:
+    write("paths.csv", "path_id\nbare\n")
+    points = "\n".join(
+        f"bare,{x},{2000 - 0.9 * x + 1.4e-4 * x * x:.2f}" for x in range(0, 3001, 30)
+    )
+    write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
+    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
+    with pytest.raises(AvahazardError, match="No dated event of path bare has a volume"):
+        zones(mine, "gibbs", paths=["bare"])
+    (entry,) = zones(mine, "constant", paths=["bare"])[0]
+    assert entry["zones"][0]["to_x_m"] > entry["release_x_m"]
+
+
+@pytest.mark.parametrize(
+    ("model", "more", "message"),
+    [
+        ("nobody", {}, "no model nobody"),
+        ("metres", {}, "The scatter of metres is in metres"),
+        ("gibbs", {"limits": "austrian"}, "There are no limits 'austrian'"),
+        ("gibbs", {"density": 0.0}, "The density is 0"),
+        ("gibbs", {"density_sd": -1.0}, "The standard deviation of the density is -1"),
+        ("gibbs", {"return_periods": [1.0]}, "The return period is 1"),
+        ("gibbs", {"paths": ["everest"]}, "no path 'everest'"),
+        ("gibbs", {"plot": Path("zones.txt")}, "not the name of a picture"),
+    ],
+)
+def test_what_cannot_be_asked(models: str, model: str, more: dict[str, Any], message: str) -> None:
+    with pytest.raises(AvahazardError, match=message):
+        zones(models, model, **more)
+
+
+def test_a_bad_file_of_limits_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("zone = 3\n")
+    with pytest.raises(AvahazardError, match=r"own\.toml, zone: Input should be a valid list"):
+        load_limits(str(file))
