@@ -63,6 +63,7 @@ COMMANDS: tuple[Entry, ...] = (
         "alpha_beta",
         "Give the alpha-beta runout of the paths: a baseline from the terrain alone.",
     ),
+    Entry("report", "report", "Write a report of a model as one HTML file that needs no network."),
     Entry(
         "demo", "demo", "Do the main job on the bundled data, a twin of the paper's seven paths."
     ),

@@ -19,9 +19,9 @@ def hazard_row(
 ) -> dict[str, Any]:
     """The row as plain values; lengths in m, None where a runout lies beyond the profile.
 
-    `interval` says what varies between the draws; `returned` and `frequency` tell where the volume
-    of a return period comes from, and are left out for a volume that the user gave. Volume is None
-    where the model has no use for it.
+    `runout_x_steps_m` are the quantiles of x at 5, 10, … 95 %; `interval` says what varies between
+    the draws; `returned` and `frequency` tell where the volume of a return period comes from, and
+    are left out for a volume that the user gave. Volume is None where the model has no use for it.
     """
     row: dict[str, Any] = {
         "path_id": path_id,
@@ -29,6 +29,7 @@ def hazard_row(
         "volume_m3": volume_m3,
         "runout_x_m": asdict(bounds.x),
         "runout_elevation_m": asdict(bounds.elevation),
+        "runout_x_steps_m": list(bounds.x_steps),
         "interval": interval,
         "p_left_profile": bounds.p_left_profile,
         "p_not_released": bounds.p_not_released,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import Literal
@@ -18,6 +19,8 @@ Floats = NDArray[np.float64]
 Distribution = Literal["lognormal", "normal"]
 
 QUANTILES = (0.05, 0.5, 0.95)
+STEPS = tuple(k / 20 for k in range(1, 20))
+"""Probabilities 5, 10, … 95 %, at which the distribution of the runout is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ class RunoutBounds:
     and no block can have: they are in none of the other numbers. `p_left_profile` and
     `p_not_released` are shares of the rest; a block that was not released counts as stopped at its
     release. Runs that left the profile are beyond every stop: highest in `x`, lowest in
-    `elevation`.
+    `elevation`. `x_steps` are the quantiles of x at `STEPS`, None beyond the profile.
     """
 
     x: Spread
@@ -51,6 +54,7 @@ class RunoutBounds:
     p_not_released: float
     n_draws: int
     n_nonpositive: int
+    x_steps: tuple[float | None, ...] = ()
 
 
 def runout_bounds(
@@ -84,6 +88,9 @@ def bounds_of_stops(x: Floats, y: Floats, n_not_released: int, n_draws: int) -> 
         p_not_released=n_not_released / n if n else 0.0,
         n_draws=n_draws,
         n_nonpositive=n_draws - n,
+        x_steps=tuple(float(q) if np.isfinite(q) else None for q in order_statistics(x, STEPS))
+        if n
+        else (),
     )
 
 
@@ -153,10 +160,18 @@ def spread(values: Floats) -> Spread:
     """Summary of stops `[n]`, infinite where the profile was left."""
     if not len(values):
         return Spread(None, None, None, None)
-    # np.quantile mixes neighbours, and inf - inf is nan: take the order statistics themselves
-    ranks = [ceil(q * len(values)) - 1 for q in QUANTILES]
-    quantiles = np.partition(values, ranks)[ranks]
+    quantiles = order_statistics(values, QUANTILES)
     known = np.isfinite(quantiles)
     mean = float(values[np.isfinite(values)].mean()) if known.all() else None
     q05, q50, q95 = (float(q) if ok else None for q, ok in zip(quantiles, known, strict=True))
     return Spread(mean, q05, q50, q95)
+
+
+def order_statistics(values: Floats, probabilities: Sequence[float]) -> Floats:
+    """Quantiles of stops `[n]` that are stops themselves.
+
+    np.quantile mixes neighbours, and inf - inf is nan.
+    """
+    ranks = [ceil(q * len(values)) - 1 for q in probabilities]
+    found: Floats = np.partition(values, ranks)[ranks]
+    return found

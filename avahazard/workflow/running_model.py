@@ -49,7 +49,7 @@ def run_model(
     source = "given"
     if mu is None:
         assert volume_m3 is not None
-        mu = float(np.median(_friction(stored, posterior, u, path_id, volume_m3)))
+        mu = float(median_friction(stored, posterior, u, np.array([volume_m3]))[0])
         source = "posterior median"
     site = posterior.study.sites[0]
     resistance = resistance_of(
@@ -81,13 +81,19 @@ def _one_event(
     return posterior_for(stored, one, prior)[1]
 
 
-def _friction(
-    stored: StoredFit, posterior: Posterior, u: Floats, path_id: str, volume_m3: float
-) -> Floats:
-    """Median friction at that volume in each posterior draw, `[n_draws]`."""
-    volume = np.array([[volume_m3]])
-    median = np.array([posterior.location_and_scatter(draw, volume)[0][0, 0] for draw in u])
+def median_friction(stored: StoredFit, posterior: Posterior, u: Floats, volume: Floats) -> Floats:
+    """Posterior median `[n_events]` of the median friction of the events of `posterior`.
+
+    `volume` (m3) `[n_events]` is exact; `u` are draws of the coordinates `[n_draws, n_slots]`.
+    """
+    median = np.array(
+        [posterior.location_and_scatter(draw, volume[:, None])[0][:, 0] for draw in u]
+    )
     if stored.specification.distribution == "lognormal":
         median = np.exp(median)
-    offset = stored.offsets.get(path_id)
-    return median if offset is None else median * np.exp(offset)
+    columns = posterior.study.columns
+    for k, path_id in enumerate(columns.paths):
+        if path_id in stored.offsets:
+            mine = columns.path_index == k
+            median[:, mine] *= np.exp(stored.offsets[path_id])[:, None]
+    return np.asarray(np.median(median, axis=0))

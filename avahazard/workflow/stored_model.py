@@ -139,6 +139,14 @@ def load_stored(
     return fit, records
 
 
+def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
+    """Draws `[n_draws]` of the parameters that people read, in the order of the document."""
+    with reading(database) as session:
+        calibration = latest_calibration(session, name)
+        draws = load_draws(session, calibration.id)
+    return {key: draws[key].ravel() for key in calibration.result["parameters"] if key in draws}
+
+
 def _require_own(
     model: StoredModel, specification: Specification, own: Sequence[Definition]
 ) -> None:

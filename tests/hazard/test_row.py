@@ -14,6 +14,7 @@ BOUNDS = RunoutBounds(
     p_not_released=0.0,
     n_draws=1000,
     n_nonpositive=3,
+    x_steps=(1800.0, 1900.0, None),
 )
 VOLUMES = np.linspace(8.0, 11.0, 18)
 RECORD = VolumeRecord(
@@ -32,6 +33,7 @@ def test_row_of_a_return_period() -> None:
         "volume_m3": 5e4,
         "runout_x_m": {"mean": None, "q05": 1800.0, "q50": 1900.0, "q95": None},
         "runout_elevation_m": {"mean": None, "q05": None, "q50": 700.0, "q95": 760.0},
+        "runout_x_steps_m": [1800.0, 1900.0, None],
         "interval": "friction",
         "p_left_profile": 0.1,
         "p_not_released": 0.0,

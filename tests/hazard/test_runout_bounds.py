@@ -78,6 +78,16 @@ def test_the_mean_is_over_the_stops_while_few_leave(curve: RunoutCurve) -> None:
     assert found.x.mean == pytest.approx(x[np.isfinite(x)].mean())
 
 
+def test_the_steps_are_quantiles_and_none_beyond_the_profile(curve: RunoutCurve) -> None:
+    friction, scatter = np.array([0.25]), np.array([0.2])
+    x, _, _ = draw_runouts(curve, friction, scatter, "lognormal", 4000, np.random.default_rng(4))
+    found = runout_bounds(curve, friction, scatter, "lognormal", 4000, np.random.default_rng(4))
+    expected = np.sort(x)[199::200][:19]
+    assert found.x_steps == tuple(q if np.isfinite(q) else None for q in expected)
+    assert found.x_steps[0] == found.x.q05
+    assert found.x_steps[-1] is None
+
+
 def test_everything_leaves(curve: RunoutCurve) -> None:
     found = bounds(curve, 0.12, 0.01, "lognormal")
     assert found.p_left_profile == 1

@@ -1,0 +1,60 @@
+"""`avahazard report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.comparison_table import EffectFiles
+from avahazard.cli.output import emit, warn
+from avahazard.cli.progress import show_progress
+from avahazard.cli.settings import settings
+
+
+def report(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="A stored model.", show_default=False)],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Where to write it: .html. One that is there is replaced.",
+            show_default=False,
+        ),
+    ],
+    effect_file: EffectFiles = None,
+) -> None:
+    """Write a report of a model as one HTML file that needs no network.
+
+    \b
+    Examples:
+      avahazard report first -o first.html
+      avahazard --json report first -o first.html
+    """
+    from avahazard.workflow.reporting import write_report  # noqa: PLC0415
+
+    with show_progress() as progress:
+        document = write_report(
+            settings(context).database,
+            name,
+            output,
+            effect_files=effect_file or (),
+            report=progress,
+        )
+
+    def render(console: Console) -> None:
+        size = document["bytes"] / 1e6
+        console.print(
+            f"{document['file']}: {document['n_paths']} paths, {document['n_events']} events, "
+            f"{size:.1f} MB. Open it in a browser.",
+            soft_wrap=True,
+        )
+
+    emit(context, document, render)
+    for words in document["lacking"]:
+        warn(words)

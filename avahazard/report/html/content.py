@@ -1,0 +1,136 @@
+"""What a report is made of, gathered by the use case; lengths in m, volumes in m3."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.records.path import Path, Profile
+
+Floats = NDArray[np.float64]
+Document = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class EventView:
+    """One record beside what the model says of it.
+
+    `coordinate` is what was recorded: `elevation`, `x` or `length`; `observed_m` is None where
+    the event left its profile. `stop_x_m` is its place on the path, None off the profile.
+    `predicted` holds the 5, 50 and 95 % quantiles in the same coordinate, None where the model
+    predicts nothing for this event; `p_left` is the predicted chance to leave. `mu` is apparent
+    friction, None where no friction stops the block there, as `mu_status` says.
+    """
+
+    event_id: str
+    path_id: str | None
+    date: str | None
+    year: int | None
+    volume_m3: float | None
+    left_profile: bool
+    coordinate: str
+    observed_m: float | None
+    sigma_m: float
+    stop_x_m: float | None
+    mu: float | None
+    mu_status: str
+    predicted: tuple[float, float, float] | None = None
+    p_left: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionView:
+    """Friction against `volume` `[n_volumes]`.
+
+    `law` `[3, n_volumes]`: 5, 50 and 95 % of the median friction over the posterior; `scatter`
+    `[4, n_volumes]`: 5, 25, 75 and 95 % of the friction of avalanches, None where the model's
+    scatter is not one of friction.
+    """
+
+    volume: Floats
+    law: Floats
+    scatter: Floats | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanView:
+    """A path on the map: `east`, `north` `[n]` at places `x`; degrees where `crs` is None.
+
+    `shade` is a picture (PNG) of the ground with its corners `west, east, south, north`.
+    """
+
+    x: Floats
+    east: Floats
+    north: Floats
+    crs: str | None
+    shade: bytes | None = None
+    corners: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpeedLine:
+    """Speed (m/s) of the block at places `x` `[n]`, for one row of bounds."""
+
+    row: Document
+    x: Floats
+    speed: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathView:
+    """One path: what is known of it, its profile if any, and the results on it.
+
+    `rows` are those of `hazard`, `alpha_beta` and `zones` those of the commands of that name.
+    """
+
+    path: Path
+    profile: Profile | None
+    smooth: SmoothProfile | None
+    release_x: float | None
+    events: tuple[EventView, ...]
+    rows: Sequence[Document]
+    notes: Sequence[str] = ()
+    speeds: Sequence[SpeedLine] = ()
+    alpha_beta: Sequence[Document] = ()
+    zones: Document | None = None
+    plan: PlanView | None = None
+
+    @property
+    def name(self) -> str:
+        """How people call it."""
+        return self.path.name or self.path.path_id
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReportContent:
+    """All of a report.
+
+    `model` is the document of the calibration; `draws` are posterior draws `[n_draws]` of its
+    parameters. `comparison` and `diagnosis` are None where they were never made. `lacking` says
+    by key what is missing from the report and how to get it.
+    """
+
+    model: Document
+    created: str
+    draws: Mapping[str, Floats]
+    paths: tuple[PathView, ...]
+    events: tuple[EventView, ...]
+    n_speeds: int
+    covariates: Mapping[str, int]
+    friction: FrictionView | None
+    densities: Sequence[Document]
+    ladder: Sequence[Document]
+    comparison: Document | None
+    diagnosis: Document | None
+    rows: Sequence[Document]
+    records_changed: bool
+    calibrated_paths: Sequence[str]
+    effect_sha256: str | None
+    physics: Mapping[str, str]
+    versions: Mapping[str, str]
+    lacking: Mapping[str, str]

@@ -1,0 +1,75 @@
+"""Densities of apparent friction by Holy's method (the paper's figure 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from avahazard.report.html.content import Document
+from avahazard.report.html.figure import Figure, Trace, label
+from avahazard.report.html.style import BLACK, COLORS, axis, layout
+
+DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+
+
+def density_figure(densities: Sequence[Document], names: dict[str, str]) -> Figure | None:
+    """The density of all events thick, that of each path thin; None where there is none."""
+    if not densities:
+        return None
+    many = len(densities) > len(COLORS)
+    span = np.asarray(densities[0]["mu"])
+    data: list[Trace] = []
+    for k, density in enumerate(densities):
+        whole = density["path_id"] == "all"
+        mu, pdf = np.asarray(density["mu"]), np.asarray(density["pdf"])
+        beyond = np.asarray(density["extrapolated"], dtype=bool)
+        name = "all events" if whole else names.get(density["path_id"], density["path_id"])
+        place = k if whole else list(names).index(density["path_id"])
+        color = BLACK if whole else COLORS[place % (len(COLORS) - 1)]
+        common: Trace = {
+            "type": "scatter",
+            "mode": "lines",
+            "legendgroup": density["path_id"],
+            "visible": True if whole or not many else "legendonly",
+            "hovertemplate": "μ = %{x:.3f}<extra>%{fullData.name}</extra>",
+            "name": label(f"{name} ({density['n']})"),
+        }
+        line = {"color": color, "width": 3 if whole else 1.6}
+        data.append(
+            {
+                **common,
+                "x": mu[~beyond],
+                "y": pdf[~beyond],
+                "line": {**line, "dash": "solid" if whole else DASHES[place % len(DASHES)]},
+            }
+        )
+        data.append(
+            {
+                **common,
+                "x": mu[beyond],
+                "y": np.where(_gap(beyond)[beyond], np.nan, pdf[beyond]),
+                "line": {**line, "width": 0.8, "dash": "dot"},
+                "showlegend": False,
+                "hoverinfo": "skip",
+            }
+        )
+    return Figure(
+        "density",
+        "How apparent friction is spread",
+        f"Probability density of apparent friction of all events and of {len(densities) - 1} "
+        "paths.",
+        "The area under each curve is 1; the number of events is in brackets. Dotted parts lie "
+        "beyond the records: they are an assumption of the method (Holy 1997)."
+        + (" Tap a name in the legend to show its path." if many else ""),
+        data,
+        layout(
+            axis("apparent friction μ", range=[max(0.0, span[0]), span[-1]]),
+            axis("probability density", rangemode="tozero"),
+        ),
+    )
+
+
+def _gap(beyond: np.ndarray) -> np.ndarray:
+    """The first place after a break, so that the tails on both sides are not joined."""
+    return np.concatenate([[False], beyond[1:] & ~beyond[:-1]])

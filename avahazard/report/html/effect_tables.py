@@ -1,0 +1,38 @@
+"""Tables of the diagnosis: candidate effects, and what to measure next."""
+
+from __future__ import annotations
+
+from avahazard.report.html.content import Document
+from avahazard.report.html.table import Table, error_text
+from avahazard.report.html.words import chance
+
+MOST_CANDIDATES = 16
+
+
+def candidates_table(diagnosis: Document) -> Table:
+    """Candidate effects, best first."""
+    rows = [
+        [
+            c["effect"],
+            f"{c['gain']:.1f}".replace("-", "−"),
+            chance(c["p_value"]),
+            error_text(c["error_before_m"]),
+            error_text(c["error_after_m"]),
+            ", ".join(c["confounded_with"]) or "–",
+            c["physics"],
+        ]
+        for c in diagnosis["candidates"][:MOST_CANDIDATES]
+    ]
+    columns = ("effect", ">gain, nats", ">p", ">error before", ">after", "looks like", "meaning")
+    return Table("candidates", "Candidate effects", columns, rows)
+
+
+def measure_table(diagnosis: Document) -> Table | None:
+    """What to measure next; None where nothing is proposed."""
+    rows = [
+        [step["measurement"], f"{step['expected_gain']:.1f} nats"]
+        for step in diagnosis["measure_next"]
+    ]
+    if not rows:
+        return None
+    return Table("measure", "What to measure next", ("measurement", ">expected gain"), rows)

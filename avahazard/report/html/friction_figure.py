@@ -1,0 +1,101 @@
+"""Friction against volume: the calibrated law, its bands and the events (the paper's 5 and 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from avahazard.report.html.content import EventView, Floats, FrictionView
+from avahazard.report.html.figure import Figure, Trace, label
+from avahazard.report.html.style import BLUE, axis, by_path, layout
+from avahazard.report.html.words import event_words
+
+
+def friction_figure(
+    view: FrictionView, events: Sequence[EventView], names: dict[str, str]
+) -> Figure:
+    """Median friction with the bands of the avalanches and of the law, and apparent frictions."""
+    x = view.volume.tolist()
+    data: list[Trace] = []
+    if view.scatter is not None:
+        q05, q25, q75, q95 = view.scatter
+        data += _band(view.volume, q05, q95, "rgba(86,180,233,0.22)", "90 % of avalanches")
+        data += _band(view.volume, q25, q75, "rgba(86,180,233,0.40)", "50 % of avalanches")
+    low, middle, high = view.law
+    data += [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": "median, and 90 % of what it may be",
+            "legendgroup": "law",
+            "x": x,
+            "y": middle.tolist(),
+            "line": {"color": BLUE, "width": 2.5},
+            "hovertemplate": "V = %{x:,.0f} m³: median friction %{y:.3f}<extra></extra>",
+        },
+        *(
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "legendgroup": "law",
+                "showlegend": False,
+                "x": x,
+                "y": edge.tolist(),
+                "line": {"color": BLUE, "width": 1.2, "dash": "dash"},
+                "hoverinfo": "skip",
+            }
+            for edge in (low, high)
+        ),
+    ]
+    shown = [e for e in events if e.mu is not None and e.volume_m3]
+    for name, color, symbol, mine in by_path(shown, names):
+        data.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": label(name),
+                "x": [e.volume_m3 for e in mine],
+                "y": [e.mu for e in mine],
+                "text": [label(event_words(e, names)) for e in mine],
+                "hovertemplate": "%{text}<br>apparent friction %{y:.3f}<extra></extra>",
+                "marker": {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8},
+            }
+        )
+    lacking = len(events) - len(shown)
+    return Figure(
+        "friction",
+        "Friction against volume",
+        f"Apparent friction of {len(shown)} events against their volume, with the calibrated "
+        "median and the bands that hold 50 and 90 % of avalanches.",
+        "Apparent friction is the one whose block stops where the record says. Large avalanches "
+        "run farther where the curve falls. The model itself was fitted to the records, not to "
+        "these points."
+        + (
+            f" {lacking} events have no volume, or no friction stops the block at their record, "
+            "and are not shown."
+            if lacking
+            else ""
+        ),
+        data,
+        layout(
+            axis("volume (m³)", type="log", exponentformat="power", dtick=1),
+            axis("friction μ"),
+            height=470,
+        ),
+    )
+
+
+def _band(x: Floats, low: Floats, high: Floats, color: str, name: str) -> list[Trace]:
+    """A filled band as one closed line."""
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "fill": "toself",
+            "fillcolor": color,
+            "line": {"width": 0},
+            "x": [*x.tolist(), *x[::-1].tolist()],
+            "y": [*high.tolist(), *low[::-1].tolist()],
+            "name": name,
+            "hoverinfo": "skip",
+        }
+    ]

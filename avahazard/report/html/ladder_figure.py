@@ -1,0 +1,73 @@
+"""The held-out error from model to model, down to the floor."""
+
+from __future__ import annotations
+
+from avahazard.report.html.content import ReportContent
+from avahazard.report.html.figure import Figure, Trace, label
+from avahazard.report.html.style import BLUE, VERMILION, axis, layout
+from avahazard.report.html.words import count
+
+
+def ladder_figure(content: ReportContent) -> Figure | None:
+    """A bar for every compared model, this one blue; None where none was compared."""
+    rows = [row for row in content.ladder if row["held_out_crps_m"] is not None]
+    if not rows:
+        return None
+    name = content.model["model"]
+    floors = [row["noise_floor_crps_m"] for row in rows if row["noise_floor_crps_m"] is not None]
+    data: list[Trace] = [
+        {
+            "type": "bar",
+            "orientation": "h",
+            "x": [row["held_out_crps_m"] for row in rows],
+            "y": [label(row["model"]) for row in rows],
+            "text": [f"{row['held_out_crps_m']:.0f} m" for row in rows],
+            "textposition": "auto",
+            "marker": {"color": [BLUE if row["model"] == name else "#B8B8B8" for row in rows]},
+            "hovertemplate": "%{y}: %{x:.1f} m<extra></extra>",
+            "showlegend": False,
+        }
+    ]
+    places = layout(
+        axis("held-out error, CRPS (m)", rangemode="tozero"),
+        axis("", type="category", autorange="reversed"),
+        height=120 + 34 * len(rows),
+        bargap=0.35,
+    )
+    if floors:
+        places["shapes"] = [
+            {
+                "type": "line",
+                "yref": "paper",
+                "y0": 0,
+                "y1": 1,
+                "x0": min(floors),
+                "x1": min(floors),
+                "line": {"color": VERMILION, "width": 2, "dash": "dash"},
+            }
+        ]
+        places["annotations"] = [
+            {
+                "x": min(floors),
+                "y": 1,
+                "yref": "paper",
+                "yanchor": "bottom",
+                "xanchor": "left",
+                "showarrow": False,
+                "text": f"the records’ own errors: {min(floors):.0f} m",
+                "font": {"color": VERMILION, "size": 12},
+            }
+        ]
+        places["margin"]["t"] = 28
+    lost = len(content.ladder) - len(rows)
+    return Figure(
+        "ladder",
+        "Error of each model on what it had not seen",
+        f"Bars of the held-out error of {len(rows)} models, with the floor that the errors of "
+        "the records leave.",
+        "The CRPS is the mean distance between prediction and record, in metres, of records that "
+        "were kept back from the calibration. No model can fall below the dashed line."
+        + (f" Left out: {count(lost, 'model')} never compared." if lost else ""),
+        data,
+        places,
+    )

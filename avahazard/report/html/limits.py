@@ -1,0 +1,51 @@
+"""What is assumed, and where that ends: true of every model of this kind."""
+
+from __future__ import annotations
+
+from avahazard.report.html.content import ReportContent
+
+
+def assumptions(content: ReportContent) -> list[str]:
+    """Assumptions of the model, its data and its bounds, a sentence or two each."""
+    model = content.model
+    words = [
+        "The avalanche is one block on one line. It does not spread, branch or pile up, and a "
+        "runout is a point on that line, not an outline on the map.",
+        "The path is the smoothed profile. What dams, new forest or other works change is not in "
+        "it.",
+        "Recorded volumes and runouts are taken with the errors that the records state. An "
+        "avalanche that nobody recorded is not in the model, unless a limit of sight was given.",
+    ]
+    if content.rows:
+        words += [
+            "A runout for a return period takes the volume of that return period, then lets "
+            "friction vary. The interval says what varies: "
+            + "; ".join(dict.fromkeys(row["interval"] for row in content.rows))
+            + ".",
+        ]
+    exceeded = next((row["exceeded"] for row in content.rows if row.get("exceeded")), None)
+    if exceeded is not None:
+        words.append(
+            "The runout exceeded once in the return period mixes avalanches of all volumes, as "
+            f"often as they come. Its interval: {exceeded['interval']}."
+        )
+    if any(row["return_period_years"] is not None for row in content.rows):
+        words.append(
+            "The climate, the forest and the way of recording are taken to be the same in the "
+            "future as in the observed years."
+        )
+    if model["method"] == "metropolis":
+        words.append(
+            "This model's scatter is in metres of elevation and holds all errors at once: natural "
+            "scatter, errors of the records and of the model."
+        )
+    if any(view.alpha_beta for view in content.paths):
+        words.append(
+            "The α-β runouts are regressions of other regions' extreme avalanches on the shape of "
+            "the ground. They know nothing of the records here."
+        )
+    words.append(
+        "A report is no permit: a line on a map is for those who know the place, its history and "
+        "its use."
+    )
+    return words

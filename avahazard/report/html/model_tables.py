@@ -1,0 +1,141 @@
+"""Tables of the model: its parameters, scores and failures, and how it was made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from avahazard.report.html.content import Document, ReportContent
+from avahazard.report.html.summary import SIGNIFICANT, failing
+from avahazard.report.html.table import Table, error_text
+from avahazard.report.html.words import axis_words, chance, integer, number, share, unit_words
+
+LEAST_ROWS, MOST_ROWS = 8, 24
+"""Rows of failures: all that are beyond chance, within these limits."""
+
+
+def ladder_table(content: ReportContent) -> Table:
+    """Every model and its error, oldest first."""
+    rows = [
+        [
+            row["model"],
+            row["parent"] or "–",
+            ", ".join(row["added"]) or "–",
+            *(error_text(row[key]) for key in ("rmse_m", "crps_m", "held_out_crps_m")),
+            "–" if row["elpd_loo"] is None else f"{row['elpd_loo']:.0f}".replace("-", "−"),
+            "–" if row["coverage_90"] is None else share(row["coverage_90"]),
+            "–" if row["speed_rmse_m_s"] is None else f"{row['speed_rmse_m_s']:.1f} m/s",
+        ]
+        for row in content.ladder
+    ]
+    columns = (
+        "model", "from", "added", ">RMSE", ">CRPS", ">held-out CRPS", ">elpd", ">in 90 %",
+        ">speed RMSE",
+    )  # fmt: skip
+    return Table("models", "Every model and its error, oldest first", columns, rows)
+
+
+def scores_table(comparison: Document) -> Table:
+    """Scores on what the model was calibrated on, and on what was kept back."""
+    held = comparison["held_out"]
+    apart = "paths kept back" if held["by"] == "path" else "fifths of the events kept back"
+    rows = []
+    for name, scores in (("all records", comparison["scores"]), (apart, held)):
+        for what, unit, found in (("runout", "m", scores["runout"]),
+                                  ("speed", "m_s", scores["speed"])):  # fmt: skip
+            if found is not None:
+                ending = unit.replace("_", "/")
+                rows.append(
+                    [
+                        name,
+                        what,
+                        str(found["n"]),
+                        *(
+                            f"{found[f'{key}_{unit}']:.1f} {ending}".replace("-", "−")
+                            for key in ("rmse", "bias", "crps")
+                        ),
+                        share(found["coverage_50"]),
+                        share(found["coverage_90"]),
+                    ]
+                )
+    columns = ("", "of", ">n", ">RMSE", ">bias", ">CRPS", ">in 50 %", ">in 90 %")
+    return Table("scores", "Scores against the records", columns, rows)
+
+
+def failures_table(comparison: Document, names: Mapping[str, str]) -> Table:
+    """Where the model fails, the least likely by chance first."""
+    n_failing = len(failing(comparison))
+    rows = [
+        [
+            axis_words(row["axis"]),
+            names.get(row["level"], str(row["level"])),
+            str(row["n"]),
+            f"{row['bias_m']:+.0f} m".replace("-", "−"),
+            chance(row["p_value"]),
+            "beyond chance" if row["p_value"] < SIGNIFICANT else "may be chance",
+        ]
+        for row in comparison["where_it_fails"][: min(max(n_failing, LEAST_ROWS), MOST_ROWS)]
+    ]
+    columns = ("by", "level", ">events", ">predicted less recorded", ">p", "")
+    return Table("failures", "Where it fails", columns, rows)
+
+
+def parameters_table(model: Document) -> Table:
+    """The posterior of the parameters in numbers."""
+    rows = [
+        [
+            name,
+            *(_as_sure_as(p["sd"], p[key]) for key in ("mean", "sd", "q05", "q95", "mode")),
+            unit_words(p["unit"]) or "–",
+        ]
+        for name, p in model["parameters"].items()
+        if not name.startswith("path:")
+    ]
+    columns = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
+    return Table("parameters", "Parameters", columns, rows)
+
+
+def made_table(content: ReportContent) -> Table:
+    """Seeds, versions and fingerprint: what somebody needs to make all this again."""
+    model: Mapping[str, Any] = content.model
+    checks = model["diagnostics"]
+    rhat = checks["rhat_max"]
+    rows = [
+        ["calibrated (UTC)", content.created],
+        [
+            "method",
+            f"{model['method']}, {model['chains']} chains of {integer(model['draws'])} draws",
+        ],
+        ["seed", str(model["seed"])],
+        [
+            "convergence",
+            f"R-hat {'infinite' if rhat is None else f'{rhat:.3f}'}, effective sample size at "
+            f"least {integer(checks['ess_bulk_min'])}, {share(checks['acceptance'])} accepted",
+        ],
+        ["fingerprint of the records (SHA-256)", model["data_fingerprint"]],
+    ]
+    if content.calibrated_paths:
+        rows.append(["calibrated on the paths", ", ".join(content.calibrated_paths)])
+    if content.effect_sha256:
+        rows.append(["fingerprint of the effect file (SHA-256)", content.effect_sha256])
+    if content.diagnosis is not None:
+        rows.append(
+            [
+                "diagnosis",
+                f"{content.diagnosis['n_worlds']} made worlds, seed {content.diagnosis['seed']}",
+            ]
+        )
+    draws = sorted({row["n_draws"] for row in content.rows})
+    if draws:
+        rows.append(["draws of the bounds", ", ".join(integer(n) for n in draws) + " for each row"])
+    rows += [[f"version of {name}", version] for name, version in content.versions.items()]
+    return Table("made", "How to make it again", ("", ""), rows)
+
+
+def _as_sure_as(sd: float, value: float) -> str:
+    """The value with as many decimals as two digits of its standard deviation have."""
+    decimals = 1 - math.floor(math.log10(sd)) if sd > 0.0 else 0
+    if 0 <= decimals < 6 and abs(value) < 1e6:
+        return f"{value:.{decimals}f}".replace("-", "−")
+    return number(value)

@@ -1,0 +1,129 @@
+"""The page: figures, tables and words put into the template."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from avahazard.report.html import effect_tables, model_tables, path_tables
+from avahazard.report.html.content import PathView, ReportContent
+from avahazard.report.html.density_figure import density_figure
+from avahazard.report.html.effects_figure import effects_figure
+from avahazard.report.html.figure import Figure
+from avahazard.report.html.force_figure import force_figure
+from avahazard.report.html.friction_figure import friction_figure
+from avahazard.report.html.ladder_figure import ladder_figure
+from avahazard.report.html.limits import assumptions
+from avahazard.report.html.map_figure import map_figure
+from avahazard.report.html.path_figure import path_figure
+from avahazard.report.html.posterior_figure import offsets_figure, posterior_figures
+from avahazard.report.html.predicted_figure import predicted_figures
+from avahazard.report.html.record_figure import record_figure
+from avahazard.report.html.summary import (
+    cannot_tell,
+    failing,
+    model_words,
+    sure_words,
+    unknown_words,
+    verdict_words,
+)
+from avahazard.report.html.table import Table
+
+
+@dataclass(frozen=True, slots=True)
+class PathSection:
+    """One path in the page: its number for links, its figures and its remarks."""
+
+    number: int
+    view: PathView
+    figures: tuple[Figure, ...]
+
+
+def render(content: ReportContent) -> str:
+    """The whole report as HTML that needs nothing else: no network, no other file."""
+    folder = files("avahazard.report.html") / "templates"
+    script = _plotly() + "\n" + (folder / "report.js").read_text(encoding="utf-8")
+    environment = Environment(
+        loader=PackageLoader("avahazard.report.html", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    model, comparison, diagnosis = content.model, content.comparison, content.diagnosis
+    names = {view.path.path_id: view.name for view in content.paths if view.events}
+    friction = content.friction
+    figures = {
+        "record": record_figure(content.events, content.paths),
+        "ladder": ladder_figure(content),
+        "friction": None if friction is None else friction_figure(friction, content.events, names),
+        "density": density_figure(content.densities, names),
+        "effects": None if diagnosis is None else effects_figure(diagnosis),
+        "offsets": offsets_figure(model["parameters"], names),
+        "force": force_figure(comparison["measured_force"])
+        if comparison is not None and comparison["measured_force"]
+        else None,
+    }
+    return environment.get_template("report.html.j2").render(
+        content=content,
+        style=Markup((folder / "report.css").read_text(encoding="utf-8")),
+        script=Markup(script),
+        script_hash=_hash(script),
+        model_words=model_words(content),
+        sure_words=sure_words(content),
+        cannot_tell=cannot_tell(content),
+        unknown_words=unknown_words(content),
+        assumptions=assumptions(content),
+        verdict=None if diagnosis is None else verdict_words(diagnosis),
+        fails=comparison is not None and bool(failing(comparison)),
+        figures=figures,
+        posterior=posterior_figures(model["parameters"], content.draws),
+        predicted=predicted_figures(content.events, names),
+        sections=list(_sections(content)),
+        tables=_tables(content, names),
+    )
+
+
+def _sections(content: ReportContent) -> Iterator[PathSection]:
+    for number, view in enumerate(content.paths, start=1):
+        drawn = (path_figure(number, view), map_figure(number, view))
+        yield PathSection(number, view, tuple(f for f in drawn if f is not None))
+
+
+def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, Table | None]:
+    comparison, diagnosis = content.comparison, content.diagnosis
+    return {
+        "lines": path_tables.lines_table(content),
+        "bounds": path_tables.bounds_table(content),
+        "paths": path_tables.paths_table(content.paths) if content.paths else None,
+        "models": model_tables.ladder_table(content),
+        "parameters": model_tables.parameters_table(content.model),
+        "scores": None if comparison is None else model_tables.scores_table(comparison),
+        "failures": None if comparison is None else model_tables.failures_table(comparison, names),
+        "candidates": None if diagnosis is None else effect_tables.candidates_table(diagnosis),
+        "measure": None if diagnosis is None else effect_tables.measure_table(diagnosis),
+        "alpha_beta": path_tables.alpha_beta_table(content.paths),
+        "zones": path_tables.zones_table(content.paths),
+        "made": model_tables.made_table(content),
+    }
+
+
+def _plotly() -> str:
+    """Plotly's own script; it holds nothing that would end the element that it stands in."""
+    from plotly.offline import get_plotlyjs  # noqa: PLC0415 (slow)
+
+    script = str(get_plotlyjs())
+    assert "</script" not in script.lower()
+    return script
+
+
+def _hash(script: str) -> str:
+    """What the page's content security policy lets run: this script, and no other."""
+    digest = hashlib.sha256(script.encode("utf-8")).digest()
+    return f"sha256-{base64.b64encode(digest).decode('ascii')}"

@@ -1,0 +1,161 @@
+"""Tables of the paths and of the results on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from avahazard.report.html.content import Document, PathView, ReportContent
+from avahazard.report.html.table import Table
+from avahazard.report.html.words import BEYOND, case, interval, metres, share, volume
+
+
+def lines_table(content: ReportContent) -> Table:
+    """What line for which path: the answer of the report."""
+    exceeded = any(row.get("exceeded") for row in content.rows)
+    columns = ["path", "for", ">volume", ">runout x", ">x, 5 to 95 %", ">elevation",
+               ">elevation, 95 to 5 %"]  # fmt: skip
+    if exceeded:
+        columns.append(">exceeded once, x")
+    names = {view.path.path_id: view.name for view in content.paths}
+    return Table(
+        "lines",
+        "Runout by path",
+        [*columns, "mind"],
+        [_line(row, names, exceeded) for row in content.rows],
+    )
+
+
+def _line(row: Document, names: Mapping[str, str], exceeded: bool) -> list[str]:
+    x, z = row["runout_x_m"], row["runout_elevation_m"]
+    held = row["p_not_released"] > 0.5
+    name = names.get(row["path_id"], row["path_id"])
+    cells = [name, case(row), volume(row["volume_m3"])]
+    if held:
+        cells += ["not released", "–", "–", "–"]
+    else:
+        cells += [
+            metres(x["mean"]),
+            interval(x),
+            metres(z["mean"]),
+            interval({"q05": z["q95"], "q95": z["q05"]}),
+        ]
+    if exceeded:
+        found = row.get("exceeded")
+        cells.append("–" if not found else _exceeded(found["runout_x_m"]))
+    return [*cells, _mind(row)]
+
+
+def _exceeded(spread: Document) -> str:
+    return f"{metres(spread['q50'])} ({interval(spread)})" if spread["q50"] is not None else BEYOND
+
+
+def _mind(row: Document) -> str:
+    remarks = []
+    if row.get("extrapolated"):
+        remarks.append("extrapolated")
+    if row.get("pooled"):
+        remarks.append("volumes pooled")
+    if row["p_left_profile"] > 0.0:
+        remarks.append(f"{share(row['p_left_profile'])} leave the profile")
+    return "; ".join(remarks)
+
+
+def bounds_table(content: ReportContent) -> Table:
+    """Every number of the bounds, and where the volume comes from."""
+    names = {view.path.path_id: view.name for view in content.paths}
+    apart = any(row.get("natural") for row in content.rows)
+    columns = [
+        "path", "for", ">volume", ">volume, 5 to 95 %", "years", ">a year",
+        ">x median", ">x 5 %", ">x 95 %", ">z median", ">z 5 %", ">z 95 %", ">left",
+    ]  # fmt: skip
+    if apart:
+        columns += [">x by nature alone", ">x by parameters alone"]
+    rows: list[list[str]] = []
+    for row in content.rows:
+        x, z = row["runout_x_m"], row["runout_elevation_m"]
+        spread = row.get("volume_interval_m3")
+        cells: list[str] = [
+            names.get(row["path_id"], row["path_id"]),
+            case(row),
+            volume(row["volume_m3"]),
+            "–" if spread is None else f"{_plain(spread['q05'])} to {volume(spread['q95'])}",
+            f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
+            f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
+            *(metres(value[key]) for value in (x, z) for key in ("q50", "q05", "q95")),
+            share(row["p_left_profile"]),
+        ]
+        if apart:
+            cells += [
+                interval(row[key]["runout_x_m"]) if row.get(key) else "–"
+                for key in ("natural", "parameters")
+            ]
+        rows.append(cells)
+    return Table("bounds", "All bounds", columns, rows)
+
+
+def _plain(value: float) -> str:
+    return volume(value).removesuffix(" m³")
+
+
+def paths_table(paths: Sequence[PathView]) -> Table:
+    """What is known of the paths."""
+    rows = []
+    for view in paths:
+        profile, volumes = view.profile, [e.volume_m3 for e in view.events if e.volume_m3]
+        years = [e.year for e in view.events if e.year is not None]
+        first, last = view.path.observed_from, view.path.observed_to
+        rows.append(
+            [
+                view.name,
+                str(view.path.section or "–"),
+                "–" if profile is None else metres(float(profile.y_m[0])),
+                "–" if profile is None else metres(float(profile.y_m[0] - profile.y_m.min())),
+                "–" if profile is None else metres(float(profile.x_m[-1] - profile.x_m[0])),
+                str(len(view.events)),
+                str(sum(e.left_profile for e in view.events)),
+                f"{min(years)}–{max(years)}" if years else "–",
+                f"{first or '?'}–{last or '?'}" if first or last else "–",
+                f"{_plain(min(volumes))} to {volume(max(volumes))}" if volumes else "–",
+            ]
+        )
+    columns = (
+        "path", "section", ">top", ">drop", ">length", ">events", ">left", "events of", "observed",
+        ">volumes",
+    )  # fmt: skip
+    return Table("paths", "The paths", columns, rows)
+
+
+def alpha_beta_table(views: Sequence[PathView]) -> Table | None:
+    """The α-β runouts beside the model; None where there is none."""
+    rows = [
+        [
+            view.name,
+            row["coefficients"],
+            f"{row['beta_deg']:.1f}°" if row["beta_deg"] is not None else "no β-point",
+            "–" if row["alpha_deg"] is None else f"{row['alpha_deg']:.1f}°",
+            *(
+                "–" if row["beta_deg"] is None else metres(row[key])
+                for key in ("runout_x_m", "runout_x_low_m", "runout_x_high_m")
+            ),
+        ]
+        for view in views
+        for row in view.alpha_beta
+    ]
+    if not rows:
+        return None
+    columns = ("path", "coefficients", ">β", ">α", ">runout x", ">one sd shorter", ">one sd longer")
+    return Table("alpha-beta", "α-β runouts: from the shape of the ground alone", columns, rows)
+
+
+def zones_table(views: Sequence[PathView]) -> Table | None:
+    """The zones of each path; None where none were drawn."""
+    rows = [
+        [view.name, str(view.zones["limits"]), str(zone["zone"]),
+         metres(zone["from_x_m"]), metres(zone["to_x_m"])]
+        for view in views
+        if view.zones
+        for zone in view.zones["zones"]
+    ]  # fmt: skip
+    if not rows:
+        return None
+    return Table("zones", "Zones", ("path", "limits", "zone", ">from x", ">to x"), rows)

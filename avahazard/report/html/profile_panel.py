@@ -1,0 +1,266 @@
+"""The profile of a path with its recorded stops and predicted runouts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.report.html.content import Floats, PathView
+from avahazard.report.html.figure import Trace, label
+from avahazard.report.html.style import BLACK, GROUND, INK, ROW_COLORS
+from avahazard.report.html.words import case, event_words, interval, metres
+
+PLACES = 160
+STEP = 0.055
+"""Distance of the bars from the ground and from each other, as a share of the drop."""
+HUMP = 0.05
+"""Height of the distribution where it is densest, as a share of the drop."""
+FOOT, TOP = 0.13, 0.08
+"""Room under and over the ground, as shares of the drop."""
+BAR_PLACES = 24
+MOST_ROWS = len(ROW_COLORS)
+
+
+def profile_range(smooth: SmoothProfile) -> list[float]:
+    """Lowest and highest elevation of the panel."""
+    y = smooth.height(_places(smooth))
+    drop = float(np.ptp(y))
+    return [float(y.min()) - FOOT * drop, float(y.max()) + TOP * drop]
+
+
+def profile_traces(view: PathView) -> list[Trace]:
+    """Ground, release, recorded stops, and for every row its runout above the ground."""
+    smooth, release = view.smooth, view.release_x
+    assert smooth is not None
+    assert release is not None
+    x = _places(smooth)
+    y = smooth.height(x)
+    drop = float(np.ptp(y))
+    foot = float(y.min()) - FOOT * drop
+    traces: list[Trace] = [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": "ground",
+            "showlegend": False,
+            "x": [*x.tolist(), float(x[-1]), float(x[0])],
+            "y": [*y.tolist(), foot, foot],
+            "fill": "toself",
+            "fillcolor": GROUND,
+            "line": {"width": 0},
+            "hoverinfo": "skip",
+        },
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": "profile, smoothed",
+            "showlegend": False,
+            "x": x,
+            "y": y,
+            "line": {"color": INK, "width": 1.4},
+            "hovertemplate": "x %{x:.0f} m, %{y:.0f} m<extra></extra>",
+        },
+    ]
+    if view.zones:
+        traces += _zones(view.zones, foot, drop)
+    for level, row in enumerate(view.rows[:MOST_ROWS], start=1):
+        traces += _runout(smooth, row, ROW_COLORS[level - 1], level * STEP * drop)
+    traces += _alpha_beta(view, smooth, 0.5 * STEP * drop)
+    traces.append(
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "name": "release",
+            "x": [release],
+            "y": [float(smooth.height(release))],
+            "marker": {"symbol": "triangle-down", "size": 11, "color": BLACK},
+            "hovertemplate": "release: x %{x:.0f} m, %{y:.0f} m<extra></extra>",
+        }
+    )
+    stops = [e for e in view.events if e.stop_x_m is not None]
+    if stops:
+        places = np.array([e.stop_x_m for e in stops], dtype=np.float64)
+        names = {view.path.path_id: view.name}
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": "recorded stops",
+                "x": places,
+                "y": smooth.height(np.clip(places, smooth.x_min, smooth.x_max)),
+                "text": [label(event_words(e, names)) for e in stops],
+                "hovertemplate": "%{text}<br>stopped at x %{x:.0f} m, %{y:.0f} m<extra></extra>",
+                "marker": {
+                    "symbol": "line-ns-open",
+                    "size": 13,
+                    "color": INK,
+                    "line": {"width": 1.3, "color": INK},
+                },
+            }
+        )
+    return traces
+
+
+def _runout(smooth: SmoothProfile, row: Mapping[str, Any], color: str, above: float) -> list[Trace]:
+    """The runout of a row: its 90 % along the ground, median and mean; the exceeded one."""
+    spread, end = row["runout_x_m"], smooth.x_max
+    if spread["q05"] is None and row["p_not_released"] > 0.5:
+        return []
+    low, high = (end if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
+    words = f"{case(row)}: {interval(spread)}"
+    group = f"row {case(row)}"
+    x = np.linspace(low, high, BAR_PLACES)
+    traces: list[Trace] = [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": case(row),
+            "legendgroup": group,
+            "x": x,
+            "y": smooth.height(x) + above,
+            "line": {"color": color, "width": 4},
+            "opacity": 0.75,
+            "text": [f"{words}, median {metres(spread['q50'])}"] * BAR_PLACES,
+            "hovertemplate": "%{text}<extra></extra>",
+        }
+    ]
+    traces += _spread(smooth, row, color, above, group)
+    for key, symbol, size in (("q50", "line-ns-open", 13), ("mean", "diamond", 8)):
+        if spread[key] is not None:
+            place = float(spread[key])
+            name = "median" if key == "q50" else "mean"
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "markers",
+                    "legendgroup": group,
+                    "showlegend": False,
+                    "x": [place],
+                    "y": [float(smooth.height(place)) + above],
+                    "marker": {"symbol": symbol, "size": size, "color": color,
+                               "line": {"width": 2, "color": color}},
+                    "hovertemplate": f"{case(row)}, {name}: x %{{x:.0f}} m<extra></extra>",
+                }
+            )  # fmt: skip
+    if row.get("exceeded"):
+        traces += _exceeded(smooth, row, above, group)
+    return traces
+
+
+def _spread(
+    smooth: SmoothProfile, row: Mapping[str, Any], color: str, above: float, group: str
+) -> list[Trace]:
+    """The distribution of the runout upon its bar: equal areas hold equal shares."""
+    steps = [float(x) for x in row.get("runout_x_steps_m", ()) if x is not None]
+    x, width = np.array(steps), np.diff(steps)
+    if len(x) < 3 or np.any(width <= 0.0):
+        return []
+    middle = 0.5 * (x[1:] + x[:-1])
+    density = np.interp(x, middle, 1.0 / width)
+    upper = density / density.max() * HUMP * float(np.ptp(smooth.height(_places(smooth))))
+    base = smooth.height(x) + above
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "legendgroup": group,
+            "showlegend": False,
+            "x": [*x.tolist(), *x[::-1].tolist()],
+            "y": [*(base + upper).tolist(), *base[::-1].tolist()],
+            "fill": "toself",
+            "fillcolor": color,
+            "opacity": 0.3,
+            "line": {"width": 0, "color": color, "shape": "linear"},
+            "hoverinfo": "skip",
+        }
+    ]
+
+
+def _places(smooth: SmoothProfile) -> Floats:
+    return np.linspace(smooth.x_min, smooth.x_max, PLACES)
+
+
+def _exceeded(
+    smooth: SmoothProfile, row: Mapping[str, Any], above: float, group: str
+) -> list[Trace]:
+    """The runout exceeded once in the return period, with what it may be."""
+    spread = row["exceeded"]["runout_x_m"]
+    if spread["q50"] is None:
+        return []
+    low, high = (smooth.x_max if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
+    x = np.linspace(low, high, BAR_PLACES)
+    middle = float(spread["q50"])
+    common: Trace = {
+        "type": "scatter",
+        "legendgroup": group,
+        "showlegend": False,
+        "hovertemplate": f"exceeded once in {case(row)}: {interval(spread)}<extra></extra>",
+    }
+    return [
+        {
+            **common,
+            "mode": "lines",
+            "x": x,
+            "y": smooth.height(x) + above,
+            "line": {"color": BLACK, "width": 1.5},
+        },
+        {
+            **common,
+            "mode": "markers",
+            "x": [middle],
+            "y": [float(smooth.height(middle)) + above],
+            "marker": {"symbol": "circle-open", "size": 11, "color": BLACK, "line": {"width": 2}},
+        },
+    ]
+
+
+def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Trace]:
+    """The α-β runouts, under the ground."""
+    traces: list[Trace] = []
+    for number, row in enumerate(view.alpha_beta):
+        place = row["runout_x_m"]
+        if place is None:
+            continue
+        low, high = row["runout_x_low_m"], row["runout_x_high_m"]
+        low = place if low is None else low
+        high = smooth.x_max if high is None else high
+        color = ("#6B5400", "#7A3E9D")[number % 2]
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": f"α-β, {row['coefficients']}",
+                "x": [place],
+                "y": [float(smooth.height(place)) - (1.0 + number) * below],
+                "error_x": {
+                    "type": "data",
+                    "symmetric": False,
+                    "array": [high - place],
+                    "arrayminus": [place - low],
+                    "color": color,
+                },
+                "marker": {"symbol": "star", "size": 12, "color": color},
+                "hovertemplate": f"α-β, {row['coefficients']}: x %{{x:.0f}} m ({low:.0f} to "
+                f"{high:.0f})<extra></extra>",
+            }
+        )
+    return traces
+
+
+def _zones(zones: Mapping[str, Any], foot: float, drop: float) -> list[Trace]:
+    """A strip in the colour of each zone at the foot of the panel."""
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": label(f"zone: {zone['zone']}"),
+            "x": [zone["from_x_m"], zone["to_x_m"]],
+            "y": [foot + 0.03 * drop] * 2,
+            "line": {"color": zone["color"], "width": 10},
+            "hovertemplate": f"{label(str(zone['zone']))}: x %{{x:.0f}} m<extra></extra>",
+        }
+        for zone in zones["zones"]
+    ]

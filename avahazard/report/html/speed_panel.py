@@ -1,0 +1,58 @@
+"""Speeds along a path: of every row's median block, or with their spread where zones are known."""
+
+from __future__ import annotations
+
+from avahazard.report.html.content import PathView
+from avahazard.report.html.figure import Trace
+from avahazard.report.html.style import ROW_COLORS
+from avahazard.report.html.words import case
+
+
+def speed_traces(view: PathView) -> list[Trace]:
+    """Speed in m/s over x; empty where nothing is known of it."""
+    if view.zones and view.zones["places"]:
+        return _quantiles(view)
+    cases = [case(row) for row in view.rows]
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": f"speed, {case(line.row)}",
+            "legendgroup": f"row {case(line.row)}",
+            "showlegend": False,
+            "x": line.x,
+            "y": line.speed,
+            "line": {"color": ROW_COLORS[cases.index(case(line.row)) % len(ROW_COLORS)]},
+            "hovertemplate": f"{case(line.row)}: %{{y:.1f}} m/s at x %{{x:.0f}} m<extra></extra>",
+        }
+        for line in view.speeds
+    ]
+
+
+def _quantiles(view: PathView) -> list[Trace]:
+    """The 5, 50 and 95 % of the speed of each return period, with the pressure on hover."""
+    assert view.zones is not None
+    places = view.zones["places"]
+    periods = [entry["return_period_years"] for entry in places[0]["by_return_period"]]
+    known = [row["return_period_years"] for row in view.rows]
+    traces: list[Trace] = []
+    for k, period in enumerate(periods):
+        color = ROW_COLORS[(known.index(period) if period in known else k) % len(ROW_COLORS)]
+        entries = [place["by_return_period"][k] for place in places]
+        for key, width, dash in (("q50", 2.0, "solid"), ("q95", 1.0, "dash"), ("q05", 1.0, "dot")):
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "name": f"speed, {period:g} years",
+                    "legendgroup": f"row {period:g} years",
+                    "showlegend": False,
+                    "x": [place["x_m"] for place in places],
+                    "y": [entry["speed_m_s"][key] for entry in entries],
+                    "customdata": [entry["pressure_kpa"][key] for entry in entries],
+                    "line": {"color": color, "width": width, "dash": dash},
+                    "hovertemplate": f"{period:g} years, {key[1:]} %: %{{y:.1f}} m/s, "
+                    "%{customdata:.0f} kPa at x %{x:.0f} m<extra></extra>",
+                }
+            )
+    return traces

@@ -1,0 +1,196 @@
+"""The first page in words: which model, how sure it is, and what it cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from avahazard.report.html.content import Document, ReportContent
+from avahazard.report.html.words import axis_words, count, metres, share
+
+LAWS = {
+    "exponential": "falls with volume by the exponential law μ = a exp(−nV)",
+    "power": "falls with volume by the power law μ = α V^−β",
+    "rational": "falls with volume by the rational law μ = a / (1 + (V/c)^n)",
+    "constant": "is the same for every volume",
+}
+METHODS = {
+    "marginal": "the marginal likelihood, which knows the errors of the records",
+    "gibbs": "the Gibbs sampler of Ancey (2005)",
+    "metropolis": "the Metropolis-Hastings sampler of Ancey (2005)",
+}
+SIGNIFICANT = 0.05
+FEW_EVENTS = 5
+
+
+def model_words(content: ReportContent) -> list[str]:
+    """What the model is, in two or three sentences."""
+    model = content.model
+    n_paths = len({e.path_id for e in content.events if e.path_id is not None})
+    where = f" on {count(n_paths, 'path')}" if n_paths else ", without profiles"
+    words = [
+        f"The avalanche is a block that slides down the path; its friction μ "
+        f"{LAWS[model['law']]}. The model was calibrated on {count(model['n_events'], 'event')}"
+        f"{where}, by {METHODS[model['method']]}."
+    ]
+    if model["method"] == "metropolis":
+        words.append("Stops scatter about that of the block by σ metres of elevation.")
+    else:
+        tails = ", with heavy tails (Student's t)" if model["tails"] == "student" else ""
+        words.append(
+            f"From one avalanche to the next friction scatters ({model['distribution']}{tails})"
+            + (", less or more by volume." if model["scatter"] == "volume" else ".")
+        )
+    if model["effects"]:
+        words.append(f"It has these effects besides: {', '.join(model['effects'])}.")
+    if not model["centrifugal"]:
+        words.append("The load of the path's curvature on the bed is left out.")
+    if model["parent"]:
+        words.append(f"It was made from the model “{model['parent']}”.")
+    return words
+
+
+def sure_words(content: ReportContent) -> list[str]:
+    """How far the model misses records that it had not seen; empty where it was not compared."""
+    if content.comparison is None:
+        return []
+    held = content.comparison["held_out"]
+    runout = held["runout"]
+    what = "paths" if held["by"] == "path" else "events"
+    words = [
+        f"On {what} that were kept back, its prediction misses the recorded runout by "
+        f"{metres(runout['rmse_m'])} (root mean square); the records’ own errors would leave "
+        f"{metres(runout['noise_floor_m'])} whatever the model.",
+        f"{share(runout['coverage_90'])} of these records lie in the interval that should hold "
+        "90 %.",
+    ]
+    if held["speed"] is not None:
+        words.append(
+            f"Measured speeds are missed by {held['speed']['rmse_m_s']:.1f} m/s (root mean square)."
+        )
+    fails = failing(content.comparison)
+    if fails:
+        worst = fails[0]
+        words.append(
+            f"It fails where chance cannot explain it: first by {axis_words(worst['axis'])}, "
+            f"“{worst['level']}” ({count(len(fails), 'level')} in all)."
+        )
+    else:
+        words.append("It fails nowhere that chance could not explain.")
+    return words
+
+
+def failing(comparison: Document) -> list[Document]:
+    """Levels where the model fails beyond chance."""
+    return [row for row in comparison["where_it_fails"] if row["p_value"] < SIGNIFICANT]
+
+
+def verdict_words(diagnosis: Document) -> str:
+    """What the diagnosis says, in a sentence."""
+    missing = ", ".join(diagnosis["missing"])
+    if diagnosis["verdict"] == "missing-effect":
+        return f"The model lacks an effect: {missing}."
+    if diagnosis["verdict"] == "ambiguous":
+        return f"The model lacks an effect, and these data cannot tell which of: {missing}."
+    if diagnosis["verdict"] == "unexplained":
+        return f"The model fails along {missing}, and no effect of the catalogue explains it."
+    return (
+        "The model is adequate: these data show no missing effect. One that moves runouts by "
+        f"{metres(diagnosis['detectable_m'])} (root mean square) would have been seen 4 times in 5."
+    )
+
+
+def cannot_tell(content: ReportContent) -> list[str]:
+    """What this report must not be used for, or only with care: from the results themselves."""
+    words: list[str] = []
+    model = content.model
+    if not model["diagnostics"]["converged"]:
+        words.append(
+            "The chains of the sampler have not converged: every number here is provisional."
+        )
+    if content.records_changed:
+        words.append(
+            "The records have changed since the model was calibrated: calibrate it again. Figures "
+            "of the records show them as they are now."
+        )
+    words += _of_bounds(content)
+    if content.comparison is None:
+        words.append("How far the model errs is not known: it was never set against the records.")
+    if content.diagnosis is None:
+        words.append("Whether an effect is missing is not known: the model was never diagnosed.")
+    elif content.diagnosis["verdict"] != "adequate":
+        words.append(verdict_words(content.diagnosis))
+    bare = [v.name for v in content.paths if len(v.events) < FEW_EVENTS]
+    if bare and len(bare) < len(content.paths):
+        words.append(
+            f"{_named(bare)} {'has' if len(bare) == 1 else 'have'} fewer than {FEW_EVENTS} "
+            "records: the bounds there stand on the other paths."
+        )
+    return words
+
+
+def _of_bounds(content: ReportContent) -> list[str]:
+    names = {view.path.path_id: view.name for view in content.paths}
+
+    def where(rows: Sequence[Document]) -> str:
+        return _named([names.get(i, i) for i in dict.fromkeys(r["path_id"] for r in rows)])
+
+    words = []
+    far = [row for row in content.rows if row.get("extrapolated")]
+    if far:
+        words.append(
+            f"{where(far)}: the return period is over twice the observed years. These lines are "
+            "an extrapolation, and the records cannot check them."
+        )
+    beyond = [r for r in content.rows if None in r["runout_x_m"].values() and not _held(r)]
+    if beyond:
+        words.append(
+            f"{where(beyond)}: part of the runout lies beyond the profile, and is not known. A "
+            "longer profile would tell."
+        )
+    held = [row for row in content.rows if _held(row)]
+    if held:
+        words.append(
+            f"{where(held)}: the slope at the release is below the friction, so the block does not "
+            "start; give the path a release on steeper ground."
+        )
+    pooled = [row for row in content.rows if row.get("pooled")]
+    if pooled:
+        words.append(
+            f"{where(pooled)}: too few yearly volumes of its own; the spread of volumes is that of "
+            "all paths together."
+        )
+    return words
+
+
+def _held(row: Document) -> bool:
+    return bool(row["p_not_released"] > 0.5)
+
+
+def _named(names: Sequence[str]) -> str:
+    """Names in a row, the first few of many."""
+    if len(names) > 8:
+        return f"{', '.join(names[:7])} and {len(names) - 7} more"
+    return ", ".join(names)
+
+
+def unknown_words(content: ReportContent) -> list[str]:
+    """What the records do not say, by count."""
+    events = content.events
+    lacking: dict[str, Any] = {
+        "have no volume": sum(e.volume_m3 is None for e in events),
+        "have no date": sum(e.year is None for e in events),
+        "left their profile, so that only a least runout is known": sum(
+            e.left_profile for e in events
+        ),
+        "have no path, and so no profile: they are judged by height over length": sum(
+            e.path_id is None for e in events
+        ),
+    }
+    words = [f"{n} of {len(events)} events {what}." for what, n in lacking.items() if n]
+    if not content.n_speeds:
+        words.append("No speeds were measured: what the speed does to friction cannot be seen.")
+    for name, n in content.covariates.items():
+        if n:
+            words.append(f"“{name}” is not known for {n} of {len(events)} events.")
+    return words

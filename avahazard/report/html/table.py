@@ -1,0 +1,21 @@
+"""A table of the report as text, cell by cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns (a name that begins with '>' is set to the right) and rows of text."""
+
+    key: str
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+def error_text(value: float | None) -> str:
+    """An error in metres, a dash where it is not known."""
+    return "–" if value is None else f"{value:.1f} m"

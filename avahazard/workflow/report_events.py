@@ -1,0 +1,119 @@
+"""The records for the report, each beside what the model says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.expected import expected_records
+from avahazard.inference.apparent import STATUSES
+from avahazard.inference.posterior import Posterior
+from avahazard.inference.predictive import predict_stops
+from avahazard.inference.seeds import generator
+from avahazard.inference.study import ELEVATION, LEFT, LENGTH, PLACE, Study
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.records.event import Event
+from avahazard.report.html.content import EventView
+from avahazard.workflow.comparing import COORDINATES
+from avahazard.workflow.paper_methods import recorded_elevation
+from avahazard.workflow.stored_model import StoredFit, coordinates_for
+from avahazard.workflow.viewing_path import stop_place
+
+Floats = NDArray[np.float64]
+
+RECORD_DRAWS = 1000
+QUANTILES = (0.05, 0.5, 0.95)
+NO_SCATTER = -12.0
+"""Log scatter of friction that is as good as none."""
+
+
+def event_views(
+    events: tuple[Event, ...],
+    stored: StoredFit,
+    posterior: Posterior,
+    mu: Floats,
+    status: NDArray[np.int64],
+) -> tuple[EventView, ...]:
+    """The events of the posterior's study, in its order; `mu`, `status` `[n_events]` of them."""
+    study = posterior.study
+    draws, left = _predicted(stored, posterior)
+    metres = stored.method == "metropolis"
+    observed = recorded_elevation(study) if metres else study.observed
+    smooth = {site.path.path_id: site.smooth for site in study.sites}
+    views = []
+    for i, event in enumerate(events):
+        known = bool(np.isfinite(draws[i]).all())
+        low, middle, high = np.quantile(draws[i], QUANTILES) if known else (0.0, 0.0, 0.0)
+        kind = ELEVATION if metres and study.kind[i] == PLACE else int(study.kind[i])
+        views.append(
+            event_view(
+                event,
+                smooth.get(event.path_id or ""),
+                coordinate=COORDINATES[kind],
+                observed_m=None if study.kind[i] == LEFT else float(observed[i]),
+                mu=float(mu[i]) if np.isfinite(mu[i]) else None,
+                mu_status=STATUSES[status[i]],
+                predicted=(float(low), float(middle), float(high)) if known else None,
+                p_left=float(np.mean(left[i])),
+            )
+        )
+    return tuple(views)
+
+
+def event_view(
+    event: Event,
+    smooth: SmoothProfile | None,
+    *,
+    coordinate: str = "elevation",
+    observed_m: float | None = None,
+    mu: float | None = None,
+    mu_status: str = "no-record",
+    predicted: tuple[float, float, float] | None = None,
+    p_left: float | None = None,
+) -> EventView:
+    """One event with its place on the path's smoothed profile, where it has one."""
+    return EventView(
+        event_id=event.event_id,
+        path_id=event.path_id,
+        date=event.date,
+        year=event.year,
+        volume_m3=event.volume_m3,
+        left_profile=event.left_profile,
+        coordinate=coordinate,
+        observed_m=observed_m,
+        sigma_m=event.runout_sigma_m,
+        stop_x_m=None if smooth is None else stop_place(smooth, event),
+        mu=mu,
+        mu_status=mu_status,
+        predicted=predicted,
+        p_left=p_left,
+    )
+
+
+def unknown_columns(study: Study) -> Mapping[str, int]:
+    """For every column of the events that some lack, by how many."""
+    columns = study.columns
+    lacking = {name: int(np.isnan(values).sum()) for name, values in columns.numbers.items()}
+    lacking |= {name: int(np.sum(values == "")) for name, values in columns.texts.items()}
+    return {name: n for name, n in lacking.items() if n}
+
+
+def _predicted(stored: StoredFit, posterior: Posterior) -> tuple[Floats, NDArray[np.bool_]]:
+    """Draws `[n_events, n_draws]` of each record with its error, and which left the profile."""
+    rng = generator(0, "report", "records")
+    u = coordinates_for(stored, posterior)
+    if stored.method != "metropolis":
+        expected = expected_records(posterior, u, stored.offsets, RECORD_DRAWS, rng)
+        return expected.draws, expected.left
+    # Its scatter is in metres of elevation, about the stop of the median friction.
+    place = posterior.layout.scatter
+    sigma = np.exp(u[np.linspace(0, len(u) - 1, RECORD_DRAWS).round().astype(int), place])
+    flat = u.copy()
+    flat[:, place] = NO_SCATTER
+    stops = predict_stops(posterior, flat, stored.offsets, RECORD_DRAWS, rng)
+    noise = sigma * rng.standard_normal(stops.elevation.shape)
+    elevation = np.where(stops.left, stops.elevation, stops.elevation + noise)
+    elevation[posterior.study.kind == LENGTH] = np.nan
+    return elevation, stops.left

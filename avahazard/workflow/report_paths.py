@@ -1,0 +1,131 @@
+"""The paths for the report: the profile, the events, the bounds and the speeds of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.site import release_place
+from avahazard.inference.predicted import resistance_of
+from avahazard.inference.study import Study
+from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLine
+from avahazard.workflow.report_events import event_view
+from avahazard.workflow.running import run_site
+from avahazard.workflow.running_model import median_friction
+from avahazard.workflow.stored_model import StoredFit, coordinates_for, posterior_for
+from avahazard.workflow.viewing_path import describe_path
+
+Floats = NDArray[np.float64]
+Rows = Sequence[Mapping[str, Any]]
+
+MOST_PLACES = 200
+ANY_VOLUME_M3 = 1e4
+"""Stands for the volume where the model has no use for it."""
+
+
+def path_views(
+    stored: StoredFit,
+    records: Records,
+    prior: Study,
+    events: Sequence[EventView],
+    rows: Rows,
+    alpha_beta: Rows,
+    zones: Rows,
+) -> tuple[PathView, ...]:
+    """The paths that the model was calibrated on or that have bounds, in the order of the store.
+
+    `prior` is the study of the calibration, `events` its events; `rows`, `alpha_beta` and `zones`
+    are the documents of `hazard`, `alpha-beta` and `zones`.
+    """
+    bounded = {row["path_id"] for row in rows}
+    trained = set(stored.paths) or {path.path_id for path in records.paths}
+    shown = [p for p in records.paths if p.path_id in trained | bounded]
+    profiles = {profile.path_id: profile for profile in records.profiles}
+    known = {site.path.path_id: site.smooth for site in prior.sites}
+    speeds = dict(_speeds(stored, records, prior, rows))
+    views = []
+    for path in shown:
+        profile = profiles.get(path.path_id)
+        recorded = [e for e in records.events if e.path_id == path.path_id]
+        smooth = known.get(path.path_id)
+        if smooth is None and profile is not None:
+            smooth = smooth_profile(profile.x_m, profile.y_m)
+        mine = [e for e in events if e.path_id == path.path_id]
+        views.append(
+            PathView(
+                path=path,
+                profile=profile,
+                smooth=smooth,
+                release_x=None
+                if smooth is None
+                else release_place(smooth, path.release_elevation_m),
+                events=tuple(mine) or tuple(event_view(e, smooth) for e in recorded),
+                rows=_of(path, rows),
+                notes=_notes(path, profile, smooth, recorded),
+                speeds=[SpeedLine(*line) for line in speeds.get(path.path_id, ())],
+                alpha_beta=_of(path, alpha_beta),
+                zones=next(iter(_of(path, zones)), None),
+                plan=None if profile is None else _plan(profile),
+            )
+        )
+    return tuple(views)
+
+
+def _of(path: Path, rows: Rows) -> list[Mapping[str, Any]]:
+    return [row for row in rows if row["path_id"] == path.path_id]
+
+
+def _notes(
+    path: Path, profile: Profile | None, smooth: SmoothProfile | None, events: list[Event]
+) -> list[str]:
+    if profile is None or smooth is None:
+        return []
+    return list(describe_path(path, profile, smooth, events)["notes"])
+
+
+def _speeds(
+    stored: StoredFit, records: Records, prior: Study, rows: Rows
+) -> Iterator[tuple[str, list[tuple[Mapping[str, Any], Floats, Floats]]]]:
+    """By path, for each of its rows: the row, x and speed of the block of median friction."""
+    if not rows:
+        return
+    volumes = [row["volume_m3"] or ANY_VOLUME_M3 for row in rows]
+    to_come = tuple(
+        Event(f"to come {k}", path_id=row["path_id"], volume_m3=volume)
+        for k, (row, volume) in enumerate(zip(rows, volumes, strict=True))
+    )
+    future = Records(records.paths, records.profiles, to_come)
+    study, posterior = posterior_for(stored, future, prior)
+    u = coordinates_for(stored, posterior)
+    friction = median_friction(stored, posterior, u, np.array(volumes))
+    values = posterior.layout.effect_values(u.mean(axis=0))
+    curvature = float(stored.specification.centrifugal)
+    for k, site in enumerate(study.sites):
+        resistance = resistance_of(site, posterior.effects, values, curvature)
+        lines = []
+        for i in np.flatnonzero(study.columns.path_index == k).tolist():
+            if rows[i]["p_not_released"] > 0.5:
+                continue
+            found = run_site(site, float(friction[i]), resistance)["speeds"]
+            places = np.array([[s["x_m"], s["speed_m_s"]] for s in found])
+            lines.append((rows[i], places[:, 0], places[:, 1]))
+        yield site.path.path_id, lines
+
+
+def _plan(profile: Profile) -> PlanView | None:
+    """The path from above, by its own coordinates; None where it has none."""
+    some = np.unique(np.linspace(0, len(profile.x_m) - 1, MOST_PLACES).round().astype(int))
+    if profile.easting_m is not None and profile.northing_m is not None:
+        return PlanView(
+            profile.x_m[some], profile.easting_m[some], profile.northing_m[some], profile.crs or "?"
+        )
+    if profile.lon is not None and profile.lat is not None:
+        return PlanView(profile.x_m[some], profile.lon[some], profile.lat[some], None)
+    return None
