@@ -75,7 +75,7 @@ def _draw_path(panel: Axes, path: AlphaBetaPath) -> None:
     if first.beta_x is not None:
         panel.plot(
             [first.release_x, first.beta_x],
-            [first.release_y, smooth.height(first.beta_x)],
+            [first.release_y, float(smooth.height(first.beta_x))],
             color="black",
             linewidth=0.9,
             linestyle=":",

@@ -7,22 +7,16 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
-from avahazard.hazard.exceedance import exceeded_runout, reach
-from avahazard.hazard.runout_bounds import QUANTILES
 from avahazard.hazard.volume_frequency import N_DRAWS
-from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
+from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
-from avahazard.hazard.zones.pieces import Exceeded, ZonePiece, zone_pieces
 from avahazard.hazard.zones.pressure import (
     DENSITY_KG_M3,
     DENSITY_SD_KG_M3,
     draw_densities,
-    pressure_kpa,
 )
 from avahazard.inference.seeds import generator
 from avahazard.inference.study import build_study
@@ -43,9 +37,6 @@ from avahazard.workflow.stored_model import (
     training_records,
 )
 
-Floats = NDArray[np.float64]
-
-N_PLACES = 81
 ANY_VOLUME_M3 = 1e4
 """Stands for the volume where it does not matter."""
 
@@ -109,8 +100,8 @@ def zones(
             "limits": wanted.name,
             "density_kg_m3": {"mean": density, "sd": density_sd},
             **path_zones(ready, wanted, periods, densities),
+            "notes": _extrapolated(frequencies, path_id, periods),
         }
-        entry["notes"] += _extrapolated(frequencies, path_id, periods)
         entries.append(entry)
         report("Zones", float(len(entries)), len(volumes))
     with writing(database) as session:
@@ -118,50 +109,6 @@ def zones(
     if plot is not None:
         draw_zone_entries(plot, f"Zones by {name}, limits '{wanted.name}'", records, entries)
     return entries, [*notes, *wanted.notes, *_notes(stored, records, entries)]
-
-
-def path_zones(
-    ready: Avalanches, limits: Limits, periods: Sequence[float], density: Floats
-) -> dict[str, Any]:
-    """The entry of `zones` for one path, but for what names it; `density` `[n_parameters]`."""
-    chances = reach(ready, N_PLACES)
-    speeds = exceeded_speeds(ready, chances.x, periods)
-    pressures = pressure_kpa(density, speeds)
-    exceeded = {
-        period: Exceeded(exceeded_runout(ready, period), pressures[k])
-        for k, period in enumerate(periods)
-    }
-    pieces = zone_pieces(limits, chances.x, exceeded)
-    # [n_periods, 3, n_places]
-    speed = np.quantile(speeds, QUANTILES, axis=1).swapaxes(0, 1)
-    pressure = np.quantile(pressures, QUANTILES, axis=1).swapaxes(0, 1)
-    return {
-        "release_x_m": float(chances.x[0]),
-        "end_x_m": float(chances.x[-1]),
-        "interval": (
-            "speed and pressure that a year exceeds with chance 1/T, all volumes and frictions "
-            "mixed: 5, 50 and 95 % over the uncertainty of the parameters, of the frequency and "
-            "of the density"
-        ),
-        "places": [
-            {
-                "x_m": float(chances.x[i]),
-                "elevation_m": float(chances.elevation[i]),
-                "p_reach_per_year": float(chances.chance[i, 1]),
-                "by_return_period": [
-                    {
-                        "return_period_years": period,
-                        "speed_m_s": _quantiles(speed[k, :, i]),
-                        "pressure_kpa": _quantiles(pressure[k, :, i]),
-                    }
-                    for k, period in enumerate(periods)
-                ],
-            }
-            for i in range(len(chances.x))
-        ],
-        "zones": [_zone(piece) for piece in pieces],
-        "notes": [],
-    }
 
 
 def load_limits(limits: str) -> Limits:
@@ -252,20 +199,3 @@ def _notes(stored: StoredFit, records: Records, entries: Sequence[dict[str, Any]
     if not stored.result["diagnostics"]["converged"]:
         notes.append(f"the chains of {stored.name} have not converged.")
     return notes
-
-
-def _quantiles(values: Floats) -> dict[str, float]:
-    low, middle, high = values
-    return {"q05": float(low), "q50": float(middle), "q95": float(high)}
-
-
-def _zone(piece: ZonePiece) -> dict[str, Any]:
-    return {
-        "zone": piece.name,
-        "color": piece.color,
-        "from_x_m": piece.from_x,
-        "to_x_m": piece.to_x,
-        "to_x_q05_m": piece.to_x_q05,
-        "to_x_q95_m": piece.to_x_q95,
-        "beyond": piece.beyond,
-    }

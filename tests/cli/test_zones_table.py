@@ -8,37 +8,7 @@ from typing import Any
 from rich.console import Console
 
 from avahazard.cli.zones_table import show_zones
-
-
-def entry(beyond: bool = False) -> dict[str, Any]:
-    zone = {"color": "#000000", "from_x_m": 100.0, "to_x_q05_m": 700.0}
-    places = [
-        {
-            "x_m": 100.0 + 10.0 * i,
-            "elevation_m": 2000.0 - 5.0 * i,
-            "p_reach_per_year": 0.0123,
-            "by_return_period": [
-                {
-                    "return_period_years": period,
-                    "speed_m_s": {"q05": 10.0 + i, "q50": 20.0 + i, "q95": 30.0 + i},
-                    "pressure_kpa": {"q05": 30.0, "q50": 120.0, "q95": 270.0},
-                }
-                for period in (30.0, 300.0)
-            ],
-        }
-        for i in range(81)
-    ]
-    return {
-        "path_id": "P01",
-        "limits": "swiss",
-        "density_kg_m3": {"mean": 300.0, "sd": 50.0},
-        "interval": "what a year exceeds",
-        "places": places,
-        "zones": [
-            {**zone, "zone": "red", "to_x_m": 100.0, "to_x_q95_m": 200.0, "beyond": False},
-            {**zone, "zone": "blue", "to_x_m": 900.0, "to_x_q95_m": None, "beyond": beyond},
-        ],
-    }
+from tests.cli.zone_entries import entry
 
 
 def shown(entries: list[dict[str, Any]]) -> str:

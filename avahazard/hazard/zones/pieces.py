@@ -76,7 +76,7 @@ def _farthest(rule: Rule, x: Floats, exceeded: Exceeded) -> Floats:
     runout, pressure = exceeded.runout_x, exceeded.pressure_kpa
     least = rule.pressure_kpa_min
     if least == 0.0:
-        return np.maximum(runout, x[0])
+        return np.asarray(np.maximum(runout, x[0]))
     holds = pressure >= least
     last = len(x) - 1 - np.argmax(holds[:, ::-1], axis=1)
     never = ~holds.any(axis=1)

@@ -1,0 +1,84 @@
+"""What one path has by its avalanches: speeds, pressures, chances and zones, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.hazard.avalanches import Avalanches
+from avahazard.hazard.exceedance import exceeded_runout, reach
+from avahazard.hazard.runout_bounds import QUANTILES
+from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
+from avahazard.hazard.zones.limits import Limits
+from avahazard.hazard.zones.pieces import Exceeded, ZonePiece, zone_pieces
+from avahazard.hazard.zones.pressure import pressure_kpa
+
+Floats = NDArray[np.float64]
+
+N_PLACES = 81
+INTERVAL = (
+    "speed and pressure that a year exceeds with chance 1/T, all volumes and frictions mixed: 5, "
+    "50 and 95 % over the uncertainty of the parameters, of the frequency and of the density"
+)
+
+
+def path_zones(
+    ready: Avalanches, limits: Limits, periods: Sequence[float], density: Floats
+) -> dict[str, Any]:
+    """The entry of `zones` for one path, but for what names it and its notes.
+
+    `periods` (years) rise and hold those of the limits; `density` `[n_parameters]` in kg/m3.
+    """
+    chances = reach(ready, N_PLACES)
+    speeds = exceeded_speeds(ready, chances.x, periods)
+    pressures = pressure_kpa(density, speeds)
+    exceeded = {
+        period: Exceeded(exceeded_runout(ready, period), pressures[k])
+        for k, period in enumerate(periods)
+    }
+    pieces = zone_pieces(limits, chances.x, exceeded)
+    # [n_periods, 3, n_places]
+    speed = np.quantile(speeds, QUANTILES, axis=1).swapaxes(0, 1)
+    pressure = np.quantile(pressures, QUANTILES, axis=1).swapaxes(0, 1)
+    return {
+        "release_x_m": float(chances.x[0]),
+        "end_x_m": float(chances.x[-1]),
+        "interval": INTERVAL,
+        "places": [
+            {
+                "x_m": float(chances.x[i]),
+                "elevation_m": float(chances.elevation[i]),
+                "p_reach_per_year": float(chances.chance[i, 1]),
+                "by_return_period": [
+                    {
+                        "return_period_years": period,
+                        "speed_m_s": _quantiles(speed[k, :, i]),
+                        "pressure_kpa": _quantiles(pressure[k, :, i]),
+                    }
+                    for k, period in enumerate(periods)
+                ],
+            }
+            for i in range(len(chances.x))
+        ],
+        "zones": [_zone(piece) for piece in pieces],
+    }
+
+
+def _quantiles(values: Floats) -> dict[str, float]:
+    low, middle, high = values
+    return {"q05": float(low), "q50": float(middle), "q95": float(high)}
+
+
+def _zone(piece: ZonePiece) -> dict[str, Any]:
+    return {
+        "zone": piece.name,
+        "color": piece.color,
+        "from_x_m": piece.from_x,
+        "to_x_m": piece.to_x,
+        "to_x_q05_m": piece.to_x_q05,
+        "to_x_q95_m": piece.to_x_q95,
+        "beyond": piece.beyond,
+    }

@@ -1,0 +1,64 @@
+"""Avalanches to come on a parabola, and runs of the block on it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from avahazard.effects.effect import Effect
+from avahazard.hazard.avalanches import Avalanches, avalanches
+from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.inference.posterior import Posterior
+from avahazard.inference.specification import Specification
+from avahazard.inference.study import Study, build_study
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import no_resistance
+from avahazard.physics.speed import speeds_along
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+
+LAW = np.array([np.log(0.7), 2.0])  # log a, n in 1e-6/m3
+X = np.linspace(0.0, 3600.0, 61)
+VOLUMES = np.log([1e4, 1e5, 2.5e5])
+SHARES = np.array([[0.6, 0.3, 0.1], [0.2, 0.5, 0.3]])
+RATES = np.array([0.5, 2.0])
+
+
+@cache
+def study(*releases: float, length: float | None = None) -> Study:
+    """One class of avalanches to come for each elevation of release, on a parabola."""
+    x = np.arange(0.0, 3601.0, 30.0)
+    events = tuple(
+        Event(f"e{k}", path_id="p", volume_m3=1e5, release_elevation_m=z, deposit_length_m=length)
+        for k, z in enumerate(releases)
+    )
+    y = 2500.0 - 0.9 * x + 1.2e-4 * x**2
+    return build_study(Records((Path("p"),), (Profile("p", x, y),), events))
+
+
+def ready(
+    draws: np.ndarray,
+    volumes: EventVolumes,
+    releases: tuple[float, ...] = (2450.0,),
+    specification: Specification | None = None,
+    effects: tuple[Effect, ...] = (),
+    length: float | None = None,
+) -> Avalanches:
+    posterior = Posterior(
+        study(*releases, length=length), specification or Specification(), effects
+    )
+    return avalanches(posterior, "p", draws, {}, volumes, np.random.default_rng(1))
+
+
+def one(sigma: float, n: int = 3, *more: float) -> np.ndarray:
+    return np.tile(np.concatenate([LAW, [np.log(sigma)], more]), (n, 1))
+
+
+def block_speeds(mu: float | np.ndarray, release_m: float = 2450.0) -> np.ndarray:
+    """Speeds at X of single runs of the block, `[n_mu, n_x]`."""
+    site = study(release_m).sites[0]
+    cells = build_cells(site.terrain, no_resistance(site.terrain))
+    start = site.terrain.node(site.release_x[0])
+    return np.asarray(speeds_along(cells, start, np.atleast_1d(mu), X))

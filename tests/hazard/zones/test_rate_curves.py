@@ -1,0 +1,50 @@
+"""Rates of avalanches by friction, read from curves, against the sums themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.hazard.avalanches import Avalanches, rate_below
+from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
+from avahazard.inference.specification import Specification
+from tests.hazard.zones.parabola import RATES, SHARES, VOLUMES, one, ready
+
+RELEASES = (2450.0, 2300.0)
+
+
+def read(curves: RateCurves, mu: float) -> np.ndarray:
+    """Rate of each draw, over its classes."""
+    total = np.zeros(len(curves.low))
+    for p in range(len(total)):
+        for c in range(curves.low.shape[1]):
+            nodes = curves.low[p, c] + curves.step[p, c] * np.arange(curves.log_rate.shape[2])
+            total[p] += np.exp(np.interp(np.log(mu), nodes, curves.log_rate[p, c]))
+    return total
+
+
+@pytest.mark.parametrize(
+    "specification",
+    [Specification(), Specification(tails="student"), Specification(distribution="normal")],
+)
+def test_rates_between_the_nodes(specification: Specification) -> None:
+    volumes = EventVolumes(RATES, VOLUMES, SHARES)
+    mixed: Avalanches = ready(one(0.15, 2), volumes, RELEASES, specification)
+    curves = rate_curves(mixed)
+    for mu in (0.1, 0.25, 0.4, 0.55, 0.7, 0.9, 1.4):
+        expected = rate_below(mixed, np.full((2, 2), mu))
+        assert read(curves, mu) == pytest.approx(expected, rel=0.01, abs=1e-6)
+
+
+def test_classes_of_one_friction_are_found_once_and_are_the_same() -> None:
+    mixed = ready(one(0.15, 2), EventVolumes(RATES, VOLUMES, SHARES), RELEASES)
+    once = rate_curves(mixed)
+    # An ulp apart, and each class goes its own way.
+    location = mixed.location.copy()
+    location[:, 1] *= 1.0 + 1e-15
+    each = rate_curves(replace(mixed, location=location))
+    assert once.log_rate == pytest.approx(each.log_rate, rel=1e-9)
+    assert once.low == pytest.approx(each.low, rel=1e-9)
