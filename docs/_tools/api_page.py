@@ -16,12 +16,14 @@ Each command calls one function of `avahazard.workflow` and prints the document 
 a script can do whatever the command line does:
 
 ```python
+from pathlib import Path
+
 from avahazard.workflow.calibrating import calibrate
 from avahazard.workflow.database import init_database
 from avahazard.workflow.importing import import_files
 from avahazard.workflow.synthesising import synthesise
 
-synthesise("made-up", n_events=60, n_paths=3)
+synthesise(Path("made-up"), n_events=60, n_paths=3)
 init_database("script.db")
 import_files("script.db", ["made-up"])
 document = calibrate("script.db", "first", chains=2, draws=200)

@@ -1,0 +1,159 @@
+"""The tutorials: their commands run, and what the pages say is what comes out."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from typer.testing import CliRunner
+
+from avahazard.cli.main import app
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGES = sorted((DOCS / "tutorial").glob("*.md"))
+KILOBYTES = 150
+
+# The same commands on less: enough to see that they work; `make test-slow` runs the real ones.
+SMALLER = {
+    "--events 100 --paths 6": "--events 36 --paths 3",
+    "--worlds 99": "--worlds 39",
+    "avahazard calibrate base": "avahazard calibrate base --chains 2 --draws 60",
+}
+# The same commands again, on another model.
+AGAIN = ("avahazard diagnose forest", "avahazard add forest season")
+
+
+def load_tutorials() -> ModuleType:
+    """The script that runs the pages."""
+    spec = spec_from_file_location("tutorials", DOCS / "_tools" / "tutorials.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    sys.modules["tutorials"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+tutorials = load_tutorials()
+
+
+def outputs(page: str) -> str:
+    """All that the commands of a page printed."""
+    return "".join(b.text for b in tutorials.blocks(page) if b.language == "text")
+
+
+def verdicts(printed: str) -> list[str]:
+    """The lines that a reader takes away: what is missing, and how the error changed."""
+    words = ("lacks an effect", "is adequate", "Held-out error", "fails along")
+    return [line for line in printed.splitlines() if any(word in line for word in words)]
+
+
+def words_and_numbers(line: str) -> tuple[str, list[float]]:
+    """A line without its numbers, and the numbers."""
+    number = r"[+-]?\d+(?:\.\d+)?"
+    return re.sub(number, "#", line), [float(v) for v in re.findall(number, line)]
+
+
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: file.stem)
+def test_figures_in_the_text_are_in_the_outputs(file: Path) -> None:
+    page = file.read_text(encoding="utf-8")
+    claimed = re.findall(r"\*\*([\d.]+)\*\*", page)
+    printed = set(re.findall(r"\d+(?:\.\d+)?", outputs(page)))
+    assert claimed
+    assert [number for number in claimed if number not in printed] == []
+
+
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: file.stem)
+def test_pictures_are_there_and_small(file: Path) -> None:
+    shown = tutorials.pictures(file.read_text(encoding="utf-8"))
+    assert shown
+    assert all((file.parent / name).stat().st_size < KILOBYTES * 1000 for name in shown)
+
+
+def test_no_picture_is_left_over() -> None:
+    shown = {n for file in PAGES for n in tutorials.pictures(file.read_text(encoding="utf-8"))}
+    assert {file.name for file in (DOCS / "tutorial").glob("*.png")} == shown
+
+
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: file.stem)
+def test_every_command_runs(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("AVAHAZARD_DB", raising=False)
+    runner = CliRunner()
+    page = file.read_text(encoding="utf-8")
+    for block in tutorials.blocks(page):
+        if block.title is not None:
+            (tmp_path / block.title).write_text(block.text, encoding="utf-8")
+        if block.language != "sh":
+            continue
+        for whole in block.text.splitlines():
+            line = whole
+            for old, new in SMALLER.items():
+                line = line.replace(old, new)
+            if line.startswith(AGAIN):
+                continue
+            words = shlex.split(line)
+            if words[:1] == ["avahazard"]:
+                done = runner.invoke(app, words[1:])
+                assert done.exit_code == 0, f"{line}\n{done.output}\n{done.exception!r}"
+            else:
+                tutorials.run_commands(line, tmp_path)
+    assert all((tmp_path / name).exists() for name in tutorials.pictures(page))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", PAGES, ids=lambda file: file.stem)
+def test_the_page_says_what_comes_out(file: Path, tmp_path: Path) -> None:
+    page = file.read_text(encoding="utf-8")
+    found = tutorials.run_page(page, tmp_path)
+    lines = list(zip(verdicts(outputs(page)), verdicts(outputs(found)), strict=True))
+    for said, new in lines:
+        (words, numbers), (new_words, new_numbers) = words_and_numbers(said), words_and_numbers(new)
+        assert words == new_words
+        # Another machine rounds otherwise, and chains then part.
+        assert new_numbers == pytest.approx(numbers, rel=0.1, abs=2.0)
+
+
+def test_the_forms_examples_are_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (DOCS / "data_forms.md").read_text(encoding="utf-8")
+    files = [b for b in tutorials.blocks(page) if b.title is not None]
+    folder = tmp_path / "records"
+    folder.mkdir()
+    for block in files:
+        (folder / block.title).write_text(block.text, encoding="utf-8")
+    runner = CliRunner()
+    assert runner.invoke(app, ["init"]).exit_code == 0
+    done = runner.invoke(app, ["import", "records"])
+    assert done.exit_code == 0, done.output
+    assert len(files) == 5
+
+
+def test_every_column_of_the_forms_is_on_the_page() -> None:
+    from avahazard.records.forms.event import EventRow  # noqa: PLC0415
+    from avahazard.records.forms.path import PathRow  # noqa: PLC0415
+    from avahazard.records.forms.profile import ProfileRow  # noqa: PLC0415
+    from avahazard.records.forms.straight import StraightRow  # noqa: PLC0415
+    from avahazard.records.forms.velocity import VelocityRow  # noqa: PLC0415
+
+    page = (DOCS / "data_forms.md").read_text(encoding="utf-8")
+    forms = (PathRow, ProfileRow, EventRow, StraightRow, VelocityRow)
+    columns = {name for form in forms for name in form.model_fields}
+    assert {name for name in columns if f"`{name}`" not in page} == set()
+
+
+def test_the_example_of_the_api_runs(tmp_path: Path) -> None:
+    source = (DOCS / "_tools" / "api_page.py").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(.*?)```", source, re.DOTALL)
+    assert code is not None
+    done = subprocess.run(
+        [sys.executable, "-c", code[1]], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert 0.3 < float(done.stdout) < 0.7
