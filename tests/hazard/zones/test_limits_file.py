@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from avahazard.hazard.zones.limits import FRENCH, SWISS, Limits, Rule, ZoneLimits
@@ -33,6 +35,13 @@ def test_the_zones_of_a_file() -> None:
             ZoneLimits("blue", "#0072b2", (Rule(300.0, 0.0),)),
         ),
     )
+
+
+def test_the_example_of_the_documentation() -> None:
+    page = (Path(__file__).resolve().parents[3] / "docs" / "zones.md").read_text(encoding="utf-8")
+    text = page.split('```toml title="valley.toml"\n')[1].split("```")[0]
+    found = read_limits("valley.toml", text)
+    assert [len(zone.rules) for zone in found.zones] == [2, 1]
 
 
 def test_the_return_periods_of_limits() -> None:
