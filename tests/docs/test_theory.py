@@ -1,0 +1,45 @@
+"""The theory pages give the numbers that the program uses."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+THEORY = Path(__file__).resolve().parents[2] / "docs" / "theory"
+
+CONSTANTS = [
+    ("motion", "degree 8", "physics.smooth_profile", "DEGREE", 8),
+    ("motion", "λ = 1e-4", "physics.smooth_profile", "PENALTY", 1e-4),
+    ("motion", "more than 10 m", "physics.smooth_profile", "MISFIT_LIMIT_M", 10.0),
+    ("motion", "within 5 m", "physics.smooth_profile", "SPLINE_DEVIATION_M", 5.0),
+    ("motion", "powers of μ up to the sixth", "physics.cells", "ORDER", 6),
+    ("motion", "longer than 20 m", "physics.terrain", "MAX_CELL_M", 20.0),
+    ("motion", "more than 0.05 rad", "physics.terrain", "MAX_TURN", 0.05),
+    ("motion", "by 0.0025", "physics.runout_table", "MU_STEP", 0.0025),
+    ("likelihood", "10 for each event", "inference.nodes", "N_NODES", 10),
+    ("likelihood", "averaged over 5", "inference.volumes", "N_NODES", 5),
+    ("likelihood", "100\\,\\mathrm{m}", "inference.nodes", "SPEED_CORRELATION_M", 100.0),
+    ("likelihood", "log 0.15 ± 1", "inference.layout", "SCATTER_CENTRE", 0.15),
+    ("likelihood", "scale 0.2", "inference.layout", "PATH_SCATTER", 0.2),
+    ("likelihood", "log 3 m/s ± 1", "inference.layout", "SPEED_SCATTER_M_S", 3.0),
+    ("likelihood", "κ = 5", "inference.density", "DEFAULT_KAPPA", 5.0),
+    ("criticism", "k > 0.7", "criticism.loo", "BAD_K", 0.7),
+    ("criticism", "three or more", "criticism.held_out", "MIN_PATHS", 3),
+    ("criticism", "at least 20 m", "criticism.speed_misfit", "MIN_PIECE_M", 20.0),
+    ("criticism", "p ≤ 0.05", "criticism.screening", "LEVEL", 0.05),
+    ("criticism", "at 1 %", "criticism.screening", "PATH_LEVEL", 0.01),
+    ("criticism", "at most 6", "criticism.diagnosis", "MAX_REFITS", 6),
+    ("criticism", "within 3 nats", "criticism.diagnosis", "MARGIN", 3.0),
+    ("criticism", "above 0.7", "criticism.diagnosis", "ALIKE", 0.7),
+    ("criticism", "mid-track of 20 events", "criticism.measurements", "N_TRACKS", 20),
+    ("criticism", "1.5 m/s", "criticism.measurements", "SPEED_SIGMA_M_S", 1.5),
+]
+
+
+@pytest.mark.parametrize(("page", "words", "module", "name", "value"), CONSTANTS)
+def test_constants(page: str, words: str, module: str, name: str, value: float) -> None:
+    assert getattr(import_module(f"avahazard.{module}"), name) == value
+    text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
+    assert words in " ".join(text.split())
