@@ -18,7 +18,11 @@ from avahazard.cli.settings import Settings
 COMMANDS: tuple[Entry, ...] = (
     Entry("init", "init", "Create the database."),
     Entry("db", "db", "Upgrade, look at, check or copy the database."),
-    Entry("import", "import_files", "Import CSV files, or folders of them."),
+    Entry(
+        "import",
+        "import_files",
+        "Import CSV files, or folders of them, or paths drawn as lines on a terrain model.",
+    ),
     Entry("paths", "paths", "List the paths."),
     Entry("path", "path", "Show how the profile of a path was smoothed, and check it."),
     Entry("runout", "runout", "Run the block once: its stop and its speeds."),

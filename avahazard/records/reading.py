@@ -7,6 +7,7 @@ from pathlib import Path as FilePath
 
 from avahazard.records.collection import Records
 from avahazard.records.crosscheck import check_places, check_references
+from avahazard.records.drawn import Drawn
 from avahazard.records.errors import RejectedRows, RowProblem
 from avahazard.records.gather import gather_events, gather_paths, gather_profiles, gather_speeds
 from avahazard.records.intake import Intake
@@ -35,9 +36,16 @@ def read_records(
 
 
 def read_files(
-    sources: Sequence[str | FilePath], known: Records, *, need_runout: bool = True
+    sources: Sequence[str | FilePath],
+    known: Records,
+    *,
+    need_runout: bool = True,
+    drawn: Sequence[Drawn] = (),
 ) -> Intake:
-    """Read `sources` as `read_records` does, but collect the problems instead of raising."""
+    """Read `sources` as `read_records` does, but collect the problems instead of raising.
+
+    Paths that were `drawn` on a map are read with the files.
+    """
     intake = Intake()
     tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
     for file in find_files(sources):
@@ -49,6 +57,12 @@ def read_files(
         intake.problems += wrong_header or faults
         if table and kind:
             tables[kind].append(table)
+    for lines in drawn:
+        intake.files.append(lines.file)
+        intake.problems += lines.problems
+        intake.notes += lines.notes
+        tables["paths"].append(lines.paths)
+        tables["profiles"].append(lines.profiles)
 
     paths = gather_paths(tables["paths"], known, intake)
     profiles = gather_profiles(tables["profiles"], intake)

@@ -7,41 +7,81 @@ from dataclasses import asdict
 from pathlib import Path as FilePath
 from typing import Any
 
-from avahazard.records.errors import RejectedRows
+from avahazard.records.drawn import Drawn
+from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
 from avahazard.store.records import load_records, save_records
 from avahazard.store.session import reading, writing
+from avahazard.store.terrain import save_terrain
+
+LINES = (".gpkg", ".geojson", ".shp")
 
 
 def import_files(
     database: str,
     sources: Sequence[str | FilePath],
     *,
+    dem: str | FilePath | None = None,
+    land_cover: str | FilePath | None = None,
     update: bool = False,
     dry_run: bool = False,
 ) -> dict[str, Any]:
-    """Import `sources`, CSV files or folders of them (contract, section 1), into `database`.
+    """Import `sources` into `database`: CSV files or folders of them (contract, section 1), and
+    files of lines (GeoPackage, GeoJSON, Shapefile), each line a path drawn from its top.
 
-    Rows that are stored already are no change; with `update` rows that contradict stored
+    The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
+    metres), and the ground around it is kept; `land_cover` is a file of polygons with that
+    attribute. Rows that are stored already are no change; with `update` rows that contradict stored
     ones replace them. A dry run reports what would happen. Returns the files, the counts
     `{"new", "unchanged", "updated"}` of paths, profiles, events and speeds, and notes.
 
     Raises:
-        AvahazardError: the database or a source cannot be used.
+        AvahazardError: the database or a source cannot be used, or there are lines without a
+            terrain model.
         RejectedRows: rows that cannot be taken, all of them; nothing was stored.
     """
+    lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
+    tables = [source for source in sources if FilePath(source) not in lines]
+    drawn = _drawn(lines, dem, land_cover)
     with (reading if dry_run else writing)(database) as session:
         stored = load_records(session)
-        intake = read_files(sources, stored)
+        intake = read_files(tables, stored, drawn=drawn)
         merge = merge_records(intake, stored, update=update)
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:
             save_records(session, merge.write)
+            crops = [crop for one in drawn for crop in one.terrain]
+            save_terrain(session, crops, outdated=[p.path_id for p in merge.write.profiles])
     return {
         "dry_run": dry_run,
         "files": intake.files,
         "records": {kind: asdict(count) for kind, count in merge.counts.items()},
         "notes": intake.notes,
     }
+
+
+def _drawn(
+    lines: Sequence[FilePath], dem: str | FilePath | None, land_cover: str | FilePath | None
+) -> list[Drawn]:
+    """The lines on their terrain model; none where no file holds lines."""
+    if lines and dem is None:
+        raise AvahazardError(
+            f"{lines[0]} holds lines: their profiles need a terrain model.",
+            "Name it: avahazard import LINES --dem DEM.tif",
+        )
+    if not lines:
+        if dem is not None or land_cover is not None:
+            raise AvahazardError(
+                "A terrain model or land cover is read along lines, and no file of lines is named.",
+                f"Name one that ends in {', '.join(LINES)}.",
+            )
+        return []
+    from avahazard.gis.packages import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+    from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)
+
+    assert dem is not None
+    return read_drawn(lines, FilePath(dem), None if land_cover is None else FilePath(land_cover))

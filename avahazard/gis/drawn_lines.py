@@ -1,0 +1,126 @@
+"""Files of lines, one line a path, made into rows of paths and profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+
+from avahazard.gis.line_profile import LineFault, LineProfile, line_profile
+from avahazard.gis.terrain_model import TerrainModel, open_terrain
+from avahazard.gis.vector_layer import VectorLayer, read_layer
+from avahazard.records.drawn import Drawn
+from avahazard.records.errors import AvahazardError, RowProblem
+from avahazard.records.forms.path import PathRow
+from avahazard.records.table import Table
+from avahazard.records.terrain_crop import TerrainCrop
+
+SHAPEFILE_NAME = 10
+POINT_COLUMNS = ("path_id", "x_m", "y_m", "easting_m", "northing_m", "crs", "land_cover")
+
+
+def read_drawn(
+    files: Sequence[FilePath], dem: FilePath, land_cover: FilePath | None = None
+) -> list[Drawn]:
+    """Read the lines of `files` on the terrain model `dem`, each a path drawn from its top.
+
+    The attribute `path_id` names a path, else `name`; the other attributes are those of
+    `paths.csv`. With `land_cover` each point has the attribute `land_cover` of the polygon
+    around it, else `open`.
+
+    Raises:
+        AvahazardError: a file cannot be used. What is wrong with single lines is returned.
+    """
+    with open_terrain(dem) as terrain:
+        return [_drawn(read_layer(file, "line"), terrain, land_cover) for file in files]
+
+
+def _drawn(layer: VectorLayer, terrain: TerrainModel, land_cover: FilePath | None) -> Drawn:
+    columns, attributes = _path_columns(layer)
+    rows: list[tuple[int, dict[str, str]]] = []
+    points: list[tuple[int, dict[str, str]]] = []
+    crops: list[TerrainCrop] = []
+    problems: list[RowProblem] = []
+    notes: list[str] = []
+    seen: dict[str, int] = {}
+    for number, (geometry, row) in enumerate(zip(layer.geometry, attributes, strict=True), 1):
+        path_id = row.get("path_id")
+        if path_id is None:
+            rows.append((number, row))  # the form of paths.csv says what is missing
+            continue
+        if path_id in seen:
+            accepted = f"each one once: it is also in line {seen[path_id]}"
+            problems.append(RowProblem(layer.file, number, "path_id", path_id, accepted))
+            continue
+        seen[path_id] = number
+        try:
+            profile = line_profile(path_id, geometry, layer.crs, terrain, land_cover)
+        except LineFault as fault:
+            problems.append(RowProblem(layer.file, number, "geometry", fault.value, fault.accepted))
+            rows.append((number, row))
+            continue
+        if len(row) > 1:
+            # Else it says nothing of its path, which may have its row in a paths.csv.
+            rows.append((number, row))
+        points += [(number, point) for point in _point_rows(path_id, profile)]
+        crops.append(profile.terrain)
+        notes += _notes(path_id, profile, terrain)
+    return Drawn(
+        layer.file,
+        _table(layer.file, columns, rows),
+        _table(layer.file, POINT_COLUMNS, points),
+        tuple(crops),
+        tuple(problems),
+        tuple(notes),
+    )
+
+
+def _table(file: str, header: tuple[str, ...], rows: list[tuple[int, dict[str, str]]]) -> Table:
+    return Table(file, header, tuple(n for n, _ in rows), tuple(row for _, row in rows))
+
+
+def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, str]]]:
+    """The attributes under the names of `paths.csv`, with a `path_id`."""
+    names = {column: column for column in layer.columns}
+    if layer.file.lower().endswith(".shp"):
+        # The format cuts names after ten letters.
+        names |= {
+            c[:SHAPEFILE_NAME]: c for c in PathRow.model_fields if c[:SHAPEFILE_NAME] in names
+        }
+    rows = [{names[c]: text for c, text in row.items()} for row in layer.attributes]
+    if "path_id" in names:
+        return tuple(names.values()), rows
+    if "name" not in names:
+        raise AvahazardError(
+            f"The lines of {layer.file} have no attribute path_id or name.",
+            f"They have: {', '.join(layer.columns) or 'none'}. Add path_id, a name of its own for "
+            "each path.",
+        )
+    named = [{"path_id": row["name"], **row} if "name" in row else row for row in rows]
+    return ("path_id", *names.values()), named
+
+
+def _point_rows(path_id: str, profile: LineProfile) -> list[dict[str, str]]:
+    """Rows of `profiles.csv`, in millimetres: what is below is the noise of the computation."""
+    cover = profile.cover or ("",) * len(profile.x)
+    columns = zip(profile.x, profile.y, profile.easting, profile.northing, cover, strict=True)
+    rows = []
+    for x, y, easting, northing, word in columns:
+        cells = {
+            "path_id": path_id,
+            "x_m": f"{x:.3f}",
+            "y_m": f"{y:.3f}",
+            "easting_m": f"{easting:.3f}",
+            "northing_m": f"{northing:.3f}",
+            "crs": profile.crs,
+        }
+        rows.append(cells | ({"land_cover": word} if word else {}))
+    return rows
+
+
+def _notes(path_id: str, profile: LineProfile, terrain: TerrainModel) -> list[str]:
+    if profile.crs == terrain.code:
+        return []
+    return [
+        f"{path_id}: its profile is in {profile.crs}: lengths in {terrain.crs.name} are not "
+        "those on the ground."
+    ]

@@ -1,0 +1,163 @@
+"""A terrain model (DEM): elevations between its cells, and the ground around a path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+import rasterio
+from numpy.typing import NDArray
+from pyproj import CRS
+from rasterio.enums import Resampling
+from rasterio.errors import RasterioError
+from rasterio.transform import rowcol, xy
+from rasterio.warp import reproject
+from rasterio.windows import Window
+from scipy.ndimage import map_coordinates
+
+from avahazard.gis.systems import Floats, moved, read_system, system_code
+from avahazard.records.errors import AvahazardError
+from avahazard.records.terrain_crop import TerrainCrop
+
+LOWEST_M, HIGHEST_M = -500.0, 9000.0
+"""Beyond these a cell holds no elevation: a gap that the file does not declare, such as -9999."""
+POINTS_A_READ = 32
+MOST_CELLS = 200
+MARGIN_M, MARGIN_SHARE = 100.0, 0.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TerrainModel:
+    """An open terrain model in metres above the sea; `crs` is its horizontal system."""
+
+    file: str
+    source: Any
+    crs: CRS
+
+    @property
+    def code(self) -> str | None:
+        """Its system as it stands in a register."""
+        return system_code(self.crs)
+
+    def grid_places(self, xy: Floats) -> tuple[Floats, Floats]:
+        """Row and column `[n]` of points `[n, 2]` of its system, counted from cell centres."""
+        row, column = rowcol(self.source.transform, xy[:, 0], xy[:, 1], op=np.asarray)
+        return row - 0.5, column - 0.5
+
+    def holds(self, xy: Floats) -> NDArray[np.bool_]:
+        """Which points `[n, 2]` lie between the centres of four cells."""
+        row, column = self.grid_places(xy)
+        slack = 1e-6
+        with np.errstate(invalid="ignore"):
+            inside: NDArray[np.bool_] = (
+                (row >= -slack)
+                & (row <= self.source.height - 1 + slack)
+                & (column >= -slack)
+                & (column <= self.source.width - 1 + slack)
+            )
+        return inside
+
+    def elevations(self, xy: Floats) -> Floats:
+        """Elevations (m) `[n]` at points `[n, 2]` that it holds, straight between cell centres;
+        NaN where one of the four cells is a gap."""
+        row, column = self.grid_places(xy)
+        found = np.empty(len(xy))
+        for start in range(0, len(xy), POINTS_A_READ):
+            some = slice(start, start + POINTS_A_READ)
+            found[some] = self._between(row[some], column[some])
+        return found
+
+    def _between(self, row: Floats, column: Floats) -> Floats:
+        top, left = (max(0, int(np.floor(v.min()))) for v in (row, column))
+        bottom = min(self.source.height, int(np.floor(row.max())) + 2)
+        right = min(self.source.width, int(np.floor(column.max())) + 2)
+        window = Window.from_slices((top, bottom), (left, right))
+        cells = self.source.read(1, window=window, masked=True).astype(np.float64)
+        places = np.array([row - top, column - left])
+        values = map_coordinates(
+            self._metres(cells.filled(np.nan)), places, order=1, mode="nearest"
+        )
+        return np.asarray(values, np.float64)
+
+    def _metres(self, cells: Floats) -> Floats:
+        cells = cells * self.source.scales[0] + self.source.offsets[0]
+        with np.errstate(invalid="ignore"):
+            return np.where((cells >= LOWEST_M) & (cells <= HIGHEST_M), cells, np.nan)
+
+    def cell_size(self, near: Floats, crs: CRS) -> float:
+        """Edge (m) of a cell near the point `[2]` of `crs`, a system in metres."""
+        (row,), (column,) = self.grid_places(moved(near[None, :], crs, self.crs))
+        rows, columns = row + np.array([0.0, 0.0, 1.0]), column + np.array([0.0, 1.0, 0.0])
+        corners = np.column_stack(xy(self.source.transform, rows, columns))
+        at, right, below = moved(corners, self.crs, crs)
+        return float(np.sqrt(np.hypot(*(right - at)) * np.hypot(*(below - at))))
+
+    def around(self, path_id: str, points: Floats, crs: CRS, name: str) -> TerrainCrop:
+        """The ground around the `points` `[n, 2]` of a path, in `crs`, which `name` names."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        margin = max(MARGIN_M, MARGIN_SHARE * float(np.max(high - low)))
+        extent = high - low + 2.0 * margin
+        own_cell = self.cell_size(points[0], crs)
+        cell = max(own_cell, float(extent.max()) / MOST_CELLS)
+        width, height = (int(n) for n in np.minimum(np.ceil(extent / cell), MOST_CELLS))
+        west, north = float(low[0] - margin), float(high[1] + margin)
+        cells = np.full((height, width), np.nan, np.float32)
+        reproject(
+            rasterio.band(self.source, 1),
+            cells,
+            src_crs=self.crs.to_wkt(),
+            dst_transform=rasterio.Affine(cell, 0.0, west, 0.0, -cell, north),
+            dst_crs=crs.to_wkt(),
+            dst_nodata=np.nan,
+            resampling=Resampling.average if cell > 1.5 * own_cell else Resampling.bilinear,
+        )
+        elevation = self._metres(cells.astype(np.float64)).astype(np.float32)
+        return TerrainCrop(path_id, name, west, north, cell, elevation)
+
+
+@contextmanager
+def open_terrain(file: FilePath) -> Iterator[TerrainModel]:
+    """Open a terrain model: GeoTIFF, ESRI ASCII grid, or what else GDAL reads.
+
+    Raises:
+        AvahazardError: it cannot be read, has no reference system, or is no model in metres.
+    """
+    if not file.is_file():
+        raise AvahazardError(f"There is no file {file}.", "Name a terrain model with --dem.")
+    try:
+        with rasterio.open(file) as source:
+            yield TerrainModel(str(file), source, _checked(file, source))
+    except RasterioError as error:
+        raise AvahazardError(
+            f"The terrain model {file} cannot be read: {error}",
+            "Give a GeoTIFF (.tif) or an ESRI ASCII grid (.asc).",
+        ) from error
+
+
+def _checked(file: FilePath, source: Any) -> CRS:
+    crs = read_system(source.crs.to_wkt() if source.crs else None)
+    if crs is not None and len(crs.axis_info) == 2:
+        # GDAL knows by more than their names the systems that ESRI's files describe.
+        crs = read_system(f"EPSG:{code}") if (code := source.crs.to_epsg()) else crs
+    if crs is None:
+        raise AvahazardError(
+            f"The terrain model {file} has no reference system.",
+            f"Put {file.with_suffix('.prj').name} beside it, with the system's text, such as that "
+            f"of `gdalsrsinfo -o wkt_esri EPSG:31287`; or save it as GeoTIFF with its system.",
+        )
+    if source.count != 1:
+        raise AvahazardError(
+            f"{file} has {source.count} bands: a picture, not a terrain model.",
+            "Give a file with one band of elevations in metres.",
+        )
+    heights = [axis.unit_conversion_factor for axis in crs.axis_info[2:]]
+    unit = (source.units[0] or "").lower()
+    if any(factor != 1.0 for factor in heights) or "f" in unit:
+        raise AvahazardError(
+            f"The elevations of {file} are not in metres.", "Convert them to metres first."
+        )
+    return crs.to_2d()

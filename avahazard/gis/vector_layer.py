@@ -1,0 +1,115 @@
+"""One layer of lines or polygons out of a GeoPackage, GeoJSON or Shapefile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Literal
+
+import numpy as np
+import pyogrio
+import shapely
+from numpy.typing import NDArray
+from pyogrio.errors import DataLayerError, DataSourceError
+from pyproj import CRS
+
+from avahazard.gis.systems import Floats, moved, read_system
+from avahazard.records.errors import AvahazardError
+
+Kind = Literal["line", "polygon"]
+WORDS = {"line": "linestring", "polygon": "polygon"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VectorLayer:
+    """Features in the order of the file: `geometry` `[n]` (None where it is empty or unreadable),
+    and their attributes as text, without those that are empty."""
+
+    file: str
+    crs: CRS
+    columns: tuple[str, ...]
+    geometry: NDArray[np.object_]
+    attributes: tuple[dict[str, str], ...]
+
+
+def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = None) -> VectorLayer:
+    """Read the layer of this kind; with `near` only the features around those points `[n, 2]`.
+
+    Raises:
+        AvahazardError: the file cannot be read, has no such layer or several, or no system.
+    """
+    if not file.is_file():
+        raise AvahazardError(f"There is no file {file}.", "Name a .gpkg, .geojson or .shp file.")
+    try:
+        name = _layer_name(file, kind)
+        crs = read_system(pyogrio.read_info(file, layer=name)["crs"])
+        if crs is None:
+            raise AvahazardError(
+                f"The {kind}s of {file} have no reference system.",
+                f"Put {file.with_suffix('.prj').name} beside it, as your GIS writes it."
+                if file.suffix.lower() == ".shp"
+                else "Give the layer its system in your GIS and save it again.",
+            )
+        crs = crs.to_2d()
+        box = None
+        if near is not None:
+            xy = moved(*near, crs)
+            box = (*xy.min(axis=0), *xy.max(axis=0))
+        meta, _, geometry, columns = pyogrio.raw.read(file, layer=name, force_2d=True, bbox=box)
+    except (DataSourceError, DataLayerError) as error:
+        raise AvahazardError(
+            f"{file} cannot be read: {error}", "Give a GeoPackage, GeoJSON or Shapefile."
+        ) from error
+    names = tuple(meta["fields"])
+    cells = [[_text(value) for value in column] for column in columns]
+    return VectorLayer(
+        str(file),
+        crs,
+        names,
+        shapely.from_wkb(geometry, on_invalid="ignore"),
+        tuple(
+            {name: text for name, text in zip(names, row, strict=True) if text}
+            for row in zip(*cells, strict=True)
+        )
+        if cells
+        else ({},) * len(geometry),
+    )
+
+
+def _layer_name(file: FilePath, kind: Kind) -> str:
+    """The only layer of this kind; one of mixed or unknown kinds counts too."""
+    layers: dict[str, str] = {name: type_ or "" for name, type_ in pyogrio.list_layers(file)}
+    fitting = [
+        name
+        for name, type_ in layers.items()
+        if WORDS[kind] in type_.lower() or type_ in ("Unknown", "GeometryCollection")
+    ]
+    if len(fitting) == 1:
+        return fitting[0]
+    shown = ", ".join(f"{name} ({type_ or 'a table'})" for name, type_ in layers.items())
+    if fitting:
+        raise AvahazardError(
+            f"{file} has {len(fitting)} layers of {kind}s: {', '.join(fitting)}.",
+            f"Save the one that is meant as a file of its own. All layers: {shown}.",
+        )
+    raise AvahazardError(
+        f"{file} has no layer of {kind}s.",
+        f"It holds: {shown}." if shown else "It holds no layer at all.",
+    )
+
+
+def _text(value: object) -> str:
+    """An attribute as a cell of a table; empty where there is none."""
+    if value is None or isinstance(value, bytes):
+        return ""
+    if isinstance(value, bool | np.bool_):
+        return str(int(value))
+    if isinstance(value, float | np.floating):
+        number: float = float(value)
+        if np.isnan(number):
+            return ""
+        # A column of whole numbers with gaps is read as one of floats.
+        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+    if isinstance(value, np.datetime64):
+        return "" if np.isnat(value) else str(value)
+    return str(value).strip()
