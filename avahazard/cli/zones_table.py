@@ -25,9 +25,9 @@ def show_zones(console: Console, entries: Sequence[dict[str, Any]]) -> None:
             [_zone(entry["path_id"], zone) for entry in entries for zone in entry["zones"]],
         )
     )
-    periods = [found["return_period_years"] for found in first["places"][0]["by_return_period"]]
+    periods = [_period(found) for found in first["places"][0]["by_return_period"]]
     if len(entries) == 1:
-        headings = [f">{what} {period:g}" for period in periods for what in ("u", "p")]
+        headings = [f">{what} {period}" for period in periods for what in ("u", "p")]
         console.print(
             table(
                 f"{first['path_id']}: speed u in m/s and pressure p in kPa exceeded in T years",
@@ -48,15 +48,22 @@ def show_zones(console: Console, entries: Sequence[dict[str, Any]]) -> None:
         f"p = ρu² with ρ of {density['mean']:g} ± {density['sd']:g} kg/m3; p/year: chance that a "
         "year has an avalanche that comes so far."
     )
+    if any(zone["extrapolated"] for entry in entries for zone in entry["zones"]):
+        console.print("*: an extrapolation of the record.")
     if any(BEYOND in cell for e in entries for z in e["zones"] for cell in _zone("", z)):
         console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
 
 
 def _zone(path_id: str, zone: dict[str, Any]) -> tuple[str, ...]:
+    name = zone["zone"] + ("*" if zone["extrapolated"] else "")
     if zone["to_x_m"] <= zone["from_x_m"] and not zone["beyond"]:
-        return (path_id, zone["zone"], "none", "–", _interval(zone))
+        return (path_id, name, "none", "–", _interval(zone))
     end = BEYOND if zone["beyond"] else f"{zone['to_x_m']:.0f}"
-    return (path_id, zone["zone"], f"{zone['from_x_m']:.0f}", end, _interval(zone))
+    return (path_id, name, f"{zone['from_x_m']:.0f}", end, _interval(zone))
+
+
+def _period(found: dict[str, Any]) -> str:
+    return f"{found['return_period_years']:g}" + ("*" if found["extrapolated"] else "")
 
 
 def _interval(zone: dict[str, Any]) -> str:
@@ -77,7 +84,7 @@ def _place(place: dict[str, Any]) -> tuple[str, ...]:
 
 def _largest(entry: dict[str, Any], k: int) -> tuple[str, ...]:
     found = [place["by_return_period"][k] for place in entry["places"]]
-    cells = [entry["path_id"], f"{found[0]['return_period_years']:g}"]
+    cells = [entry["path_id"], _period(found[0])]
     for what in ("speed_m_s", "pressure_kpa"):
         values = max((f[what] for f in found), key=lambda v: float(v["q50"]))
         cells += [f"{values['q50']:.0f}", f"{values['q05']:.0f}–{values['q95']:.0f}"]

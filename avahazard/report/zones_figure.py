@@ -103,7 +103,8 @@ def _draw_pressures(panel: Axes, entry: dict[str, Any]) -> Axes:
         )
         style = STYLES[k % len(STYLES)]
         axes.fill_between(x, low, high, color="black", alpha=0.07, linewidth=0)
-        label = f"pressure, T = {period:g} years (median; band 5 to 95 %)"
+        far = ", extrapolated" if found["extrapolated"] else ""
+        label = f"pressure, T = {period:g} years{far} (median; band 5 to 95 %)"
         axes.plot(x, middle, color="black", linewidth=1.0, linestyle=style, label=label)
     axes.set_yscale("log")
     axes.set_ylim(LEAST_KPA, 1e4)

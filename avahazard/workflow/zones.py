@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.event_volumes import EventVolumes, one_volume
-from avahazard.hazard.volume_frequency import N_DRAWS
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
@@ -26,10 +24,10 @@ from avahazard.report.picture import require_picture
 from avahazard.store.session import writing
 from avahazard.store.zones import save_zones
 from avahazard.workflow.drawing_zones import draw_zone_entries
-from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
-from avahazard.workflow.one_path import find_path, find_profile
+from avahazard.workflow.event_rates import extrapolation, volumes_by_path
+from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
 from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.prospects import ignores_volume, path_avalanches
+from avahazard.workflow.prospects import path_avalanches
 from avahazard.workflow.stored_model import (
     StoredFit,
     load_stored,
@@ -37,8 +35,7 @@ from avahazard.workflow.stored_model import (
     training_records,
 )
 
-ANY_VOLUME_M3 = 1e4
-"""Stands for the volume where it does not matter."""
+HELD_WORTH_A_NOTE = 0.05
 
 
 def zones(
@@ -60,12 +57,14 @@ def zones(
 
     An entry for each path named, or each that has a profile and a rate of avalanches, by path:
     `path_id`, `limits` (name), `density_kg_m3` (`mean`, `sd`), `release_x_m`, `end_x_m` (of the
-    profile), `interval` (what the quantiles are of), `places`, `zones` and `notes`. Each of
-    `places`, from the highest release to the end, has `x_m`, `elevation_m`, `p_reach_per_year`
-    (median chance that a year's avalanches pass it) and `by_return_period`: for those given and
-    those of the limits the speed (m/s) and pressure ρu² (kPa) that a year exceeds with chance
-    1/T, at 5, 50 and 95 % of the posterior. Each of `zones`, the worst first: `zone`, `color`,
-    `from_x_m`, `to_x_m`, `to_x_q05_m`, `to_x_q95_m` (None: beyond) and `beyond` (`ZonePiece`).
+    profile), `interval` (what the quantiles are of), `p_not_released` (share of avalanches),
+    `places`, `zones` and `notes`. Each of `places`, from the highest release to the end, has
+    `x_m`, `elevation_m`, `p_reach_per_year` (median chance that a year's avalanches pass it) and
+    `by_return_period`: for those given and those of the limits the speed (m/s) and pressure ρu²
+    (kPa) that a year exceeds with chance 1/T, at 5, 50 and 95 % of the posterior, and whether
+    that is `extrapolated` from the record.
+    Each of `zones`, the worst first: `zone`, `color`, `from_x_m`, `to_x_m`, `to_x_q05_m`,
+    `to_x_q95_m` (None: beyond), `beyond` (`ZonePiece`) and `extrapolated`.
     `limits` is the name of a preset or of a TOML file; with `plot` a picture is written there.
 
     Raises:
@@ -85,7 +84,7 @@ def zones(
             "Calibrate with the method marginal or gibbs.",
         )
     frequencies = volume_frequencies(records, seed, source)
-    volumes, notes = _volumes(stored, records, frequencies, paths)
+    volumes, notes = volumes_by_path(stored, records, frequencies, paths)
     periods = sorted({*return_periods, *wanted.return_periods})
     prior = build_study(training_records(stored, records))
     report("Zones", 0.0, len(volumes))
@@ -99,10 +98,9 @@ def zones(
             "path_id": path_id,
             "limits": wanted.name,
             "density_kg_m3": {"mean": density, "sd": density_sd},
-            **path_zones(ready, wanted, periods, densities),
-            "notes": _extrapolated(frequencies, path_id, periods),
+            **path_zones(ready, wanted, periods, densities, extrapolation(frequencies, path_id)),
         }
-        entries.append(entry)
+        entries.append({**entry, "notes": _path_notes(entry, periods)})
         report("Zones", float(len(entries)), len(volumes))
     with writing(database) as session:
         save_zones(session, name, entries)
@@ -141,49 +139,22 @@ def _check(density: float, density_sd: float, return_periods: Sequence[float]) -
             )
 
 
-def _volumes(
-    stored: StoredFit, records: Records, frequencies: Frequencies, paths: Sequence[str]
-) -> tuple[dict[str, EventVolumes], list[str]]:
-    """Rate and volumes by path, and why paths that nobody named are left out."""
-    for path_id in paths:
-        find_profile(records, find_path(records, path_id))
-    profiles = {profile.path_id for profile in records.profiles}
-    named = sorted(set(paths) or {p.path_id for p in records.paths} & profiles)
-    if not named:
-        raise AvahazardError(
-            "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
+def _path_notes(entry: dict[str, Any], periods: Sequence[float]) -> list[str]:
+    notes = []
+    found = entry["places"][0]["by_return_period"]
+    far = [f"{period:g}" for period, one in zip(periods, found, strict=True) if one["extrapolated"]]
+    if far:
+        notes.append(
+            f"{entry['path_id']}: T = {', '.join(far)} is past twice the observed years, or past "
+            "the table of volumes: an extrapolation."
         )
-    found, notes, refusals = {}, [], []
-    for path_id in named:
-        try:
-            found[path_id] = _of_path(stored, frequencies, path_id)
-        except AvahazardError as error:
-            if paths:
-                raise
-            refusals.append(error)
-            notes.append(f"left out: {error.message}")
-    if not found:
-        raise refusals[0]
-    return found, notes
-
-
-def _of_path(stored: StoredFit, frequencies: Frequencies, path_id: str) -> EventVolumes:
-    rate = frequencies.rate_of(path_id, N_DRAWS) if ignores_volume(stored) else None
-    if rate is None:
-        return frequencies.of(path_id).volumes()
-    any_volume = one_volume(ANY_VOLUME_M3, N_DRAWS)
-    return EventVolumes(rate, any_volume.log_volume, any_volume.share)
-
-
-def _extrapolated(frequencies: Frequencies, path_id: str, periods: Sequence[float]) -> list[str]:
-    try:
-        frequency = frequencies.of(path_id)
-    except AvahazardError:
-        return []
-    far = [f"{period:g}" for period in periods if frequency.extrapolated(period)]
-    if not far:
-        return []
-    return [f"{path_id}: the record is too short for T = {', '.join(far)}: an extrapolation."]
+    if entry["p_not_released"] > HELD_WORTH_A_NOTE:
+        notes.append(
+            f"{entry['path_id']}: {entry['p_not_released']:.0%} of the avalanches stop at their "
+            "release, where the slope is under the friction. Give the path a release_elevation_m "
+            "on steeper ground."
+        )
+    return notes
 
 
 def _notes(stored: StoredFit, records: Records, entries: Sequence[dict[str, Any]]) -> list[str]:

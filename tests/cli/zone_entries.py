@@ -16,6 +16,7 @@ def entry(beyond: bool = False) -> dict[str, Any]:
             "by_return_period": [
                 {
                     "return_period_years": period,
+                    "extrapolated": period == 300.0,
                     "speed_m_s": {"q05": 10.0 + i, "q50": 20.0 + i, "q95": 30.0 + i},
                     "pressure_kpa": {"q05": 30.0, "q50": 120.0, "q95": 270.0},
                 }
@@ -31,7 +32,21 @@ def entry(beyond: bool = False) -> dict[str, Any]:
         "interval": "what a year exceeds",
         "places": places,
         "zones": [
-            {**zone, "zone": "red", "to_x_m": 100.0, "to_x_q95_m": 200.0, "beyond": False},
-            {**zone, "zone": "blue", "to_x_m": 900.0, "to_x_q95_m": None, "beyond": beyond},
+            {
+                **zone,
+                "zone": "red",
+                "to_x_m": 100.0,
+                "to_x_q95_m": 200.0,
+                "beyond": False,
+                "extrapolated": False,
+            },
+            {
+                **zone,
+                "zone": "blue",
+                "to_x_m": 900.0,
+                "to_x_q95_m": None,
+                "beyond": beyond,
+                "extrapolated": True,
+            },
         ],
     }

@@ -17,5 +17,5 @@ def test_a_panel_for_each_path_and_one_legend(tmp_path: Path) -> None:
     draw_zones(tmp_path / "zones.svg", "Zones", [path, path, path])
     text = (tmp_path / "zones.svg").read_text()
     assert text.count("<!-- Path (made up) -->") == 3
-    for label in ("red zone", "end of blue, 5 to 95 %", "pressure, T = 300 years"):
+    for label in ("red zone", "end of blue, 5 to 95 %", "pressure, T = 300 years, extrapolated"):
         assert text.count(f"<!-- {label}") == 1

@@ -92,12 +92,14 @@ def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
     assert french.picture.count("<!-- yellow zone -->") == 1
     assert [e["path_id"] for e in french.entries] == ["saugy", "scey"]
     assert any("no drag" in note for note in french.notes)
-    assert "scey: the record is too short for T = 300: an extrapolation." in french.notes
+    assert any("scey: T = 300 is past twice the observed years" in note for note in french.notes)
+    assert [z["extrapolated"] for z in french.entries[1]["zones"]] == [False, False, True]
     for entry in french.entries:
         ten, hundred, rare = (median(entry, t, "speed_m_s") for t in (10.0, 100.0, 300.0))
         assert (ten <= hundred).all()
         assert (hundred <= rare).all()
         assert ten[0] == 0.0
+        assert entry["p_not_released"] < 0.01
         assert rare.max() > 40.0
         assert median(entry, 100.0, "pressure_kpa").max() == pytest.approx(
             0.3 * hundred.max() ** 2, rel=0.05
@@ -135,6 +137,17 @@ def test_limits_and_density_of_ones_own(mine: str, tmp_path: Path) -> None:
     # The median of the ends is near the end by the medians.
     assert strong["to_x_m"] == pytest.approx(x[pressure >= 100.0][-1], abs=2 * (x[1] - x[0]))
     assert reached["to_x_m"] > strong["to_x_m"]
+
+
+def test_a_block_that_does_not_start_is_told(mine: str, write: Write) -> None:
+    write("paths.csv", "path_id,observed_from,observed_to\nshelf,1900,2000\n")
+    places = [(x, 2000 - 0.1 * x if x <= 300 else 2240 - 0.9 * x) for x in range(0, 1801, 30)]
+    points = "\n".join(f"shelf,{x},{y:.1f}" for x, y in places)
+    write("events.csv", "event_id,path_id,runout_x_m,date\ns1,shelf,1500,1950\n")
+    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
+    (entry,), notes = zones(mine, "constant", paths=["shelf"])
+    assert entry["p_not_released"] > 0.9
+    assert any("shelf: 100% of the avalanches stop at their release" in note for note in notes)
 
 
 def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) -> None:

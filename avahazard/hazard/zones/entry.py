@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.exceedance import exceeded_runout, reach
+from avahazard.hazard.exceedance import Reach, exceeded_runout, reach
 from avahazard.hazard.runout_bounds import QUANTILES
 from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
 from avahazard.hazard.zones.limits import Limits
@@ -26,11 +26,16 @@ INTERVAL = (
 
 
 def path_zones(
-    ready: Avalanches, limits: Limits, periods: Sequence[float], density: Floats
+    ready: Avalanches,
+    limits: Limits,
+    periods: Sequence[float],
+    density: Floats,
+    extrapolated: Callable[[float], bool],
 ) -> dict[str, Any]:
     """The entry of `zones` for one path, but for what names it and its notes.
 
-    `periods` (years) rise and hold those of the limits; `density` `[n_parameters]` in kg/m3.
+    `periods` (years) rise and hold those of the limits; `density` `[n_parameters]` in kg/m3;
+    `extrapolated` tells whether the record is too short for a return period.
     """
     chances = reach(ready, N_PLACES)
     speeds = exceeded_speeds(ready, chances.x, periods)
@@ -55,6 +60,7 @@ def path_zones(
                 "by_return_period": [
                     {
                         "return_period_years": period,
+                        "extrapolated": extrapolated(period),
                         "speed_m_s": _quantiles(speed[k, :, i]),
                         "pressure_kpa": _quantiles(pressure[k, :, i]),
                     }
@@ -63,7 +69,11 @@ def path_zones(
             }
             for i in range(len(chances.x))
         ],
-        "zones": [_zone(piece) for piece in pieces],
+        "p_not_released": _held(ready, chances),
+        "zones": [
+            _zone(piece, any(extrapolated(r.return_period_years) for r in zone.rules))
+            for piece, zone in zip(pieces, limits.zones, strict=True)
+        ],
     }
 
 
@@ -72,7 +82,13 @@ def _quantiles(values: Floats) -> dict[str, float]:
     return {"q05": float(low), "q50": float(middle), "q95": float(high)}
 
 
-def _zone(piece: ZonePiece) -> dict[str, Any]:
+def _held(ready: Avalanches, chances: Reach) -> float:
+    """Median share of avalanches that stop at their release, by the first place below it."""
+    started = -np.log1p(-chances.chance[1, 1])
+    return float(np.clip(1.0 - started / np.median(ready.volumes.rate), 0.0, 1.0))
+
+
+def _zone(piece: ZonePiece, extrapolated: bool) -> dict[str, Any]:
     return {
         "zone": piece.name,
         "color": piece.color,
@@ -81,4 +97,5 @@ def _zone(piece: ZonePiece) -> dict[str, Any]:
         "to_x_q05_m": piece.to_x_q05,
         "to_x_q95_m": piece.to_x_q95,
         "beyond": piece.beyond,
+        "extrapolated": extrapolated,
     }

@@ -14,7 +14,10 @@ from typer.testing import CliRunner, Result
 from tests.cli.commands.conftest import PROGRAM
 
 Run = Callable[..., Result]
-KEYS = {"zone", "color", "from_x_m", "to_x_m", "to_x_q05_m", "to_x_q95_m", "beyond"}
+KEYS = {
+    *("zone", "color", "from_x_m", "to_x_m", "to_x_q05_m", "to_x_q95_m", "beyond"),
+    "extrapolated",
+}
 
 
 @pytest.fixture
