@@ -12,7 +12,7 @@ HEAD = """# Effects
 What the sliding block may lack. At its neutral value every effect leaves the result bit for bit as
 it is without it. `avahazard effects` says which of them your own data can tell;
 `avahazard effect KEY` shows one; `avahazard add MODEL KEY --as NEW` adds it. One that is not here
-you can [write yourself](own_effect.md).
+you can [write yourself](tutorial/own_effect.md).
 """
 
 

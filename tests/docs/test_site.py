@@ -64,7 +64,7 @@ def test_every_command_and_every_option_is_documented(site: Path) -> None:
         for parameter in command.params:
             for name in parameter.opts:
                 assert name in text, f"{anchor}: {name}"
-            says = " ".join(parameter.help.split())
+            says = " ".join(parameter.help.replace("`", "").split())
             assert says in " ".join(text.split()), f"{anchor}: {parameter.name}"
         assert "For example:" in text or anchor == "options-of-all-commands"
 
