@@ -28,8 +28,9 @@ DEVIATIONS = np.linspace(-5.0, 5.0, 33)
 """Grid of the mean about the sample's, in standard errors, `[n_locations]`."""
 SPREAD = 1.3
 """Standard deviation of a GEV near shape 0, in scales."""
-SHAPE_CENTRE, SHAPE_SD = 0.1, 0.2
-"""Weak prior of the shape: normal, as geophysical extremes rarely lie past ±0.4."""
+SHAPE_CENTRE, SHAPE_SD = 0.2, 0.15
+"""Weak prior of the shape, normal. Lognormal volumes have logs of shape near 0.28, volumes with a
+Pareto tail 0; a bound by the snow of the release zone is a larger shape."""
 BETWEEN_SCALE, BETWEEN_SHAPE = 0.2, 0.1
 """How far paths of one region differ in log scale and in shape (standard deviations)."""
 

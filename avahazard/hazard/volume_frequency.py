@@ -26,7 +26,7 @@ from avahazard.records.errors import AvahazardError
 Floats = NDArray[np.float64]
 Family = Literal["gev", "gpd"]
 
-ENOUGH_MAXIMA = 15
+ENOUGH_MAXIMA = 30
 """Maxima, or excesses over the threshold, from which a path stands alone."""
 N_DRAWS = 400
 USE_VOLUME = "Give the volume itself with --volume."
@@ -132,7 +132,7 @@ def fit_volume_frequency(
 
     On their own scale volumes span decades and a GEV or Pareto of them has neither mean nor
     variance; their logs are near Gumbel or exponential, and are what is fitted. The prior is flat
-    in location and log scale and weak on the shape. A path with under 15 maxima (or excesses)
+    in location and log scale and weak on the shape. A path with under 30 maxima (or excesses)
     takes as prior of scale and shape the likelihood of the other paths' records, widened by how
     far paths differ (`regional_prior`). Raises `AvahazardError` where the path has no volume,
     where it has none over the threshold, or where no path of the region has 3.

@@ -1,0 +1,73 @@
+"""A path on a parabola, and avalanches on it by a model of which everything is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+
+from avahazard.effects.effect import Effect
+from avahazard.hazard.avalanches import Avalanches, avalanches
+from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.inference.posterior import Posterior
+from avahazard.inference.specification import Specification
+from avahazard.inference.study import Study, build_study
+from avahazard.physics.block import run
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import no_resistance
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+
+LAW = np.array([np.log(0.7), 2.0])  # log a, n in 1e-6/m3
+TOP_M = 2450.0
+
+
+@cache
+def study(releases: tuple[float, ...] = (TOP_M,)) -> Study:
+    """An event to come from each release (m), on a parabola 3600 m long."""
+    x = np.arange(0.0, 3601.0, 30.0)
+    y = 2500.0 - 0.9 * x + 1.2e-4 * x**2
+    events = tuple(
+        Event(f"e{k}", path_id="p", volume_m3=1e5, release_elevation_m=z)
+        for k, z in enumerate(releases)
+    )
+    return build_study(Records((Path("p"),), (Profile("p", x, y),), events))
+
+
+def draws(sigma: float, n: int, *more: float) -> np.ndarray:
+    """A posterior that knows everything: equal draws."""
+    return np.tile(np.concatenate([LAW, [np.log(sigma)], more]), (n, 1))
+
+
+def ready(
+    coordinates: np.ndarray,
+    volumes: EventVolumes,
+    releases: Sequence[float] = (TOP_M,),
+    specification: Specification | None = None,
+    effects: tuple[Effect, ...] = (),
+    metres: bool = False,
+) -> Avalanches:
+    posterior = Posterior(study(tuple(releases)), specification or Specification(), effects)
+    rng = np.random.default_rng(3)
+    return avalanches(posterior, "p", coordinates, {}, volumes, rng, metres=metres)
+
+
+def stop(mu: float, release_m: float = TOP_M) -> float:
+    """Where one run of the block stops, x in m."""
+    site = study((release_m,)).sites[0]
+    cells = build_cells(site.terrain, no_resistance(site.terrain))
+    start = np.array([site.terrain.node(site.release_x[0])])
+    return float(run(cells, start, np.array([mu])).x[0, 0])
+
+
+def stops(mu: np.ndarray, release_m: float) -> np.ndarray:
+    """Stops x (m) of many frictions, between single runs; inf past the end."""
+    grid = np.linspace(0.2, 1.0, 401)
+    site = study((release_m,)).sites[0]
+    cells = build_cells(site.terrain, no_resistance(site.terrain))
+    start = np.array([site.terrain.node(site.release_x[0])])
+    found = run(cells, start, grid).x[0]
+    inside = np.isfinite(found)
+    return np.where(mu < grid[inside][0], np.inf, np.interp(mu, grid[inside], found[inside]))

@@ -1,0 +1,102 @@
+"""Rates of avalanches, against great numbers of them drawn one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from avahazard.effects.catalogue import definition
+from avahazard.hazard.avalanches import annual_rate, exceeded, rate_below, yearly_rate
+from avahazard.hazard.event_volumes import EventVolumes, one_volume
+from avahazard.hazard.passing import passing_chance
+from avahazard.inference.specification import Specification
+from tests.hazard.parabola import LAW, TOP_M, draws, ready, stops, study
+
+VOLUMES = EventVolumes(
+    np.array([0.4, 0.2]),
+    np.log([1e4, 1e5, 4e5]),
+    np.array([[0.6, 0.3, 0.1], [0.2, 0.3, 0.5]]),
+)
+RELEASES = (TOP_M, 2350.0)
+
+
+def drawn_friction(p: int, n: int, rng: np.random.Generator, sigma: float) -> np.ndarray:
+    volume = rng.choice(np.exp(VOLUMES.log_volume), size=n, p=VOLUMES.share[p])
+    return np.exp(LAW[0] - LAW[1] * 1e-6 * volume + sigma * rng.standard_normal(n))
+
+
+def test_the_rate_under_a_friction_is_that_of_drawn_avalanches() -> None:
+    avalanches = ready(draws(0.1, 2), VOLUMES)
+    rng = np.random.default_rng(1)
+    for mu in (0.35, 0.5, 0.65):
+        found = rate_below(avalanches, np.full((2, 1), mu))
+        for p in range(2):
+            share = np.mean(drawn_friction(p, 400_000, rng, 0.1) < mu)
+            assert found[p] == pytest.approx(VOLUMES.rate[p] * share, abs=0.001)
+    assert rate_below(avalanches, np.zeros((2, 1))).tolist() == [0.0, 0.0]
+    assert rate_below(avalanches, np.full((2, 1), np.inf)) == pytest.approx(VOLUMES.rate)
+
+
+def test_the_rate_past_a_place_is_that_of_drawn_avalanches() -> None:
+    avalanches = ready(draws(0.1, 2), VOLUMES, RELEASES)
+    chance = passing_chance(avalanches)
+    rng = np.random.default_rng(2)
+    for x in (2000.0, 2400.0, 2800.0):
+        found = yearly_rate(avalanches, chance(np.full(2, x)))
+        for p in range(2):
+            passed = []
+            for z in RELEASES:
+                mu = drawn_friction(p, 200_000, rng, 0.1)
+                passed.append(np.mean(stops(mu, z) > x))
+            assert found[p] == pytest.approx(VOLUMES.rate[p] * np.mean(passed), abs=0.001)
+
+
+def test_friction_that_is_normal_is_over_nought() -> None:
+    specification = Specification(distribution="normal")
+    coordinates = draws(0.3, 1)
+    avalanches = ready(coordinates, one_volume(1e5, 1), specification=specification)
+    mean = np.exp(LAW[0] - LAW[1] * 0.1)
+    truth = stats.truncnorm(-mean / 0.3, np.inf, loc=mean, scale=0.3)
+    for mu in (0.0, 0.2, 0.6):
+        assert rate_below(avalanches, np.full((1, 1), mu)) == pytest.approx(truth.cdf(mu))
+
+
+def test_students_tails() -> None:
+    avalanches = ready(
+        draws(0.1, 1), one_volume(1e5, 1), specification=Specification(tails="student")
+    )
+    middle = np.exp(LAW[0] - LAW[1] * 0.1)
+    found = rate_below(avalanches, np.full((1, 1), middle * np.exp(-0.3)))
+    assert found == pytest.approx(stats.t(4).cdf(-3.0))
+
+
+def test_effects_on_friction_see_the_volume_of_each_node() -> None:
+    facts = {"knots": [9.0, 10.0], "centre": 10.0, "scale": 1.0}
+    effect = definition("covariate:volume_m3").build(facts)
+    slope = 0.1 / effect.parameters[0].prior_sd
+    avalanches = ready(draws(0.1, 2, slope), VOLUMES, effects=(effect,))
+    volume = np.exp(VOLUMES.log_volume)
+    expected = LAW[0] - LAW[1] * 1e-6 * volume + 0.1 * (VOLUMES.log_volume - 10.0)
+    np.testing.assert_allclose(avalanches.location[0, 0], expected)
+
+
+def test_fewer_draws_of_the_model_serve_several_times() -> None:
+    coordinates = draws(0.1, 3)
+    coordinates[:, 0] += [0.0, 0.1, 0.2]
+    avalanches = ready(coordinates, one_volume(1e5, 6))
+    assert np.diff(avalanches.location[:, 0, 0]) == pytest.approx([0.0, 0.1, 0.0, 0.1, 0.0])
+
+
+def test_the_level_of_a_rate() -> None:
+    found = exceeded(lambda v: np.exp(-v), np.array([0.1, 0.01, 2.0, 1e-9]), 0.0, 10.0, 4)
+    assert found[:3] == pytest.approx([np.log(10.0), np.log(100.0), 0.0], abs=1e-5)
+    assert found[3] == np.inf
+
+
+def test_a_year_has_one_or_more_with_chance_one_in_t() -> None:
+    assert -np.expm1(-annual_rate(30.0)) == pytest.approx(1 / 30)
+
+
+def test_the_study_of_the_twin_has_one_class_for_each_release() -> None:
+    assert study(RELEASES).n_events == ready(draws(0.1, 1), VOLUMES, RELEASES).n_classes == 2

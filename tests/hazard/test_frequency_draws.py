@@ -1,0 +1,67 @@
+"""Rates over volumes and the volumes of rates, each against the other and by counting."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.hazard.frequency_draws import FrequencyDraws, GevDraws, ThresholdDraws
+from avahazard.hazard.gev import Gev
+
+GEV = GevDraws(
+    np.array([0.2, 0.6]), Gev(np.array([0.1, -0.1]), np.array([9.0, 9.5]), np.array([1.0, 0.8]))
+)
+THRESHOLD = ThresholdDraws(
+    rate=np.array([0.5, 0.3]),
+    share_over=np.array([0.4, 0.6]),
+    threshold=10.0,
+    scale=np.array([0.8, 1.0]),
+    shape=np.array([0.2, -0.1]),
+    below=np.array([8.0, 9.0, 9.5]),
+    weight=np.array([[0.2, 0.5, 0.3], [1.0, 0.0, 0.0]]),
+)
+
+
+@pytest.mark.parametrize("draws", [GEV, THRESHOLD])
+@pytest.mark.parametrize("period", [10.0, 100.0, 1000.0])
+def test_the_volume_of_a_period_is_exceeded_at_its_rate(
+    draws: FrequencyDraws, period: float
+) -> None:
+    volume = draws.log_volume(1.0 / period)
+    rates = np.diag(draws.rate_over(volume))
+    assert rates == pytest.approx([-np.log1p(-1.0 / period)] * 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("draws", [GEV, THRESHOLD])
+def test_rates_fall_from_that_of_all_avalanches(draws: FrequencyDraws) -> None:
+    low, high = draws.ends()
+    rates = draws.rate_over(np.linspace(low - 5.0, high, 50))
+    assert rates[:, 0] == pytest.approx(draws.rate, rel=0.01)
+    assert (np.diff(rates, axis=1) <= 1e-12).all()
+    assert (rates[:, -1] < 0.01 * draws.rate).all()
+
+
+def test_yearly_maxima_are_those_of_a_poisson_process() -> None:
+    """By simulation: the largest of Poisson many volumes with the rate over each volume."""
+    rng = np.random.default_rng(1)
+    grid = np.linspace(4.0, 20.0, 2000)
+    over = GEV.rate_over(grid)[0]
+    n_years = 400_000
+    count = rng.poisson(GEV.rate[0], n_years)
+    year = np.repeat(np.arange(n_years), count)
+    volume = np.interp(rng.random(len(year)) * GEV.rate[0], over[::-1], grid[::-1])
+    largest = np.full(n_years, -np.inf)
+    np.maximum.at(largest, year, volume)
+    for probability in (0.05, 0.01):
+        assert np.mean(largest > GEV.log_volume(probability)[0]) == pytest.approx(
+            probability, rel=0.03
+        )
+
+
+def test_under_the_threshold_records_are_counted() -> None:
+    rates = THRESHOLD.rate_over(np.array([7.0, 8.5, 9.7]))
+    assert rates[0] == pytest.approx([0.5, 0.5 * (0.4 + 0.6 * 0.8), 0.5 * 0.4])
+    # 1.2 of 4 avalanches are over the threshold's: a period short enough ends among the records.
+    chance = -np.expm1(-0.5 * (0.4 + 0.6 * 0.6))
+    assert THRESHOLD.log_volume(chance)[0] == 9.0
+    assert THRESHOLD.log_volume(0.9)[0] == 8.0

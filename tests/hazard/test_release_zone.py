@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from avahazard.hazard.release_zone import release_zone
+
+
+def test_mean_and_spread_are_those_of_the_records() -> None:
+    rng = np.random.default_rng(1)
+    recorded = 2000.0 + 300.0 * rng.beta(2.0, 3.0, 4000)
+    zone = release_zone(recorded, 2500.0)
+    assert zone is not None
+    assert (zone.a, zone.b) == pytest.approx((2.0, 3.0), rel=0.15)
+    drawn = zone.elevations(200)
+    assert np.mean(drawn) == pytest.approx(np.mean(recorded), abs=1.0)
+    assert np.std(drawn) == pytest.approx(np.std(recorded), rel=0.02)
+    assert (np.diff(drawn) > 0.0).all()
+
+
+def test_the_zone_stays_under_the_top() -> None:
+    zone = release_zone(np.array([2100.0, 2150.0, 2200.0, 2240.0, 2249.0]), 2250.0)
+    assert zone is not None
+    assert zone.high_m == 2250.0
+    assert zone.low_m == pytest.approx(2100.0 - 149.0 / 4)
+    # A record above the profile's top, by the error of a map.
+    assert release_zone(np.array([2100.0, 2150.0, 2200.0, 2240.0, 2260.0]), 2250.0) is not None
+
+
+@pytest.mark.parametrize("recorded", [[], [2100.0, 2200.0, 2150.0, 2120.0], [2100.0] * 9])
+def test_one_place_is_no_zone(recorded: list[float]) -> None:
+    assert release_zone(np.array(recorded), 2300.0) is None
+
+
+def test_records_at_both_ends_only() -> None:
+    zone = release_zone(np.array([2000.0] * 3 + [2200.0] * 3), 2300.0)
+    assert zone is not None
+    assert np.isfinite(zone.elevations()).all()

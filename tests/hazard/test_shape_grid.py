@@ -1,0 +1,70 @@
+"""The grids against scipy's densities, and posteriors against likelihoods maximised elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.special import logsumexp
+
+from avahazard.hazard.shape_grid import (
+    DEVIATIONS,
+    LOG_SCALES,
+    MEAN_OFFSET,
+    SHAPES,
+    SPREAD,
+    gev_draws,
+    gev_likelihood,
+    gpd_draws,
+    gpd_likelihood,
+    over_locations,
+    regional_prior,
+    shape_prior,
+)
+
+
+def test_the_gev_grid_is_scipys_density() -> None:
+    sample = stats.genextreme.rvs(0.1, 9.0, 1.1, size=12, random_state=1)
+    found = gev_likelihood(sample)
+    for i, k, m in ((30, 10, 16), (40, 14, 10), (25, 3, 20)):
+        scale = np.exp(LOG_SCALES[i])
+        offset = DEVIATIONS[m] * SPREAD / np.sqrt(12) - MEAN_OFFSET[k]
+        expected = stats.genextreme.logpdf(
+            sample, SHAPES[k], sample.mean() + offset * scale, scale
+        ).sum()
+        assert found[i, k, m] == pytest.approx(expected + LOG_SCALES[i])
+
+
+def test_the_pareto_grid_is_scipys_density() -> None:
+    excess = stats.genpareto.rvs(-0.1, scale=0.8, size=20, random_state=2)
+    found = gpd_likelihood(excess)
+    for i, k in ((34, 8), (40, 12), (20, 20)):
+        expected = stats.genpareto.logpdf(excess, -SHAPES[k], scale=np.exp(LOG_SCALES[i])).sum()
+        assert found[i, k] == pytest.approx(expected)
+
+
+def test_draws_gather_about_the_truth_of_a_long_record() -> None:
+    rng = np.random.default_rng(3)
+    sample = stats.genextreme.rvs(0.15, 9.0, 1.2, size=400, random_state=rng)
+    gev = gev_draws(sample, shape_prior(), gev_likelihood(sample), 2000, rng)
+    best = stats.genextreme.fit(sample)
+    for values, found in zip((gev.shape, gev.location, gev.scale), best, strict=True):
+        assert np.mean(values) == pytest.approx(found, abs=0.3 * np.std(values) + 0.01)
+    excess = stats.genpareto.rvs(-0.15, scale=0.9, size=600, random_state=rng)
+    scale, shape = gpd_draws(shape_prior(), gpd_likelihood(excess), 2000, rng)
+    fitted = stats.genpareto.fit(excess, floc=0.0)
+    assert np.mean(scale) == pytest.approx(fitted[2], abs=0.03)
+    assert np.mean(shape) == pytest.approx(-fitted[0], abs=0.05)
+
+
+def test_other_paths_narrow_the_prior_but_not_to_a_point() -> None:
+    rng = np.random.default_rng(4)
+    samples = [stats.genextreme.rvs(0.1, k, 0.7, size=120, random_state=rng) for k in range(4)]
+    prior = regional_prior([over_locations(gev_likelihood(s)) for s in samples])
+    density = np.exp(prior - logsumexp(prior))
+    scales, shapes = density.sum(axis=1), density.sum(axis=0)
+    mean = float(scales @ LOG_SCALES)
+    assert mean == pytest.approx(np.log(0.7), abs=0.08)
+    assert float(scales @ (LOG_SCALES - mean) ** 2) ** 0.5 == pytest.approx(0.2, abs=0.05)
+    centre = float(shapes @ SHAPES)
+    assert float(shapes @ (SHAPES - centre) ** 2) ** 0.5 == pytest.approx(0.1, abs=0.04)
