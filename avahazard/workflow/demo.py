@@ -1,4 +1,4 @@
-"""The main job on the demo data: from an empty database to 100-year bounds."""
+"""The main job on the demo data: from an empty database to 100-year bounds and a report."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.comparing import compare
 from avahazard.workflow.database import init_database
 from avahazard.workflow.drawing_bounds import draw_hazard, write_hazard
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.importing import import_files
+from avahazard.workflow.reporting import write_report
 
 MODEL, PAPERS_MODEL = "twin", "twin-gibbs"
 DATABASE, BOUNDS, PICTURE = "twin.db", "twin-bounds.csv", "twin-bounds.png"
+REPORT = "twin-report.html"
 RETURN_PERIOD = 100.0
 
 
@@ -25,7 +28,7 @@ def run_demo(
     folder: FilePath,
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
 ) -> dict[str, Any]:
-    """Import the twin into a new database in `folder`, calibrate it, and draw 100-year bounds.
+    """Import the twin into a new database in `folder`, calibrate it, draw 100-year bounds, report.
 
     A second run makes the files anew and leaves others alone. Returns `database`, `files` (what
     was written, and the data), `twin` (what the data are), `model` (the document of its
@@ -58,7 +61,9 @@ def run_demo(
         records = load_records(session)
     title = f"100-year runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
     draw_hazard(folder / PICTURE, title, records, rows)
-    written = [str(folder / file) for file in (DATABASE, BOUNDS, PICTURE)]
+    compare(name, MODEL, report=report)
+    write_report(name, MODEL, folder / REPORT, report=report)
+    written = [str(folder / file) for file in (DATABASE, BOUNDS, PICTURE, REPORT)]
     return {
         "database": name,
         "files": [*written, *map(str, sources)],

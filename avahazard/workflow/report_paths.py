@@ -15,6 +15,7 @@ from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from avahazard.records.terrain_crop import TerrainCrop
 from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLine
 from avahazard.workflow.report_events import event_view
 from avahazard.workflow.running import run_site
@@ -38,11 +39,12 @@ def path_views(
     rows: Rows,
     alpha_beta: Rows,
     zones: Rows,
+    grounds: Mapping[str, TerrainCrop],
 ) -> tuple[PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
     `prior` is the study of the calibration, `events` its events; `rows`, `alpha_beta` and `zones`
-    are the documents of `hazard`, `alpha-beta` and `zones`.
+    are the documents of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by path.
     """
     bounded = {row["path_id"] for row in rows}
     trained = set(stored.paths) or {path.path_id for path in records.paths}
@@ -72,7 +74,7 @@ def path_views(
                 speeds=[SpeedLine(*line) for line in speeds.get(path.path_id, ())],
                 alpha_beta=_of(path, alpha_beta),
                 zones=next(iter(_of(path, zones)), None),
-                plan=None if profile is None else _plan(profile),
+                plan=None if profile is None else _plan(profile, grounds.get(path.path_id)),
             )
         )
     return tuple(views)
@@ -119,12 +121,16 @@ def _speeds(
         yield site.path.path_id, lines
 
 
-def _plan(profile: Profile) -> PlanView | None:
+def _plan(profile: Profile, ground: TerrainCrop | None) -> PlanView | None:
     """The path from above, by its own coordinates; None where it has none."""
     some = np.unique(np.linspace(0, len(profile.x_m) - 1, MOST_PLACES).round().astype(int))
     if profile.easting_m is not None and profile.northing_m is not None:
         return PlanView(
-            profile.x_m[some], profile.easting_m[some], profile.northing_m[some], profile.crs or "?"
+            profile.x_m[some],
+            profile.easting_m[some],
+            profile.northing_m[some],
+            profile.crs or "?",
+            ground if ground is not None and ground.crs == profile.crs else None,
         )
     if profile.lon is not None and profile.lat is not None:
         return PlanView(profile.x_m[some], profile.lon[some], profile.lat[some], None)

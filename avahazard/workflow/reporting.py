@@ -16,6 +16,7 @@ from avahazard.store.diagnoses import latest_diagnosis
 from avahazard.store.hazard import latest_hazard
 from avahazard.store.models import list_models
 from avahazard.store.session import reading
+from avahazard.store.terrain import load_terrain
 from avahazard.store.zones import latest_zones
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.fitted import fitted_posterior
@@ -107,6 +108,11 @@ def gather(
         diagnosis = latest_diagnosis(session, name)
         rows = latest_hazard(session, name) or []
         zones = latest_zones(session, name) or []
+        grounds = {
+            profile.path_id: ground
+            for profile in everything.profiles
+            if (ground := load_terrain(session, profile.path_id)) is not None
+        }
     report("Writing the report", 0.1, 1.0)
     records = training_records(stored, everything)
     posterior = fitted_posterior(stored, records)
@@ -116,7 +122,7 @@ def gather(
     events = event_views(records.events, stored, posterior, found.mu, found.status)
     report("Writing the report", 0.6, 1.0)
     baseline = alpha_beta_paths(database) if everything.profiles else []
-    paths = path_views(stored, everything, study, events, rows, baseline, zones)
+    paths = path_views(stored, everything, study, events, rows, baseline, zones, grounds)
     report("Writing the report", 0.9, 1.0)
     document = show_model(database, name)
     model = next(model for model in models if model.name == name)

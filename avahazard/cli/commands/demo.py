@@ -47,11 +47,12 @@ def _show(console: Console, document: dict[str, Any]) -> None:
     console.print("The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n")
     show_bounds(console, document["hazard"])
     console.print("\nFiles:")
-    database, bounds, picture, *data = document["files"]
+    database, bounds, picture, report, *data = document["files"]
     for words, file in (
         ("database", database),
         ("bounds of the twin's paths", bounds),
         ("picture of them", picture),
+        ("report, for a browser", report),
         ("the twin itself", str(Path(data[0]).parent)),
     ):
         console.print(f"  {words}: {file}", soft_wrap=True)

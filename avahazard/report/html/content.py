@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile
+from avahazard.records.terrain_crop import TerrainCrop
 
 Floats = NDArray[np.float64]
 Document = Mapping[str, Any]
@@ -61,15 +62,14 @@ class FrictionView:
 class PlanView:
     """A path on the map: `east`, `north` `[n]` at places `x`; degrees where `crs` is None.
 
-    `shade` is a picture (PNG) of the ground with its corners `west, east, south, north`.
+    `ground` is the terrain around it, in the same system.
     """
 
     x: Floats
     east: Floats
     north: Floats
     crs: str | None
-    shade: bytes | None = None
-    corners: tuple[float, float, float, float] | None = None
+    ground: TerrainCrop | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,7 +24,7 @@ def candidates_table(diagnosis: Document) -> Table:
         for c in diagnosis["candidates"][:MOST_CANDIDATES]
     ]
     columns = ("effect", ">gain, nats", ">p", ">error before", ">after", "looks like", "meaning")
-    return Table("candidates", "Candidate effects", columns, rows)
+    return Table("candidates", "Candidate effects", columns, rows, cards=True)
 
 
 def measure_table(diagnosis: Document) -> Table | None:

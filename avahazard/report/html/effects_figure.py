@@ -32,7 +32,8 @@ def effects_figure(diagnosis: Document) -> Figure | None:
         f"Gain in log likelihood of {len(rows)} candidate effects, beside the gain that chance "
         "alone would show.",
         "A mark right of its grey bar gains more than chance would, 19 times in 20, if the model "
-        "were complete. Red: named as missing. Gains under 0.1 are drawn at 0.1.",
+        "were complete; among many candidates some do so by chance, and the p-value below allows "
+        "for that. Red: named as missing. Gains under 0.1 are drawn at 0.1.",
         [
             {
                 "type": "bar",

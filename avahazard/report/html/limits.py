@@ -39,6 +39,12 @@ def assumptions(content: ReportContent) -> list[str]:
             "This model's scatter is in metres of elevation and holds all errors at once: natural "
             "scatter, errors of the records and of the model."
         )
+    speeds = any(view.speeds or view.zones for view in content.paths)
+    if speeds and "turbulent-drag" not in model["effects"]:
+        words.append(
+            "The model has no drag: nothing but friction limits its speeds, so that they are too "
+            "high where a path is steep and long, and so are pressures."
+        )
     if any(view.alpha_beta for view in content.paths):
         words.append(
             "The α-β runouts are regressions of other regions' extreme avalanches on the shape of "
@@ -49,3 +55,16 @@ def assumptions(content: ReportContent) -> list[str]:
         "its use."
     )
     return words
+
+
+def zone_words(content: ReportContent) -> list[str]:
+    """What the zones and their pressures mean."""
+    zones = [view.zones for view in content.paths if view.zones]
+    if not zones:
+        return []
+    density = zones[0]["density_kg_m3"]
+    return [
+        f"Zones by the limits “{zones[0]['limits']}”. Pressure is ρu², with a density of "
+        f"{density['mean']:.0f} ± {density['sd']:.0f} kg/m³. Speeds and pressures: "
+        f"{zones[0]['interval']}."
+    ]

@@ -10,6 +10,7 @@ import numpy as np
 
 from avahazard.report.html.content import Floats, PathView, PlanView
 from avahazard.report.html.figure import Figure, Trace, label
+from avahazard.report.html.hillshade import hillshade
 from avahazard.report.html.style import BLACK, INK, ROW_COLORS, axis, layout
 from avahazard.report.html.words import case, event_words, interval
 
@@ -35,7 +36,8 @@ def map_figure(k: int, view: PathView) -> Figure | None:
             "hoverinfo": "skip",
         }
     ]
-    for zone in view.zones["zones"] if view.zones else ():
+    zones = view.zones["zones"] if view.zones else ()
+    for zone in (zone for zone in zones if zone["to_x_m"] > zone["from_x_m"]):
         east, north = _along(plan, zone["from_x_m"], zone["to_x_m"])
         data.append(
             {
@@ -104,18 +106,20 @@ def _layout(plan: PlanView, degrees: bool) -> dict[str, Any]:
              scaleanchor="x", scaleratio=ratio),
         height=520,
     )  # fmt: skip
-    if plan.shade is not None and plan.corners is not None:
-        west, far_east, south, far_north = plan.corners
-        picture = base64.b64encode(plan.shade).decode("ascii")
+    if plan.ground is not None:
+        ground = plan.ground
+        n_rows, n_columns = ground.elevation_m.shape
+        shade = hillshade(ground.elevation_m, ground.cell_m)
+        picture = base64.b64encode(shade).decode("ascii")
         places["images"] = [
             {
                 "source": f"data:image/png;base64,{picture}",
                 "xref": "x",
                 "yref": "y",
-                "x": west,
-                "y": far_north,
-                "sizex": far_east - west,
-                "sizey": far_north - south,
+                "x": ground.west_m,
+                "y": ground.north_m,
+                "sizex": n_columns * ground.cell_m,
+                "sizey": n_rows * ground.cell_m,
                 "sizing": "stretch",
                 "layer": "below",
                 "opacity": 0.85,
@@ -186,7 +190,7 @@ def _caption(plan: PlanView) -> str:
         if plan.crs is None
         else f"Coordinates are those of {plan.crs}."
     )
-    shade = " The shading is that of the terrain model of the import." if plan.shade else ""
+    shade = " The shading is that of the terrain model of the import." if plan.ground else ""
     return (
         f"{words} The coloured line holds 90 % of the avalanches, the diamond is the median.{shade}"
     )

@@ -52,7 +52,7 @@ def scores_table(comparison: Document) -> Table:
                         what,
                         str(found["n"]),
                         *(
-                            f"{found[f'{key}_{unit}']:.1f} {ending}".replace("-", "−")
+                            f"{_signed(found[f'{key}_{unit}'])} {ending}"
                             for key in ("rmse", "bias", "crps")
                         ),
                         share(found["coverage_50"]),
@@ -131,6 +131,12 @@ def made_table(content: ReportContent) -> Table:
         rows.append(["draws of the bounds", ", ".join(integer(n) for n in draws) + " for each row"])
     rows += [[f"version of {name}", version] for name, version in content.versions.items()]
     return Table("made", "How to make it again", ("", ""), rows)
+
+
+def _signed(value: float) -> str:
+    """One decimal; nothing is less than nothing by nothing."""
+    text = f"{value:.1f}"
+    return "0.0" if text == "-0.0" else text.replace("-", "−")
 
 
 def _as_sure_as(sd: float, value: float) -> str:

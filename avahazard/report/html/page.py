@@ -19,7 +19,7 @@ from avahazard.report.html.figure import Figure
 from avahazard.report.html.force_figure import force_figure
 from avahazard.report.html.friction_figure import friction_figure
 from avahazard.report.html.ladder_figure import ladder_figure
-from avahazard.report.html.limits import assumptions
+from avahazard.report.html.limits import assumptions, zone_words
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.html.posterior_figure import offsets_figure, posterior_figures
@@ -80,6 +80,7 @@ def render(content: ReportContent) -> str:
         cannot_tell=cannot_tell(content),
         unknown_words=unknown_words(content),
         assumptions=assumptions(content),
+        zone_words=zone_words(content),
         verdict=None if diagnosis is None else verdict_words(diagnosis),
         fails=comparison is not None and bool(failing(comparison)),
         figures=figures,

@@ -19,7 +19,11 @@ def path_figure(k: int, view: PathView) -> Figure | None:
     if view.smooth is None or view.release_x is None:
         return None
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [
-        (profile_traces(view), axis("elevation (m)", range=profile_range(view.smooth)), PROFILE_PX)
+        (
+            profile_traces(view),
+            axis("elevation (m)", range=profile_range(view.smooth, len(view.rows))),
+            PROFILE_PX,
+        )
     ]
     words = ["its profile with the recorded stops and the predicted runouts"]
     speeds = speed_traces(view)

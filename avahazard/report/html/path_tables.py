@@ -11,42 +11,33 @@ from avahazard.report.html.words import BEYOND, case, interval, metres, share, v
 
 def lines_table(content: ReportContent) -> Table:
     """What line for which path: the answer of the report."""
+    columns = ["path", "for", ">runout x (5 to 95 %)", ">elevation there"]
     exceeded = any(row.get("exceeded") for row in content.rows)
-    columns = ["path", "for", ">volume", ">runout x", ">x, 5 to 95 %", ">elevation",
-               ">elevation, 95 to 5 %"]  # fmt: skip
     if exceeded:
-        columns.append(">exceeded once, x")
+        columns.append(">exceeded once: x (5 to 95 %)")
     names = {view.path.path_id: view.name for view in content.paths}
-    return Table(
-        "lines",
-        "Runout by path",
-        [*columns, "mind"],
-        [_line(row, names, exceeded) for row in content.rows],
-    )
+    rows = [_line(row, names, exceeded) for row in content.rows]
+    return Table("lines", "Runout by path", [*columns, "mind"], rows, cards=True)
 
 
 def _line(row: Document, names: Mapping[str, str], exceeded: bool) -> list[str]:
     x, z = row["runout_x_m"], row["runout_elevation_m"]
-    held = row["p_not_released"] > 0.5
-    name = names.get(row["path_id"], row["path_id"])
-    cells = [name, case(row), volume(row["volume_m3"])]
-    if held:
-        cells += ["not released", "–", "–", "–"]
+    cells = [names.get(row["path_id"], row["path_id"]), case(row)]
+    if row["p_not_released"] > 0.5:
+        cells += ["not released", "–"]
     else:
-        cells += [
-            metres(x["mean"]),
-            interval(x),
-            metres(z["mean"]),
-            interval({"q05": z["q95"], "q95": z["q05"]}),
-        ]
+        lower = {"q05": z["q95"], "q95": z["q05"]}
+        cells += [_with(x["q50"], interval(x)), _with(z["q50"], interval(lower))]
     if exceeded:
         found = row.get("exceeded")
-        cells.append("–" if not found else _exceeded(found["runout_x_m"]))
+        spread = found["runout_x_m"] if found else None
+        cells.append("–" if spread is None else _with(spread["q50"], interval(spread)))
     return [*cells, _mind(row)]
 
 
-def _exceeded(spread: Document) -> str:
-    return f"{metres(spread['q50'])} ({interval(spread)})" if spread["q50"] is not None else BEYOND
+def _with(middle: float | None, ends: str) -> str:
+    """A value with its interval."""
+    return ends if ends == BEYOND else f"{metres(middle)} ({ends})"
 
 
 def _mind(row: Document) -> str:
@@ -66,6 +57,7 @@ def bounds_table(content: ReportContent) -> Table:
     apart = any(row.get("natural") for row in content.rows)
     columns = [
         "path", "for", ">volume", ">volume, 5 to 95 %", "years", ">a year",
+        ">x mean",
         ">x median", ">x 5 %", ">x 95 %", ">z median", ">z 5 %", ">z 95 %", ">left",
     ]  # fmt: skip
     if apart:
@@ -75,12 +67,13 @@ def bounds_table(content: ReportContent) -> Table:
         x, z = row["runout_x_m"], row["runout_elevation_m"]
         spread = row.get("volume_interval_m3")
         cells: list[str] = [
-            names.get(row["path_id"], row["path_id"]),
+            str(names.get(row["path_id"], row["path_id"])),
             case(row),
             volume(row["volume_m3"]),
             "–" if spread is None else f"{_plain(spread['q05'])} to {volume(spread['q95'])}",
             f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
             f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
+            _known(x["mean"]),
             *(metres(value[key]) for value in (x, z) for key in ("q50", "q05", "q95")),
             share(row["p_left_profile"]),
         ]
@@ -91,6 +84,11 @@ def bounds_table(content: ReportContent) -> Table:
             ]
         rows.append(cells)
     return Table("bounds", "All bounds", columns, rows)
+
+
+def _known(mean: float | None) -> str:
+    """A mean, which is known only where the whole interval is."""
+    return "–" if mean is None else metres(mean)
 
 
 def _plain(value: float) -> str:
@@ -150,12 +148,20 @@ def alpha_beta_table(views: Sequence[PathView]) -> Table | None:
 def zones_table(views: Sequence[PathView]) -> Table | None:
     """The zones of each path; None where none were drawn."""
     rows = [
-        [view.name, str(view.zones["limits"]), str(zone["zone"]),
-         metres(zone["from_x_m"]), metres(zone["to_x_m"])]
+        [
+            view.name,
+            str(view.zones["limits"]),
+            str(zone["zone"]),
+            metres(zone["from_x_m"]),
+            BEYOND if zone["beyond"] else metres(zone["to_x_m"]),
+            interval({"q05": zone["to_x_q05_m"], "q95": zone["to_x_q95_m"]}),
+        ]
         for view in views
         if view.zones
         for zone in view.zones["zones"]
     ]  # fmt: skip
     if not rows:
         return None
-    return Table("zones", "Zones", ("path", "limits", "zone", ">from x", ">to x"), rows)
+    return Table(
+        "zones", "Zones", ("path", "limits", "zone", ">from x", ">to x", ">its 5 to 95 %"), rows
+    )

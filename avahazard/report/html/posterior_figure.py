@@ -15,6 +15,7 @@ from avahazard.report.html.words import number, unit_words
 BINS = 36
 JOINT_DRAWS = 800
 OFFSET = "path:"
+SMALL_MARGIN = {"l": 62, "r": 20, "t": 10, "b": 46}
 
 
 def posterior_figures(parameters: Document, draws: Mapping[str, Floats]) -> list[Figure]:
@@ -90,9 +91,10 @@ def _histogram(k: int, name: str, values: Floats, summary: Document) -> Figure:
         ],
         layout(
             axis(label(name) + (f" ({label(unit_words(summary['unit']))})" if unit else ""),
-                 exponentformat="power", nticks=5),
+                 automargin=False, exponentformat="power", nticks=5),
             axis("", showticklabels=False, ticks="", rangemode="tozero"),
             height=230,
+            margin=SMALL_MARGIN,
             showlegend=False,
             bargap=0,
         ),
@@ -118,8 +120,9 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
             }
         ],
         layout(
-            axis(label(one[0]), exponentformat="power", nticks=5),
-            axis(label(other[0]), exponentformat="power", nticks=5),
+            axis(label(one[0]), automargin=False, exponentformat="power", nticks=5),
+            axis(label(other[0]), automargin=False, exponentformat="power", nticks=5),
             height=230,
+            margin=SMALL_MARGIN,
         ),
     )

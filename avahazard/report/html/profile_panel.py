@@ -24,11 +24,12 @@ BAR_PLACES = 24
 MOST_ROWS = len(ROW_COLORS)
 
 
-def profile_range(smooth: SmoothProfile) -> list[float]:
-    """Lowest and highest elevation of the panel."""
+def profile_range(smooth: SmoothProfile, n_rows: int) -> list[float]:
+    """Lowest and highest elevation of the panel, with room for the bars of `n_rows`."""
     y = smooth.height(_places(smooth))
     drop = float(np.ptp(y))
-    return [float(y.min()) - FOOT * drop, float(y.max()) + TOP * drop]
+    top = max(TOP, STEP * min(n_rows, MOST_ROWS) + HUMP) if n_rows else TOP
+    return [float(y.min()) - FOOT * drop, float(y.max()) + top * drop]
 
 
 def profile_traces(view: PathView) -> list[Trace]:
@@ -263,4 +264,5 @@ def _zones(zones: Mapping[str, Any], foot: float, drop: float) -> list[Trace]:
             "hovertemplate": f"{label(str(zone['zone']))}: x %{{x:.0f}} m<extra></extra>",
         }
         for zone in zones["zones"]
+        if zone["to_x_m"] > zone["from_x_m"]
     ]

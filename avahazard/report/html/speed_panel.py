@@ -48,7 +48,7 @@ def _quantiles(view: PathView) -> list[Trace]:
                     "legendgroup": f"row {period:g} years",
                     "showlegend": False,
                     "x": [place["x_m"] for place in places],
-                    "y": [entry["speed_m_s"][key] for entry in entries],
+                    "y": _moving([entry["speed_m_s"][key] for entry in entries]),
                     "customdata": [entry["pressure_kpa"][key] for entry in entries],
                     "line": {"color": color, "width": width, "dash": dash},
                     "hovertemplate": f"{period:g} years, {key[1:]} %: %{{y:.1f}} m/s, "
@@ -56,3 +56,9 @@ def _quantiles(view: PathView) -> list[Trace]:
                 }
             )
     return traces
+
+
+def _moving(speeds: list[float]) -> list[float | None]:
+    """Speeds up to the first place that is not reached."""
+    n = next((i for i, u in enumerate(speeds) if i and not u), len(speeds))
+    return [u if i <= n else None for i, u in enumerate(speeds)]

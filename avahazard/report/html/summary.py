@@ -10,8 +10,8 @@ from avahazard.report.html.words import axis_words, count, metres, share
 
 LAWS = {
     "exponential": "falls with volume by the exponential law μ = a exp(−nV)",
-    "power": "falls with volume by the power law μ = α V^−β",
-    "rational": "falls with volume by the rational law μ = a / (1 + (V/c)^n)",
+    "power": "falls with volume by the power law μ = α V⁻ᵝ",
+    "rational": "falls with volume by the rational law μ = a / (1 + (V/c)ⁿ)",
     "constant": "is the same for every volume",
 }
 METHODS = {
@@ -145,8 +145,8 @@ def _of_bounds(content: ReportContent) -> list[str]:
     beyond = [r for r in content.rows if None in r["runout_x_m"].values() and not _held(r)]
     if beyond:
         words.append(
-            f"{where(beyond)}: part of the runout lies beyond the profile, and is not known. A "
-            "longer profile would tell."
+            f"{where(beyond)}: part of the runout lies beyond the end of the profile, and is not "
+            "known. A longer profile would tell."
         )
     held = [row for row in content.rows if _held(row)]
     if held:

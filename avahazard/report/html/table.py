@@ -8,12 +8,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Columns (a name that begins with '>' is set to the right) and rows of text."""
+    """Columns (a name that begins with '>' is set to the right) and rows of text.
+
+    `cards`: on a narrow screen every row becomes a block of its own, with a line for each cell.
+    """
 
     key: str
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    cards: bool = False
 
 
 def error_text(value: float | None) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from avahazard.report.html.content import EventView
 
-BEYOND = "beyond the profile"
+BEYOND = "beyond"
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NARROW = "\u202f"
 """A narrow space that does not break: between thousands, and before a unit."""
