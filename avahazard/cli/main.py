@@ -68,6 +68,7 @@ COMMANDS: tuple[Entry, ...] = (
         "Give the alpha-beta runout of the paths: a baseline from the terrain alone.",
     ),
     Entry("report", "report", "Write a report of a model as one HTML file that needs no network."),
+    Entry("export", "export", "Write the bounds and zones of a model for a GIS or a spreadsheet."),
     Entry(
         "demo", "demo", "Do the main job on the bundled data, a twin of the paper's seven paths."
     ),

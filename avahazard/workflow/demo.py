@@ -13,8 +13,9 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrating import calibrate
 from avahazard.workflow.comparing import compare
 from avahazard.workflow.database import init_database
-from avahazard.workflow.drawing_bounds import draw_hazard, write_hazard
+from avahazard.workflow.drawing_bounds import draw_hazard
 from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard_csv import write_hazard
 from avahazard.workflow.importing import import_files
 from avahazard.workflow.reporting import write_report
 

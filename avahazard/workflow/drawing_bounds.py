@@ -1,8 +1,7 @@
-"""Bounds of the runout as a picture and as a table in a file."""
+"""Bounds of the runout as a picture."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
@@ -41,31 +40,3 @@ def draw_hazard(
             )
         )
     draw_bounds(file, title, drawn)
-
-
-def write_hazard(file: FilePath, rows: Sequence[dict[str, Any]]) -> None:
-    """Write the rows of `hazard` as CSV: lengths in m, an empty cell beyond the profile."""
-    flat = [
-        {
-            "path_id": row["path_id"],
-            "return_period_years": row["return_period_years"],
-            "volume_m3": row["volume_m3"],
-            **{
-                f"runout_x_{key}_m": row["runout_x_m"][key] for key in ("mean", "q05", "q50", "q95")
-            },
-            **{
-                f"runout_elevation_{key}_m": row["runout_elevation_m"][key]
-                for key in ("mean", "q05", "q50", "q95")
-            },
-            "p_left_profile": row["p_left_profile"],
-            "n_draws": row["n_draws"],
-            "interval": row["interval"],
-        }
-        for row in rows
-    ]
-    with file.open("w", newline="", encoding="utf-8") as handle:
-        writer = csv.DictWriter(handle, list(flat[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(
-            {k: round(v, 4) if isinstance(v, float) else v for k, v in r.items()} for r in flat
-        )

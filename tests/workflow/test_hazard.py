@@ -18,8 +18,9 @@ from avahazard.store import upkeep
 from avahazard.store.hazard import latest_hazard
 from avahazard.store.session import reading
 from avahazard.workflow.calibrating import calibrate
-from avahazard.workflow.drawing_bounds import draw_hazard, write_hazard
+from avahazard.workflow.drawing_bounds import draw_hazard
 from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard_csv import write_hazard
 from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.importing import import_files
 from avahazard.workflow.stored_model import load_stored

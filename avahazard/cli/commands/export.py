@@ -1,0 +1,49 @@
+"""`avahazard export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.output import emit, table, warn
+from avahazard.cli.settings import settings
+
+
+def export(
+    context: typer.Context,
+    name: Annotated[
+        str, typer.Argument(help="A model with bounds by `hazard`.", show_default=False)
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Ends in .gpkg, .geojson or .csv. An export that is there is replaced.",
+            show_default=False,
+        ),
+    ],
+) -> None:
+    """Write the bounds and zones of a model for a GIS or a spreadsheet.
+
+    \b
+    Examples:
+      avahazard export first -o first.gpkg
+      avahazard export first -o first.geojson
+      avahazard export first -o first.csv
+    """
+    from avahazard.workflow.exporting import export as run  # noqa: PLC0415
+
+    document = run(settings(context).database, name, output)
+
+    def render(console: Console) -> None:
+        rows = [(x["layer"], x["n_features"], x["crs"]) for x in document["layers"]]
+        console.print(table(document["file"], ("layer", ">features", "crs"), rows))
+
+    for note in document["notes"]:
+        warn(note)
+    emit(context, document, render)

@@ -1,0 +1,160 @@
+"""The map of a model's results: paths, releases, runouts, zones and recorded stops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from avahazard.gis.map_layer import Feature, MapLayer, layers_by_system
+from avahazard.gis.path_line import PathLine
+from avahazard.records.event import Event
+from avahazard.records.path import Path
+
+STATISTICS = ("mean", "q05", "q50", "q95")
+WIDTH = "width_m"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """A path on the map: the places (m) of its release and of the recorded stops on it."""
+
+    path: Path
+    line: PathLine
+    release_x: float
+    stops: tuple[tuple[Event, float], ...]
+
+    @property
+    def width_m(self) -> float | None:
+        """Width of the flow where the path has one: a further column of its."""
+        width = self.path.covariates.get(WIDTH)
+        return float(width) if isinstance(width, int | float) and width > 0 else None
+
+
+def hazard_layers(
+    drawn: Sequence[Drawn], rows: Sequence[Mapping[str, Any]], zones: Sequence[Mapping[str, Any]]
+) -> list[MapLayer]:
+    """The layers of the results on the paths `drawn`; layers without features are left out.
+
+    `rows` and `zones` are the documents of the commands `hazard` and `zones`; those of other
+    paths are passed over. A runout past the end of the profile has no point.
+    """
+    by_path = {one.path.path_id: one for one in drawn}
+    runouts = [f for row in rows if (d := by_path.get(row["path_id"])) for f in _runouts(d, row)]
+    pieces = [f for zone in zones if (d := by_path.get(zone["path_id"])) for f in _zones(d, zone)]
+    areas = [area for piece in pieces if (area := _area(by_path, piece))]
+    return [
+        *layers_by_system("zone_areas", "Polygon", areas),
+        *layers_by_system("paths", "LineString", [_path(one) for one in drawn]),
+        *layers_by_system("zones", "LineString", pieces),
+        *layers_by_system("releases", "Point", [f for one in drawn for f in _release(one)]),
+        *layers_by_system("events", "Point", [f for one in drawn for f in _stops(one)]),
+        *layers_by_system("runouts", "Point", runouts),
+    ]
+
+
+def _path(one: Drawn) -> Feature:
+    path, line = one.path, one.line
+    return Feature(
+        line,
+        line.whole,
+        {
+            "path_id": path.path_id,
+            "name": path.name,
+            "location": path.location,
+            "orientation": path.orientation,
+            "section": path.section,
+            "catchment_ha": path.catchment_ha,
+            "release_elevation_m": path.release_elevation_m,
+            "observed_from": path.observed_from,
+            "observed_to": path.observed_to,
+            "observed_below_m": path.observed_below_m,
+            WIDTH: one.width_m,
+            "length_m": float(line.x[-1] - line.x[0]),
+            "drop_m": float(line.y[0] - line.y[-1]),
+        },
+    )
+
+
+def _release(one: Drawn) -> list[Feature]:
+    point = one.line.at(one.release_x)
+    attributes = {"path_id": one.path.path_id, **_place(one.line, one.release_x)}
+    return [] if point is None else [Feature(one.line, point, attributes)]
+
+
+def _stops(one: Drawn) -> list[Feature]:
+    return [
+        Feature(
+            one.line,
+            point,
+            {
+                "event_id": event.event_id,
+                "path_id": event.path_id,
+                "date": event.date,
+                "volume_m3": event.volume_m3,
+                **_place(one.line, x),
+                "sigma_m": event.runout_sigma_m,
+            },
+        )
+        for event, x in one.stops
+        if (point := one.line.at(x)) is not None
+    ]
+
+
+def _runouts(one: Drawn, row: Mapping[str, Any]) -> list[Feature]:
+    """A point for each statistic of each way to give the runout: of avalanches of the row's
+    volume, and exceeded once in the return period."""
+    ways = {"volume": row, **({"exceeded": row["exceeded"]} if row.get("exceeded") else {})}
+    features = []
+    for way, found in ways.items():
+        for statistic in STATISTICS:
+            x = found["runout_x_m"][statistic]
+            point = None if x is None else one.line.at(x)
+            if point is None:
+                continue
+            attributes = {
+                "path_id": row["path_id"],
+                "return_period_years": row["return_period_years"],
+                "volume_m3": row["volume_m3"],
+                "way": way,
+                "statistic": statistic,
+                **_place(one.line, x),
+                **{f"x_{name}_m": found["runout_x_m"][name] for name in STATISTICS},
+                "p_left_profile": row["p_left_profile"],
+                "interval": found["interval"],
+            }
+            features.append(Feature(one.line, point, attributes))
+    return features
+
+
+def _zones(one: Drawn, entry: Mapping[str, Any]) -> list[Feature]:
+    features = []
+    for zone in entry["zones"]:
+        piece = one.line.between(zone["from_x_m"], zone["to_x_m"])
+        if piece is None:
+            continue
+        attributes = {
+            "path_id": entry["path_id"],
+            "limits": entry["limits"],
+            "zone": zone["zone"],
+            "color": zone["color"],
+            "from_x_m": zone["from_x_m"],
+            "to_x_m": zone["to_x_m"],
+            "to_x_q05_m": zone.get("to_x_q05_m"),
+            "to_x_q95_m": zone.get("to_x_q95_m"),
+            "beyond_profile": zone.get("beyond"),
+        }
+        features.append(Feature(one.line, piece, attributes))
+    return features
+
+
+def _area(drawn: Mapping[str, Drawn], piece: Feature) -> Feature | None:
+    width = drawn[piece.attributes["path_id"]].width_m
+    if width is None:
+        return None
+    area = piece.line.strip(piece.geometry, width)
+    return Feature(piece.line, area, {**piece.attributes, WIDTH: width})
+
+
+def _place(line: PathLine, x: float) -> dict[str, float]:
+    return {"x_m": float(x), "elevation_m": line.elevation(x)}

@@ -1,0 +1,65 @@
+"""Bounds of the runout as a table in a file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+STATISTICS = ("mean", "q05", "q50", "q95")
+APART = ("exceeded", "natural", "parameters")
+FIRST_COLUMNS = "path_id,return_period_years,volume_m3,"
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def write_hazard(file: FilePath, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write the rows of `hazard` as CSV: lengths in m, an empty cell beyond the profile.
+
+    Texts that a spreadsheet would run as formulas begin with an apostrophe.
+    """
+    flat = [_flat(row) for row in rows]
+    columns = list(dict.fromkeys(name for row in flat for name in row))
+    with file.open("w", newline="", encoding="utf-8") as handle:
+        # Lines end as RFC 4180 has it, which also puts quotes around what holds such an end.
+        writer = csv.DictWriter(handle, columns)
+        writer.writeheader()
+        writer.writerows({name: _cell(value) for name, value in row.items()} for row in flat)
+
+
+def is_own_csv(file: FilePath) -> bool:
+    """Whether `file` was made by `write_hazard`."""
+    with file.open("rb") as handle:
+        return handle.read(len(FIRST_COLUMNS)) == FIRST_COLUMNS.encode()
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    cells = {
+        "path_id": row["path_id"],
+        "return_period_years": row["return_period_years"],
+        "volume_m3": row["volume_m3"],
+        **_lengths("", row),
+        "p_left_profile": row["p_left_profile"],
+        "n_draws": row["n_draws"],
+        "interval": row["interval"],
+    }
+    for name in APART:
+        if found := row.get(name):
+            cells |= {**_lengths(f"{name}_", found), f"{name}_interval": found["interval"]}
+    return cells
+
+
+def _lengths(prefix: str, found: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        f"{prefix}{length}_{statistic}_m": found[f"{length}_m"][statistic]
+        for length in ("runout_x", "runout_elevation")
+        for statistic in STATISTICS
+    }
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(value, 4)
+    if isinstance(value, str) and value.startswith(FORMULA_STARTS):
+        return f"'{value}"
+    return value

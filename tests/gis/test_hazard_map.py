@@ -1,0 +1,87 @@
+"""The layers of a model's results."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from avahazard.gis.hazard_map import Drawn, hazard_layers
+from avahazard.gis.map_layer import MapLayer
+from avahazard.gis.path_line import PathLine, path_line
+from avahazard.records.event import Event
+from avahazard.records.path import Covariate, Path
+from tests.gis.results import bounds, profile, zones
+
+
+def drawn(path_id: str = "P", width: Covariate | None = 80.0, **more: Any) -> Drawn:
+    """Give a path with a stop on it, and one off it."""
+    line = path_line(profile(path_id, **more))
+    assert isinstance(line, PathLine)
+    path = Path(path_id, section="open", covariates={} if width is None else {"width_m": width})
+    events = ((Event("e", path_id, date="1950", volume_m3=5e3), 600.0), (Event("f", path_id), 1e4))
+    return Drawn(path, line, 120.0, events)
+
+
+def by_name(layers: list[MapLayer]) -> dict[str, MapLayer]:
+    """Layers under their names."""
+    return {layer.name: layer for layer in layers}
+
+
+def test_every_layer_with_its_attributes() -> None:
+    found = by_name(hazard_layers([drawn()], [bounds(), bounds("other")], [zones()]))
+    assert {name: len(layer.features) for name, layer in found.items()} == {
+        "zone_areas": 2,
+        "paths": 1,
+        "zones": 2,
+        "releases": 1,
+        "events": 1,
+        "runouts": 6,
+    }
+    path = found["paths"].features[0].attributes
+    assert (path["path_id"], path["width_m"], path["length_m"]) == ("P", 80.0, 1000.0)
+    assert found["releases"].features[0].attributes["x_m"] == 120.0
+    assert found["events"].features[0].attributes["event_id"] == "e"
+    red, blue = found["zones"].features
+    assert (red.attributes["zone"], red.attributes["color"]) == ("red", "#c8102e")
+    assert red.geometry.length == pytest.approx(550.0)
+    assert blue.geometry.length == pytest.approx(350.0)
+    assert (blue.attributes["to_x_m"], blue.attributes["beyond_profile"]) == (1200.0, True)
+    area = found["zone_areas"].features[0]
+    assert area.geometry.area == pytest.approx(550.0 * 80.0, rel=0.01)
+
+
+def test_runouts_are_points_for_each_way_and_statistic() -> None:
+    found = by_name(hazard_layers([drawn()], [bounds()], []))["runouts"].features
+    places = {(f.attributes["way"], f.attributes["statistic"]): f for f in found}
+    assert {key: f.attributes["x_m"] for key, f in places.items()} == {
+        ("volume", "q05"): 700.0,
+        ("volume", "q50"): 750.0,
+        ("exceeded", "mean"): 860.0,
+        ("exceeded", "q05"): 800.0,
+        ("exceeded", "q50"): 850.0,
+        ("exceeded", "q95"): 930.5,
+    }
+    for feature in found:
+        on_line = feature.line.whole.project(feature.geometry)
+        assert on_line == pytest.approx(feature.attributes["x_m"], abs=1e-6)
+    point = places["exceeded", "q95"].attributes
+    assert (point["x_q05_m"], point["x_q95_m"], point["interval"]) == (800.0, 930.5, "uncertainty")
+    assert point["elevation_m"] == pytest.approx(places["exceeded", "q95"].line.elevation(930.5))
+
+
+def test_no_areas_without_a_width_and_no_exceeded_for_a_volume() -> None:
+    for width in (None, "wide", 0.0):
+        layers = by_name(hazard_layers([drawn(width=width)], [bounds(period=None)], [zones()]))
+        assert "zone_areas" not in layers
+        assert {f.attributes["way"] for f in layers["runouts"].features} == {"volume"}
+
+
+def test_paths_in_several_systems_have_layers_of_their_own() -> None:
+    both = [drawn("P"), drawn("Q", crs="EPSG:32632")]
+    layers = by_name(hazard_layers(both, [bounds("P")], []))
+    assert {name: layer.code for name, layer in layers.items() if layer.topic == "paths"} == {
+        "paths_31287": "EPSG:31287",
+        "paths_32632": "EPSG:32632",
+    }
+    assert layers["runouts"].code == "EPSG:31287"
