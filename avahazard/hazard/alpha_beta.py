@@ -18,8 +18,8 @@ Floats = NDArray[np.float64]
 Status = Literal["stopped", "left_profile", "no_beta_point"]
 
 BETA_SLOPE_DEG = 10.0
-SHORTEST_RUNOUT_ZONE_M = 30.0
-"""A bench over which the path is flatter than 10° for less than this is no β-point."""
+SHORTEST_RUNOUT_ZONE_M = 100.0
+"""A bench shorter than this is no runout zone: real tracks have many of 30 to 50 m."""
 STEP_M = 1.0
 
 
@@ -116,15 +116,17 @@ def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) 
 
 def _beta_places(x: Floats, steepness: Floats) -> Floats:
     """Where the path flattens to 10° for long enough, from the top down."""
-    limit = np.tan(np.radians(BETA_SLOPE_DEG))
-    flat = steepness <= limit
-    falls = np.flatnonzero(~flat[:-1] & flat[1:])
-    steepens = np.append(np.flatnonzero(flat[:-1] & ~flat[1:]), len(x) - 1)
-    ends = x[steepens[np.searchsorted(steepens, falls)]]
-    share = (steepness[falls] - limit) / (steepness[falls] - steepness[falls + 1])
-    places = x[falls] + share * (x[falls + 1] - x[falls])
-    to_the_end = ends == x[-1]
-    return np.asarray(places[(ends - places >= SHORTEST_RUNOUT_ZONE_M) | to_the_end])
+    excess = steepness - np.tan(np.radians(BETA_SLOPE_DEG))
+    flat = excess <= 0.0
+
+    def crossings(j: NDArray[np.intp]) -> Floats:
+        share = excess[j] / (excess[j] - excess[j + 1])
+        return np.asarray(x[j] + share * (x[j + 1] - x[j]))
+
+    falls = crossings(np.flatnonzero(~flat[:-1] & flat[1:]))
+    ends = np.append(crossings(np.flatnonzero(flat[:-1] & ~flat[1:])), np.inf)
+    ends = ends[np.searchsorted(ends, falls)]
+    return np.asarray(falls[ends - falls >= SHORTEST_RUNOUT_ZONE_M])
 
 
 def _angle(smooth: SmoothProfile, release_x: float, release_y: float, x: Floats) -> Floats:

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, Regression, alpha_beta
-from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, spline_profile
+from avahazard.physics.smooth_profile import (
+    SmoothProfile,
+    legendre_profile,
+    smooth_profile,
+    spline_profile,
+)
+from avahazard.records.reading import read_records
 
 NORWAY, AUSTRIA = REGRESSIONS
 FALL, BEND = 1.0, 2.5e-4
@@ -86,7 +93,7 @@ def benched(bench_m: float) -> SmoothProfile:
 
 
 def naive_beta(smooth: SmoothProfile) -> list[float]:
-    """Every place, metre by metre, where 10° is reached and kept for 30 m, once it was steep."""
+    """Every place, metre by metre, where 10° is reached and kept for 100 m, once it was steep."""
     x = np.arange(0.0, smooth.x_max, 0.25)
     slope = np.degrees(np.arctan(-smooth.derivatives(x)[1]))
     found = []
@@ -95,14 +102,14 @@ def naive_beta(smooth: SmoothProfile) -> list[float]:
         if slope[k] > 10.0:
             was_steep = True
         elif was_steep:
-            ahead = slope[k : k + 121]
+            ahead = slope[k : k + 401]
             if (ahead <= 10.0).all():
                 found.append(float(x[k]))
             was_steep = False
     return found
 
 
-@pytest.mark.parametrize(("bench_m", "n_places"), [(20.0, 1), (200.0, 2)])
+@pytest.mark.parametrize(("bench_m", "n_places"), [(60.0, 1), (300.0, 2)])
 def test_the_first_flattening_that_lasts_and_the_others_told(bench_m: float, n_places: int) -> None:
     smooth = benched(bench_m)
     found = alpha_beta(smooth, 0.0, AUSTRIA)
@@ -121,3 +128,18 @@ def test_runout_by_a_plain_search_on_a_stepped_path() -> None:
     assert found.alpha_deg is not None
     place = x[(x > found.beta_x) & (angle <= found.alpha_deg)][0]
     assert found.runout_x == pytest.approx(place, abs=0.1)
+
+
+def test_real_terrain_by_a_plain_search(shared_data: Path) -> None:
+    profiles = read_records([shared_data / "tyrol-profiles"]).profiles
+    assert len(profiles) == 9
+    for profile in profiles:
+        smooth = smooth_profile(profile.x_m, profile.y_m)
+        found = alpha_beta(smooth, smooth.x_min, NORWAY)
+        assert found.beta_x == pytest.approx(naive_beta(smooth)[0], abs=0.5)
+        assert found.beta_x is not None
+        assert found.alpha_deg is not None
+        assert 22.0 < found.alpha_deg < 32.0
+        x = np.arange(found.beta_x, smooth.x_max, 0.1)
+        line = found.release_y - np.tan(np.radians(found.alpha_deg)) * (x - found.release_x)
+        assert found.runout_x == pytest.approx(x[np.argmax(smooth.height(x) >= line)], abs=0.3)
