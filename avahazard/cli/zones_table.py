@@ -56,8 +56,9 @@ def show_zones(console: Console, entries: Sequence[dict[str, Any]]) -> None:
 
 def _zone(path_id: str, zone: dict[str, Any]) -> tuple[str, ...]:
     name = zone["zone"] + ("*" if zone["extrapolated"] else "")
-    if zone["to_x_m"] <= zone["from_x_m"] and not zone["beyond"]:
-        return (path_id, name, "none", "–", _interval(zone))
+    if zone["to_x_m"] <= zone["from_x_m"]:
+        start = BEYOND if zone["beyond"] else "none"
+        return (path_id, name, start, "–", _interval(zone))
     end = BEYOND if zone["beyond"] else f"{zone['to_x_m']:.0f}"
     return (path_id, name, f"{zone['from_x_m']:.0f}", end, _interval(zone))
 

@@ -30,6 +30,12 @@ def test_one_path_place_by_place() -> None:
     assert "900 1600 0.012 100 120 100 120" in text
 
 
+def test_a_zone_that_begins_beyond_the_profile() -> None:
+    one = entry(beyond=True)
+    one["zones"][1]["from_x_m"] = 900.0
+    assert "P01 blue* beyond – 700–beyond" in shown([one])
+
+
 def test_many_paths_by_their_largest() -> None:
     text = shown([entry(), entry(beyond=True)])
     assert "P01 blue* 100 beyond 700–beyond" in text
