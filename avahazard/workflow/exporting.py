@@ -111,20 +111,20 @@ def _drawn(records: Records, path: Path, profile: Profile, line: Any) -> Drawn:
 def _notes(drawn: Sequence[Drawn], rows: Rows, zones: Rows) -> list[str]:
     """What has no place on the map."""
     shown = {one.path.path_id for one in drawn}
+    beyond = [
+        row["path_id"]
+        for row in rows
+        for found in (row, row.get("exceeded"))
+        if found and row["path_id"] in shown
+        for x in found["runout_x_m"].values()
+        if x is None
+    ]
     notes = []
-    for row in rows:
-        beyond = [
-            f"{words} {', '.join(names)}"
-            for words, found in (("runout", row), ("exceeded", row.get("exceeded")))
-            if found and (names := [k for k, x in found["runout_x_m"].items() if x is None])
-        ]
-        if beyond and row["path_id"] in shown:
-            period, volume = row["return_period_years"], row["volume_m3"]
-            what = f"{volume:g} m3" if period is None else f"{period:g} years"
-            notes.append(
-                f"{row['path_id']}, {what}: past the end of the profile and without a point: "
-                f"{'; '.join(beyond)}."
-            )
+    if beyond:
+        notes.append(
+            f"{len(beyond)} statistics of runouts lie past the end of the profile and have no "
+            f"point: {', '.join(dict.fromkeys(beyond))}. Longer profiles would tell."
+        )
     bare = [
         one.path.path_id
         for one in drawn

@@ -71,9 +71,8 @@ def test_a_geopackage_with_every_layer(stored: str, tmp_path: FilePath) -> None:
     assert [f.name for f in tmp_path.iterdir()] == ["map.gpkg"]
     notes = "\n".join(done["notes"])
     assert "not on the map are R: coordinates without a crs" in notes
-    assert (
-        "P, 100 years: past the end of the profile and without a point: runout mean, q95" in notes
-    )
+    assert "4 statistics of runouts lie past the end of the profile" in notes
+    assert "no point: P, Q." in notes
     assert "for want of a column width_m: Q" in notes
     lines = shapely.from_wkb(pyogrio.raw.read(file, layer="paths")[2])
     for layer in ("releases", "events", "runouts"):
