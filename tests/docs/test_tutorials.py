@@ -25,6 +25,7 @@ SMALLER = {
     "--events 80 --paths 4": "--events 24 --paths 2",
     "--worlds 99": "--worlds 39",
     "avahazard calibrate base": "avahazard calibrate base --chains 2 --draws 60",
+    "local --with turbulent-drag": "local --chains 2 --draws 60",
 }
 # The same commands again, on another model.
 AGAIN = ("avahazard diagnose forest", "avahazard add forest season")
