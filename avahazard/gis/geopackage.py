@@ -14,6 +14,7 @@ from pyogrio.errors import DataLayerError, DataSourceError
 
 from avahazard.gis.layer_style import layer_style, qml, sld
 from avahazard.gis.map_layer import MapLayer
+from avahazard.records.errors import AvahazardError
 
 OWNER = "avahazard"
 GEOMETRY = "geom"
@@ -68,15 +69,20 @@ def is_own_geopackage(file: FilePath) -> bool:
 def _write(file: FilePath, layer: str, rows: Sequence[dict[str, Any]], **options: Any) -> None:
     names = list(rows[0])
     columns = [_column([row[name] for row in rows]) for name in names]
-    pyogrio.raw.write(
-        file,
-        driver="GPKG",
-        layer=layer,
-        fields=names,
-        field_data=[values for values, _ in columns],
-        field_mask=[missing for _, missing in columns],
-        **options,
-    )
+    try:
+        pyogrio.raw.write(
+            file,
+            driver="GPKG",
+            layer=layer,
+            fields=names,
+            field_data=[values for values, _ in columns],
+            field_mask=[missing for _, missing in columns],
+            **options,
+        )
+    except (DataSourceError, DataLayerError) as error:
+        raise AvahazardError(
+            f"{file.parent} cannot be written to: {error}", "Name a file in another folder."
+        ) from error
 
 
 def _column(values: list[Any]) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:

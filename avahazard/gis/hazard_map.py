@@ -16,7 +16,7 @@ WIDTH = "width_m"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
+class MappedPath:
     """A path on the map: the places (m) of its release and of the recorded stops on it."""
 
     path: Path
@@ -32,7 +32,9 @@ class Drawn:
 
 
 def hazard_layers(
-    drawn: Sequence[Drawn], rows: Sequence[Mapping[str, Any]], zones: Sequence[Mapping[str, Any]]
+    drawn: Sequence[MappedPath],
+    rows: Sequence[Mapping[str, Any]],
+    zones: Sequence[Mapping[str, Any]],
 ) -> list[MapLayer]:
     """The layers of the results on the paths `drawn`; layers without features are left out.
 
@@ -53,7 +55,7 @@ def hazard_layers(
     ]
 
 
-def _path(one: Drawn) -> Feature:
+def _path(one: MappedPath) -> Feature:
     path, line = one.path, one.line
     return Feature(
         line,
@@ -76,13 +78,13 @@ def _path(one: Drawn) -> Feature:
     )
 
 
-def _release(one: Drawn) -> list[Feature]:
+def _release(one: MappedPath) -> list[Feature]:
     point = one.line.at(one.release_x)
     attributes = {"path_id": one.path.path_id, **_place(one.line, one.release_x)}
     return [] if point is None else [Feature(one.line, point, attributes)]
 
 
-def _stops(one: Drawn) -> list[Feature]:
+def _stops(one: MappedPath) -> list[Feature]:
     return [
         Feature(
             one.line,
@@ -101,7 +103,7 @@ def _stops(one: Drawn) -> list[Feature]:
     ]
 
 
-def _runouts(one: Drawn, row: Mapping[str, Any]) -> list[Feature]:
+def _runouts(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
     """A point for each statistic of each way to give the runout: of avalanches of the row's
     volume, and exceeded once in the return period."""
     ways = {"volume": row, **({"exceeded": row["exceeded"]} if row.get("exceeded") else {})}
@@ -127,7 +129,7 @@ def _runouts(one: Drawn, row: Mapping[str, Any]) -> list[Feature]:
     return features
 
 
-def _zones(one: Drawn, entry: Mapping[str, Any]) -> list[Feature]:
+def _zones(one: MappedPath, entry: Mapping[str, Any]) -> list[Feature]:
     features = []
     for zone in entry["zones"]:
         piece = one.line.between(zone["from_x_m"], zone["to_x_m"])
@@ -148,7 +150,7 @@ def _zones(one: Drawn, entry: Mapping[str, Any]) -> list[Feature]:
     return features
 
 
-def _area(drawn: Mapping[str, Drawn], piece: Feature) -> Feature | None:
+def _area(drawn: Mapping[str, MappedPath], piece: Feature) -> Feature | None:
     width = drawn[piece.attributes["path_id"]].width_m
     if width is None:
         return None

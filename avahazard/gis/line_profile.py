@@ -85,7 +85,7 @@ def line_profile(
 def _corners(geometry: shapely.Geometry | None) -> Floats:
     """The corners of a line `[n, 2]`, none of them twice in a row."""
     if geometry is None or geometry.is_empty:
-        raise LineFault("no geometry", "a line")
+        raise LineFault("no geometry that can be read", "a line")
     if geometry.geom_type == "MultiLineString":
         if len(geometry.geoms) != 1:
             raise LineFault(

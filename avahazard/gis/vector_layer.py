@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pyogrio
@@ -41,21 +42,10 @@ def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = Non
     if not file.is_file():
         raise AvahazardError(f"There is no file {file}.", "Name a .gpkg, .geojson or .shp file.")
     try:
-        name = _layer_name(file, kind)
-        crs = read_system(pyogrio.read_info(file, layer=name)["crs"])
-        if crs is None:
-            raise AvahazardError(
-                f"The {kind}s of {file} have no reference system.",
-                f"Put {file.with_suffix('.prj').name} beside it, as your GIS writes it."
-                if file.suffix.lower() == ".shp"
-                else "Give the layer its system in your GIS and save it again.",
-            )
-        crs = crs.to_2d()
-        box = None
-        if near is not None:
-            xy = moved(*near, crs)
-            box = (*xy.min(axis=0), *xy.max(axis=0))
-        meta, _, geometry, columns = pyogrio.raw.read(file, layer=name, force_2d=True, bbox=box)
+        with warnings.catch_warnings():
+            # GDAL remarks on how the file was written, such as values of M that are left out.
+            warnings.simplefilter("ignore")
+            crs, (meta, _, geometry, columns) = _read(file, kind, near)
     except (DataSourceError, DataLayerError) as error:
         raise AvahazardError(
             f"{file} cannot be read: {error}", "Give a GeoPackage, GeoJSON or Shapefile."
@@ -74,6 +64,24 @@ def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = Non
         if cells
         else ({},) * len(geometry),
     )
+
+
+def _read(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None) -> tuple[CRS, Any]:
+    name = _layer_name(file, kind)
+    crs = read_system(pyogrio.read_info(file, layer=name)["crs"])
+    if crs is None:
+        raise AvahazardError(
+            f"The {kind}s of {file} have no reference system.",
+            f"Put {file.with_suffix('.prj').name} beside it, as your GIS writes it."
+            if file.suffix.lower() == ".shp"
+            else "Give the layer its system in your GIS and save it again.",
+        )
+    crs = crs.to_2d()
+    box = None
+    if near is not None:
+        xy = moved(*near, crs)
+        box = (*xy.min(axis=0), *xy.max(axis=0))
+    return crs, pyogrio.raw.read(file, layer=name, force_2d=True, bbox=box)
 
 
 def _layer_name(file: FilePath, kind: Kind) -> str:

@@ -22,8 +22,9 @@ from avahazard.workflow.hazard_csv import is_own_csv, write_hazard
 from avahazard.workflow.viewing_path import stop_place
 
 if TYPE_CHECKING:
-    from avahazard.gis.hazard_map import Drawn
+    from avahazard.gis.hazard_map import MappedPath
     from avahazard.gis.map_layer import MapLayer
+    from avahazard.gis.path_line import PathLine
 
 Rows = Sequence[Mapping[str, Any]]
 ENDINGS = (".gpkg", ".geojson", ".csv")
@@ -79,7 +80,7 @@ def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], 
     from avahazard.gis.path_line import path_line  # noqa: PLC0415
 
     profiles = {profile.path_id: profile for profile in records.profiles}
-    drawn: list[Drawn] = []
+    drawn: list[MappedPath] = []
     lacking: dict[str, list[str]] = {}
     for path in records.paths:
         profile = profiles.get(path.path_id)
@@ -99,16 +100,16 @@ def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], 
     return hazard_layers(drawn, rows, zones), notes + _notes(drawn, rows, zones)
 
 
-def _drawn(records: Records, path: Path, profile: Profile, line: Any) -> Drawn:
-    from avahazard.gis.hazard_map import Drawn  # noqa: PLC0415
+def _drawn(records: Records, path: Path, profile: Profile, line: PathLine) -> MappedPath:
+    from avahazard.gis.hazard_map import MappedPath  # noqa: PLC0415
 
     smooth = smooth_profile(profile.x_m, profile.y_m)
     events = [event for event in records.events if event.path_id == path.path_id]
     stops = [(event, x) for event in events if (x := stop_place(smooth, event)) is not None]
-    return Drawn(path, line, release_place(smooth, path.release_elevation_m), tuple(stops))
+    return MappedPath(path, line, release_place(smooth, path.release_elevation_m), tuple(stops))
 
 
-def _notes(drawn: Sequence[Drawn], rows: Rows, zones: Rows) -> list[str]:
+def _notes(drawn: Sequence[MappedPath], rows: Rows, zones: Rows) -> list[str]:
     """What has no place on the map."""
     shown = {one.path.path_id for one in drawn}
     beyond = [
@@ -151,6 +152,8 @@ def _replace(
     file: FilePath, is_own: Callable[[FilePath], bool], write: Callable[[FilePath], None]
 ) -> None:
     """Write beside `file` and put it in its place when it is whole."""
+    if not file.parent.is_dir():
+        raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     if file.exists() and not (file.is_file() and is_own(file)):
         raise AvahazardError(
             f"{file} is there already, and no export made it; nothing was written.",

@@ -59,6 +59,7 @@ def write_lines(
     columns: dict[str, list[Any]],
     crs: str | None = CODE,
     layer: str | None = None,
+    kind: str | None = None,
 ) -> Path:
     """Write lines (their corners, or geometries) with their attributes."""
     made = [
@@ -73,7 +74,7 @@ def write_lines(
             np.array(v) if None not in v else np.array(v, object) for v in columns.values()
         ],
         fields=list(columns),
-        geometry_type=kinds.pop() if len(kinds) == 1 else "Unknown",
+        geometry_type=kind or kinds.pop() if len(kinds) == 1 else "Unknown",
         crs=crs,
         layer=layer,
     )

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from avahazard.gis.hazard_map import Drawn, hazard_layers
+from avahazard.gis.hazard_map import MappedPath, hazard_layers
 from avahazard.gis.map_layer import MapLayer
 from avahazard.gis.path_line import PathLine, path_line
 from avahazard.records.event import Event
@@ -14,13 +14,13 @@ from avahazard.records.path import Covariate, Path
 from tests.gis.results import bounds, profile, zones
 
 
-def drawn(path_id: str = "P", width: Covariate | None = 80.0, **more: Any) -> Drawn:
+def drawn(path_id: str = "P", width: Covariate | None = 80.0, **more: Any) -> MappedPath:
     """Give a path with a stop on it, and one off it."""
     line = path_line(profile(path_id, **more))
     assert isinstance(line, PathLine)
     path = Path(path_id, section="open", covariates={} if width is None else {"width_m": width})
     events = ((Event("e", path_id, date="1950", volume_m3=5e3), 600.0), (Event("f", path_id), 1e4))
-    return Drawn(path, line, 120.0, events)
+    return MappedPath(path, line, 120.0, events)
 
 
 def by_name(layers: list[MapLayer]) -> dict[str, MapLayer]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sqlite3
+import warnings
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +69,17 @@ def test_only_features_near_some_points(tmp_path: Path) -> None:
     whole = read_layer(file, "polygon")
     near = read_layer(file, "polygon", near=(np.array([[0.5, 0.5], [3.0, 3.0]]), whole.crs))
     assert [row["land_cover"] for row in near.attributes] == ["forest"]
+
+
+def test_heights_and_measures_are_left_out_without_a_word(tmp_path: Path) -> None:
+    line = shapely.LineString([(0.0, 0.0, 7.0), (1.0, 1.0, 8.0)])
+    file = write_lines(tmp_path / "a.gpkg", [line], {"path_id": ["P"]}, kind="LineString Z")
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("UPDATE gpkg_geometry_columns SET z = 0, m = 1")
+        connection.commit()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert not read_layer(file, "line").geometry[0].has_z
 
 
 def test_files_that_cannot_be_used(tmp_path: Path) -> None:

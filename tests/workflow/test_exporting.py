@@ -110,6 +110,7 @@ def test_only_an_export_is_replaced(stored: str, tmp_path: FilePath, name: str) 
 def test_what_cannot_be_exported(stored: str, tmp_path: FilePath) -> None:
     for model, name, message, hint in (
         ("base", "map.kml", "does not end in", "GeoPackage"),
+        ("base", "none/map.gpkg", "no folder", "Make"),
         ("nobody", "map.gpkg", "no model nobody", "base"),
         ("bare", "map.gpkg", "No bounds are stored by bare", "avahazard hazard bare"),
     ):
