@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.nodes import SPEED_CORRELATION_M
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import Predicted
 from avahazard.inference.predictive import draw_friction, look_up
+from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.study import LEFT
 from avahazard.physics.runout_table import MU
 

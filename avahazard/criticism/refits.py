@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.assemble import assemble, with_effects
 from avahazard.inference.mode import Mode, find_mode, refined
+from avahazard.inference.mode_search import search_mode
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
@@ -50,7 +51,7 @@ def refit(
     wider, more = with_effects(study, specification, effects, own)
     facts = {**facts, **more}
     posterior = assemble(study, wider, facts, own)
-    mode = find_mode(posterior, None if start is None else _carried(start, posterior))
+    mode = search_mode(posterior, None if start is None else _carried(start, posterior))
     fine = refined(posterior, mode)
     if fine is not posterior:
         posterior, mode = fine, find_mode(fine, mode.u)

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.axes import terciles
-from avahazard.inference.nodes import SPEED_CORRELATION_M, Nodes, build_nodes
+from avahazard.inference.nodes import Nodes, build_nodes
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import Predicted
+from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.study import SpeedRecord, Study
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_table import MU, MU_STEP

@@ -3,7 +3,6 @@ made worlds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -15,9 +14,10 @@ from avahazard.criticism.bumps import SpeedGrid
 from avahazard.criticism.quick_fit import Design, Edges
 from avahazard.effects.effect import Definition, Effect, Floats
 from avahazard.inference.laws import LAWS, law
-from avahazard.inference.nodes import SPEED_CORRELATION_M
+from avahazard.inference.mode_search import thinned
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import BlockRuns, Predicted, predict_records
+from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.study import Study
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
@@ -224,11 +224,6 @@ def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
         z0 = (first.neutral - first.prior_mean) / first.prior_sd
         tried.append((np.array(corner), 0.5 * (z0 * z0 - z * z)))
     return tried
-
-
-def thinned(grid: Sequence[float], n: int) -> list[float]:
-    """At most n values of a grid, its ends among them."""
-    return [grid[k] for k in np.unique(np.linspace(0, len(grid) - 1, n).round().astype(int))]
 
 
 def _law_design(posterior: Posterior, name: str, design: Design, coefficients: Floats) -> Design:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.chains import Chains, chains
 from avahazard.inference.mode import Mode, find_mode, refined
+from avahazard.inference.mode_search import search_mode
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.seeds import generator
 
@@ -75,7 +76,7 @@ def sample(
     `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
     Equal seeds give equal draws.
     """
-    mode = find_mode(posterior, start)
+    mode = search_mode(posterior, start)
     fine = refined(posterior, mode)
     if fine is not posterior:
         fine_mode = find_mode(fine, mode.u)

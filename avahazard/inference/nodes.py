@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.predicted import Predicted
-from avahazard.inference.speed_nodes import between
+from avahazard.inference.speed_nodes import between, speed_log_likelihood
 from avahazard.inference.study import LEFT, SpeedRecord, Study
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.constants import KEEPS_NAN
@@ -128,26 +128,6 @@ def _bump_with_speeds(
         nodes.place[i],
         nodes.weight[i],
     )
-
-
-def speed_log_likelihood(
-    x: Floats, speed: Floats, sigma: Floats, predicted: Floats, scatter: float
-) -> Floats:
-    """Log density of the speeds of one track given each friction, `[n_friction]`.
-
-    Errors are those of the measurement, independent with `sigma` `[n_speeds]`, plus the model's,
-    with standard deviation `scatter` and correlation exp(-|Δx| / SPEED_CORRELATION_M).
-    """
-    correlation = np.exp(-np.abs(x[:, None] - x[None, :]) / SPEED_CORRELATION_M)
-    covariance = np.diag(sigma**2) + scatter**2 * correlation
-    factor = np.linalg.cholesky(covariance)
-    whitened = np.linalg.solve(factor, (speed - predicted).T)
-    constant = np.sum(np.log(np.diag(factor))) + 0.5 * len(x) * np.log(2.0 * np.pi)
-    return np.asarray(-0.5 * np.sum(whitened**2, axis=0) - constant)
-
-
-SPEED_CORRELATION_M = 100.0
-"""Length over which the model's error of speed stays alike: about that of a terrain step."""
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)

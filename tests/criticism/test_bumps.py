@@ -8,8 +8,8 @@ from avahazard.criticism.bumps import bumps
 from avahazard.criticism.made_worlds import Measured, real_world
 from avahazard.criticism.screening import bumps_of
 from avahazard.criticism.variants import LOG_MU, SPEED_STRIDE, Tables, make_tables
-from avahazard.inference.nodes import SPEED_CORRELATION_M
 from avahazard.inference.predicted import predict_records
+from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.study import LEFT, Study
 from tests.inference import studies
 

@@ -10,8 +10,9 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.event_terms import event_terms
-from avahazard.inference.nodes import Nodes, build_nodes, speed_log_likelihood
+from avahazard.inference.nodes import Nodes, build_nodes
 from avahazard.inference.predicted import Predicted
+from avahazard.inference.speed_nodes import speed_log_likelihood
 from avahazard.inference.study import ELEVATION, LEFT, SpeedRecord
 from avahazard.physics.runout_table import MU
 from tests.inference import naive_nodes
