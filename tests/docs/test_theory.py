@@ -20,11 +20,13 @@ CONSTANTS = [
     ("motion", "by 0.0025", "physics.runout_table", "MU_STEP", 0.0025),
     ("likelihood", "10 for each event", "inference.nodes", "N_NODES", 10),
     ("likelihood", "averaged over 5", "inference.volumes", "N_NODES", 5),
-    ("likelihood", "100\\,\\mathrm{m}", "inference.nodes", "SPEED_CORRELATION_M", 100.0),
+    ("likelihood", "100\\,\\mathrm{m}", "inference.speed_nodes", "SPEED_CORRELATION_M", 100.0),
     ("likelihood", "log 0.15 ± 1", "inference.layout", "SCATTER_CENTRE", 0.15),
     ("likelihood", "scale 0.2", "inference.layout", "PATH_SCATTER", 0.2),
     ("likelihood", "log 3 m/s ± 1", "inference.layout", "SPEED_SCATTER_M_S", 3.0),
     ("likelihood", "κ = 5", "inference.density", "DEFAULT_KAPPA", 5.0),
+    ("hazard", "8 equally probable", "hazard.release_zone", "N_RELEASES", 8),
+    ("hazard", "flattens to 10°", "hazard.alpha_beta", "BETA_SLOPE_DEG", 10.0),
     ("criticism", "k > 0.7", "criticism.loo", "BAD_K", 0.7),
     ("criticism", "three or more", "criticism.held_out", "MIN_PATHS", 3),
     ("criticism", "at least 20 m", "criticism.speed_misfit", "MIN_PIECE_M", 20.0),
@@ -43,3 +45,11 @@ def test_constants(page: str, words: str, module: str, name: str, value: float) 
     assert getattr(import_module(f"avahazard.{module}"), name) == value
     text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
     assert words in " ".join(text.split())
+
+
+def test_regressions_of_alpha_on_beta() -> None:
+    from avahazard.hazard.alpha_beta import REGRESSIONS  # noqa: PLC0415
+
+    text = (THEORY / "hazard.md").read_text(encoding="utf-8")
+    for r in REGRESSIONS:
+        assert f"| {r.slope:g} β - {-r.intercept_deg:g}° | {r.sd_deg:g}° |" in text
