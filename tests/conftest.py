@@ -129,3 +129,12 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def snow_database(snow_world: Path, tmp_path: Path) -> str:
     """Give a copy of the database of `snow_world`."""
     return str(shutil.copy(snow_world / "base.db", tmp_path / "snow.db"))
+
+
+@pytest.fixture(scope="session")
+def report_database(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Give a database with three paths of the twin under hostile names, and the model `m` with all
+    that a report shows; do not write to it."""
+    from tests.report.html.world import make_report_database  # noqa: PLC0415
+
+    return make_report_database(tmp_path_factory.mktemp("report"))

@@ -64,5 +64,7 @@ def rounded(value: Any, digits: int) -> Any:
 
 
 def label(text: str) -> str:
-    """Words of a user inside a figure, where Plotly reads a few marks of HTML."""
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    """Words of a user inside a figure, where Plotly reads a few marks of HTML and of TeX."""
+    for sign, name in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("$", "&#36;")):
+        text = text.replace(sign, name)
+    return text

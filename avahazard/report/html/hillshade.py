@@ -7,22 +7,29 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 
-AZIMUTH_DEG, ALTITUDE_DEG = 315.0, 45.0
+TO_LIGHT = np.array([-0.5, 0.5, np.sqrt(0.5)])
+"""East, north, up: from the north-west, 45° high."""
+DARKEST = 0.35
 
 
 def hillshade(elevation_m: NDArray[np.float32], cell_m: float) -> bytes:
-    """PNG of elevations `[n_rows, n_columns]`, rows from north; clear where they are NaN."""
-    from matplotlib.colors import LightSource  # noqa: PLC0415 (slow)
-    from matplotlib.image import imsave  # noqa: PLC0415
+    """PNG of elevations `[n_rows, n_columns]`, rows from north; clear where they are NaN.
+
+    Grey is the cosine of the angle between the normal of the ground and the light (Lambert).
+    """
+    from matplotlib.image import imsave  # noqa: PLC0415 (slow)
 
     ground = elevation_m.astype(np.float64)
-    light = LightSource(azdeg=AZIMUTH_DEG, altdeg=ALTITUDE_DEG)
-    shade = light.hillshade(ground, dx=cell_m, dy=cell_m)
+    southward, eastward = np.gradient(ground, cell_m)
+    normal = np.stack([-eastward, southward, np.ones_like(ground)])
+    light = np.tensordot(TO_LIGHT, normal, 1) / np.linalg.norm(normal, axis=0)
+    shade = DARKEST + (1.0 - DARKEST) * np.clip(light, 0.0, 1.0)
+    shade[np.isnan(ground)] = np.nan
     picture = BytesIO()
     # Nothing of the day or of the machine: equal grounds make equal pictures.
     imsave(
         picture,
-        np.round(0.35 + 0.65 * shade, 2),
+        np.round(shade, 2),
         cmap="gray",
         vmin=0.0,
         vmax=1.0,

@@ -1,0 +1,44 @@
+"""The lit ground."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import matplotlib.image as mpimg
+import numpy as np
+import pytest
+
+from avahazard.report.html.hillshade import hillshade
+
+
+def shade(elevation: np.ndarray) -> np.ndarray:
+    return mpimg.imread(BytesIO(hillshade(elevation.astype(np.float32), 10.0)), format="png")
+
+
+def test_slopes_that_face_the_light_are_brighter() -> None:
+    row, column = np.mgrid[0:20, 0:20]
+    # The light comes from the north-west, where row and column are 0.
+    facing = shade(5.0 * (row + column))[10, 10, 0]
+    flat = shade(np.zeros((20, 20)))[10, 10, 0]
+    away = shade(-5.0 * (row + column))[10, 10, 0]
+    assert facing > flat > away
+
+
+def test_unknown_ground_is_clear_and_the_picture_always_the_same() -> None:
+    ground = np.zeros((12, 15))
+    ground[2, 3] = np.nan
+    picture = shade(ground)
+    assert picture.shape[:2] == (12, 15)
+    assert picture[2, 3, 3] == 0.0
+    assert picture[8, 8, 3] == 1.0
+    assert hillshade(ground.astype(np.float32), 10.0) == hillshade(ground.astype(np.float32), 10.0)
+
+
+@pytest.mark.parametrize("cell", [1.0, 50.0])
+def test_the_slope_counts_and_not_the_rise_of_a_cell(cell: float) -> None:
+    row, _ = np.mgrid[0:10, 0:10]
+    picture = mpimg.imread(
+        BytesIO(hillshade((0.5 * cell * row).astype(np.float32), cell)), format="png"
+    )
+    same = mpimg.imread(BytesIO(hillshade((5.0 * row).astype(np.float32), 10.0)), format="png")
+    np.testing.assert_array_equal(picture, same)

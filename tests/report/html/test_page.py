@@ -1,0 +1,132 @@
+"""The page as text: whole, harmless, and always the same."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html as markup
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import plotly.graph_objects as go
+import pytest
+
+from avahazard.report.html.content import ReportContent
+from avahazard.report.html.page import render
+from tests.report.html.world import EVENT, NAMES
+
+
+class Reader(HTMLParser):
+    """Elements with their attributes, and the text of scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.scripts: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_data(self, data: str) -> None:
+        if self.elements and self.elements[-1][0] == "script" and self.cdata_elem:
+            self.scripts[-1] += data
+
+
+@pytest.fixture(scope="module")
+def reader(html: str) -> Reader:
+    """Give the parsed page."""
+    return Reader(html)
+
+
+def test_the_page_states_its_language_and_title(reader: Reader) -> None:
+    assert ("html", {"lang": "en"}) in reader.elements
+    assert "title" in [tag for tag, _ in reader.elements]
+
+
+def test_nothing_points_outside(reader: Reader) -> None:
+    asking = {"src", "href", "srcset", "poster", "data", "action"}
+    targets = [value for _, a in reader.elements for key, value in a.items() if key in asking]
+    assert targets
+    assert [t for t in targets if not t or not t.startswith(("#", "data:"))] == []
+
+
+def test_links_lead_to_parts_of_the_page(reader: Reader) -> None:
+    known = {a["id"] for _, a in reader.elements if "id" in a}
+    links = {a["href"] for tag, a in reader.elements if tag == "a"}
+    assert {link[1:] for link in links if link} <= known
+
+
+def test_only_the_reports_own_script_may_run(reader: Reader) -> None:
+    (policy,) = [
+        a["content"] for _, a in reader.elements if a.get("http-equiv") == "Content-Security-Policy"
+    ]
+    kinds = [a.get("type") for tag, a in reader.elements if tag == "script"]
+    assert kinds.count(None) == 1
+    assert set(kinds) == {None, "application/json"}
+    code = reader.scripts[kinds.index(None)]
+    digest = base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
+    assert policy is not None
+    assert f"script-src 'sha256-{digest}'" in policy
+    assert "default-src 'none'" in policy
+    assert "unsafe-eval" not in policy
+    handlers = [key for _, a in reader.elements for key in a if key.startswith("on")]
+    assert handlers == []
+
+
+def test_names_of_users_are_words(html: str) -> None:
+    for name in (*NAMES.values(), EVENT, "covariate:<b>wind</b>"):
+        assert name not in html or "<" not in name
+    for name in NAMES.values():
+        assert markup.escape(name).replace("&quot;", "&#34;").replace("&#x27;", "&#39;") in html
+
+
+def test_figures_are_what_plotly_takes(reader: Reader) -> None:
+    figures = [json.loads(text) for text in reader.scripts if text.startswith('{"data"')]
+    assert len(figures) >= 14
+    for figure in figures:
+        assert figure["data"]
+        go.Figure(figure["data"], figure["layout"])
+
+
+def test_figures_have_words(reader: Reader) -> None:
+    drawings = [a for _, a in reader.elements if "data-figure" in a]
+    assert all(a["role"] == "img" and a["aria-label"] for a in drawings)
+    keys = [a["data-figure"] for a in drawings]
+    assert len(set(keys)) == len(keys)
+    assert {"record", "ladder", "friction", "density", "posterior-1", "posterior-joint",
+            "predicted-elevation", "effects", "path-1", "path-2", "path-3"} < set(keys)  # fmt: skip
+    assert len([key for key in keys if key and key.startswith("map-")]) == 2
+
+
+def test_the_size_of_a_region_stays_below_10_mb(content: ReportContent, html: str) -> None:
+    assert len(html.encode()) < 6e6
+    region = replace(content, paths=content.paths * 10)
+    assert len(render(region).encode()) < 10e6
+
+
+def test_the_same_content_gives_the_same_page(content: ReportContent, html: str) -> None:
+    assert render(content) == html
+
+
+def test_what_is_missing_is_said_with_its_command(content: ReportContent) -> None:
+    bare = replace(
+        content,
+        comparison=None,
+        diagnosis=None,
+        rows=(),
+        friction=None,
+        densities=(),
+        ladder=[dict.fromkeys(row, None) | {"model": "m", "added": []} for row in content.ladder],
+        paths=tuple(replace(v, rows=(), speeds=(), zones=None, plan=None) for v in content.paths),
+        lacking={"rows": "Make them: avahazard hazard m", "comparison": "Do it: avahazard compare",
+                 "diagnosis": "Do it: avahazard diagnose m"},
+    )  # fmt: skip
+    text = render(bare)
+    for command in ("avahazard hazard m", "avahazard compare", "avahazard diagnose m"):
+        assert command in text
+    assert not re.search(r"\bNone\b", re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL))

@@ -1,0 +1,100 @@
+"""What the first page says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from avahazard.report.html.content import ReportContent
+from avahazard.report.html.limits import assumptions, zone_words
+from avahazard.report.html.summary import (
+    cannot_tell,
+    model_words,
+    sure_words,
+    unknown_words,
+    verdict_words,
+)
+from tests.report.html.world import NAMES
+
+
+def said(content: ReportContent, **change: Any) -> str:
+    return " ".join(cannot_tell(replace(content, **change)))
+
+
+def test_the_model_is_told(content: ReportContent) -> None:
+    text = " ".join(model_words(content))
+    assert "61 events on 3 paths" in text
+    assert "exponential" in text
+    metropolis = {**content.model, "method": "metropolis", "effects": ["season"], "parent": "p",
+                  "centrifugal": False, "law": "power"}  # fmt: skip
+    text = " ".join(model_words(replace(content, model=metropolis)))
+    assert "metres of elevation" in text
+    assert "season" in text
+    assert "“p”" in text
+    assert "left out" in text
+
+
+def test_how_sure_is_the_held_out_error_beside_the_floor(content: ReportContent) -> None:
+    comparison = content.comparison
+    assert comparison is not None
+    held = comparison["held_out"]["runout"]
+    text = " ".join(sure_words(content))
+    assert f"{held['rmse_m']:.0f} m" in text
+    assert f"{held['noise_floor_m']:.0f} m" in text
+    assert "fails nowhere" in text
+    failing = {"axis": "snow_type", "level": "wet", "n": 9, "bias_m": -50.0, "p_value": 0.001}
+    worse = {**comparison, "where_it_fails": [failing]}
+    assert "snow type, “wet”" in " ".join(sure_words(replace(content, comparison=worse)))
+    assert sure_words(replace(content, comparison=None)) == []
+
+
+def test_what_it_cannot_tell_comes_from_the_results(content: ReportContent) -> None:
+    assert "extrapolation" in said(content)  # 300 years of a record of 100
+    assert "season" in said(content)
+    assert "never diagnosed" in said(content, diagnosis=None)
+    assert "never set against" in said(content, comparison=None)
+    assert "have changed" in said(content, records_changed=True)
+    checks = {**content.model["diagnostics"], "converged": False}
+    assert "provisional" in said(content, model={**content.model, "diagnostics": checks})
+    row = dict(content.rows[0])
+    name = NAMES[row["path_id"]]
+    beyond = {**row, "runout_x_m": {**row["runout_x_m"], "q95": None}}
+    assert f"{name}: part of the runout lies beyond" in said(content, rows=[beyond])
+    held = {**row, "p_not_released": 0.9}
+    assert "does not start" in said(content, rows=[held])
+    few = replace(content.paths[0], events=())
+    assert "fewer than 5" in said(content, paths=(few, *content.paths[1:]))
+
+
+def test_what_is_not_known_is_counted(content: ReportContent) -> None:
+    event = replace(content.events[0], volume_m3=None, year=None, left_profile=True, path_id=None)
+    text = " ".join(unknown_words(replace(content, events=(event,), covariates={"snow": 1})))
+    for words in ("no volume", "no date", "left their profile", "no path", "“snow”", "No speeds"):
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("missing-effect", "lacks an effect: season"),
+        ("ambiguous", "cannot tell which"),
+        ("unexplained", "no effect of the catalogue"),
+        ("adequate", "25 m"),
+    ],
+)
+def test_the_verdict_in_words(verdict: str, words: str) -> None:
+    document = {"verdict": verdict, "missing": ["season"], "detectable_m": 25.0}
+    assert words in verdict_words(document)
+
+
+def test_the_limits_name_what_the_report_holds(content: ReportContent) -> None:
+    text = " ".join(assumptions(content))
+    assert content.rows[0]["interval"] in text
+    assert content.rows[0]["exceeded"]["interval"] in text
+    assert "no drag" in text
+    assert "kg/m³" in " ".join(zone_words(content))
+    drag = {**content.model, "effects": ["turbulent-drag"]}
+    assert "no drag" not in " ".join(assumptions(replace(content, model=drag)))
+    assert zone_words(replace(content, paths=())) == []

@@ -1,0 +1,47 @@
+"""Numbers in words."""
+
+from __future__ import annotations
+
+from avahazard.report.html import words
+from avahazard.report.html.content import EventView
+
+S = words.NARROW
+
+
+def test_numbers() -> None:
+    assert words.integer(-12345.6) == f"−12{S}346"
+    assert words.metres(1234.4) == f"1{S}234 m"
+    assert words.metres(None) == "beyond"
+    assert words.volume(123456.0) == f"123{S}000 m³"
+    assert words.volume(None) == "any"
+    assert words.number(3.167e-7) == "3.17 × 10⁻⁷"
+    assert words.number(-0.25) == "−0.25"
+    assert words.number(None) == "–"
+    assert words.chance(0.0004) == "< 0.001"
+    assert words.chance(0.25) == "0.250"
+    assert words.count(1, "path") == "1 path"
+    assert words.count(2, "path") == "2 paths"
+
+
+def test_a_share_is_never_nothing_where_it_is_something() -> None:
+    assert [words.share(p) for p in (0.0, 1e-5, 0.012, 0.5, 1.0)] == [
+        "0.0 %", "under 0.1 %", "1.2 %", "50 %", "100 %",
+    ]  # fmt: skip
+
+
+def test_an_interval_says_what_lies_beyond() -> None:
+    assert words.interval({"q05": 900.0, "q95": 1000.0}) == f"900 to 1{S}000 m"
+    assert words.interval({"q05": 900.0, "q95": None}) == "900 to beyond"
+    assert words.interval({"q05": None, "q95": None}) == "beyond"
+
+
+def test_the_case_of_a_row() -> None:
+    assert words.case({"return_period_years": 30.0, "volume_m3": 1.0}) == "30 years"
+    assert words.case({"return_period_years": None, "volume_m3": 2e4}) == f"20{S}000 m³"
+
+
+def test_an_event_is_named_with_what_is_known() -> None:
+    event = EventView(
+        "e1", "P", "1950", 1950, None, False, "elevation", 900.0, 10.0, 800.0, 0.5, "unique"
+    )
+    assert words.event_words(event, {"P": "Path"}) == "e1 · Path · 1950 · volume unknown"
