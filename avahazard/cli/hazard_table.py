@@ -129,7 +129,7 @@ def _volume(row: dict[str, Any]) -> tuple[Any, ...]:
         row.get("n_records"),
         f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
         f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
-        row.get("volume_source", "pooled" if row["pooled"] else "own"),
+        _source(row),
     )
 
 
@@ -145,6 +145,12 @@ def _spans(rows: Sequence[dict[str, Any]]) -> str:
     else:
         sources = "; ".join(f"{source} ({', '.join(ids)})" for source, ids in by_source.items())
     return f"a year: records over years; years: {sources}."
+
+
+def _source(row: dict[str, Any]) -> str:
+    if row.get("volume_source", "records") != "records":
+        return str(row["volume_source"])
+    return "pooled" if row["pooled"] else "own"
 
 
 def _period(row: dict[str, Any]) -> str:

@@ -55,6 +55,11 @@ COMMANDS: tuple[Entry, ...] = (
         "Predict the runout of each event of a file; its own runout only serves for scores.",
     ),
     Entry(
+        "volumes",
+        "volumes",
+        "Fit how often which volumes come down the paths: return levels and their error.",
+    ),
+    Entry(
         "hazard",
         "hazard",
         "Draw the runout for volumes or return periods, with its interval, path by path.",

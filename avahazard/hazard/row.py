@@ -40,6 +40,7 @@ def hazard_row(
         row |= {
             "volume_interval_m3": {"q05": returned.q05_m3, "q95": returned.q95_m3},
             "volume_method": frequency.method,
+            "volume_source": frequency.source,
             "pooled": frequency.pooled,
             "extrapolated": returned.extrapolated,
         }

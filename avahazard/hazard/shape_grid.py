@@ -35,10 +35,10 @@ BETWEEN_SCALE, BETWEEN_SHAPE = 0.2, 0.1
 """How far paths of one region differ in log scale and in shape (standard deviations)."""
 
 
-def shape_prior() -> Floats:
-    """Log prior density `[n_scales, n_shapes]`: flat in log scale."""
-    row = -0.5 * ((SHAPES - SHAPE_CENTRE) / SHAPE_SD) ** 2
-    return np.tile(row, (len(LOG_SCALES), 1))
+def shape_prior(centre: float = SHAPE_CENTRE, sd: float = SHAPE_SD) -> Floats:
+    """Log prior density `[n_scales, n_shapes]`: flat in log scale, normal in the shape."""
+    row: Floats = -0.5 * ((SHAPES - centre) / sd) ** 2
+    return np.asarray(row + np.zeros((len(LOG_SCALES), 1)))
 
 
 def regional_prior(likelihoods: Sequence[Floats]) -> Floats:
@@ -67,7 +67,7 @@ def gev_likelihood(sample: Floats) -> Floats:
         total = density.sum(axis=-1) - len(sample) * LOG_SCALES[:, None]
         result[:, k] = np.where(possible, total, -np.inf)
     # A flat prior of the location in log m3 is one of the grid's times the scale.
-    return result + LOG_SCALES[:, None, None]
+    return np.asarray(result + LOG_SCALES[:, None, None])
 
 
 def gev_draws(

@@ -38,6 +38,7 @@ class VolumeFrequency:
 
     `pooled`: scale and shape lean on the other paths' records. `longest_years`: past twice as
     many, or past the ends of a table in `table_years`, a return period is an extrapolation.
+    `source`: the records of events, a table of the user, or snowfall.
     """
 
     path_id: str
@@ -47,6 +48,7 @@ class VolumeFrequency:
     record: VolumeRecord | None = None
     longest_years: float = np.inf
     table_years: tuple[float, float] | None = None
+    source: Literal["records", "given", "snow"] = "records"
 
     def extrapolated(self, return_period_years: float) -> bool:
         """Whether the record or the table does not reach to this return period."""
@@ -196,12 +198,13 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
 
     Raises `AvahazardError` where events are rarer than T.
     """
-    period, record = return_period_years, frequency.record
-    if record is not None and record.event_year_chance * period <= 1:
+    period = return_period_years
+    observed = frequency.record if frequency.source == "records" else None
+    if observed is not None and observed.event_year_chance * period <= 1:
         raise AvahazardError(
-            f"Path {record.path_id} has an event in {record.n_event_years} of {record.n_years} "
-            f"years: no volume returns every {period:g} years.",
-            f"Ask for a return period over {1 / record.event_year_chance:.0f} years.",
+            f"Path {observed.path_id} has an event in {observed.n_event_years} of "
+            f"{observed.n_years} years: no volume returns every {period:g} years.",
+            f"Ask for a return period over {1 / observed.event_year_chance:.0f} years.",
         )
     low, middle, high = np.exp(
         np.quantile(frequency.draws.log_volume(1.0 / period), [0.05, 0.5, 0.95])

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.hazard.snowfall import snowfall_frequency
 from avahazard.hazard.volume_frequency import (
     Family,
     Region,
@@ -15,43 +17,94 @@ from avahazard.hazard.volume_frequency import (
     region_of,
 )
 from avahazard.hazard.volume_record import VolumeRecord, volume_record
+from avahazard.hazard.volume_table import table_frequency
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
+from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 
 Floats = NDArray[np.float64]
+
+DENSITY_RATIO = 0.5
+"""Density of released snow over that of the deposit: about 200 over 400 kg/m3."""
 
 
 @dataclass(frozen=True, slots=True)
 class VolumeSource:
-    """Where the frequency of volumes comes from.
+    """Where the frequency of volumes comes from: records, else one of the two files.
 
     `family` is `gev` of yearly maxima or `gpd` over a threshold (m3; without one, the median of
-    each path's volumes).
+    each path's volumes). `table` holds (T, V) of the user's; `snowfall` three-day snow depths,
+    which `density_ratio` (density of the release over that of the deposit) makes volumes.
     """
 
     family: Family = "gev"
     threshold_m3: float | None = None
+    table: FilePath | None = None
+    snowfall: FilePath | None = None
+    density_ratio: float = DENSITY_RATIO
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frequencies:
-    """Frequencies of volumes by path, fitted when they are asked for; `refused` says why not."""
+    """Frequencies of volumes by path, fitted when they are asked for; `refused` says why not.
+
+    `table` and `depths` are what the files of `source` hold, None without them; `areas` (m2) the
+    release areas of paths that have one.
+    """
 
     region: Region
     refused: dict[str, AvahazardError]
     seed: int
+    source: VolumeSource
+    table: dict[str, list[tuple[float, float]]] | None
+    depths: dict[str | None, Floats] | None
+    areas: dict[str, float]
     fitted: dict[str, VolumeFrequency] = field(default_factory=dict)
 
     def of(self, path_id: str) -> VolumeFrequency:
         """The frequency of a path. Raises `AvahazardError` where there is none."""
-        if path_id in self.refused:
-            raise self.refused[path_id]
         if path_id not in self.fitted:
             rng = generator(self.seed, "frequency", path_id)
-            self.fitted[path_id] = fit_volume_frequency(self.region, path_id, rng)
+            if self.table is not None:
+                found = self._of_table(path_id, self.table)
+            elif self.depths is not None:
+                found = self._of_snow(path_id, self.depths, rng)
+            elif path_id in self.refused:
+                raise self.refused[path_id]
+            else:
+                found = fit_volume_frequency(self.region, path_id, rng)
+            self.fitted[path_id] = found
         return self.fitted[path_id]
+
+    def _of_table(
+        self, path_id: str, table: dict[str, list[tuple[float, float]]]
+    ) -> VolumeFrequency:
+        if path_id not in table:
+            raise AvahazardError(
+                f"The table {self.source.table} has no row of path {path_id}.",
+                "Add its return periods and volumes, or name other paths with --path.",
+            )
+        return table_frequency(path_id, table[path_id])
+
+    def _of_snow(
+        self, path_id: str, depths: dict[str | None, Floats], rng: np.random.Generator
+    ) -> VolumeFrequency:
+        if path_id not in self.areas:
+            raise AvahazardError(
+                f"Path {path_id} has no release_area_m2.",
+                "Add this column to paths.csv and import it with --update.",
+            )
+        own = depths.get(path_id, depths.get(None))
+        if own is None:
+            raise AvahazardError(
+                f"The file {self.source.snowfall} has no snow depth for path {path_id}.",
+                "Add its rows, or rows without a path_id, which hold for all.",
+            )
+        record = self.region.records.get(path_id)
+        ratio = self.source.density_ratio
+        return snowfall_frequency(path_id, own, self.areas[path_id], ratio, record, rng)
 
     def rate_of(self, path_id: str, n: int) -> Floats | None:
         """Draws `[n]` of the rate of avalanches of a path, None where its record has none."""
@@ -67,8 +120,26 @@ def volume_frequencies(
 ) -> Frequencies:
     """The frequencies of all paths of the records. Raises `AvahazardError` for a bad source."""
     source = source or VolumeSource()
+    if not (np.isfinite(source.density_ratio) and source.density_ratio > 0.0):
+        raise AvahazardError(
+            f"The density ratio is {source.density_ratio:g}.", "Give a number over 0, such as 0.5."
+        )
     known, refused = volume_records(records)
-    return Frequencies(region_of(known, source.family, source.threshold_m3), refused, seed)
+    return Frequencies(
+        region=region_of(known, source.family, source.threshold_m3),
+        refused=refused,
+        seed=seed,
+        source=source,
+        table=None if source.table is None else read_return_volumes(source.table),
+        depths=None if source.snowfall is None else read_snow_depths(source.snowfall),
+        areas=_areas(records),
+    )
+
+
+def _areas(records: Records) -> dict[str, float]:
+    """Release areas (m2) by path, where the column has a number over 0."""
+    values = {p.path_id: p.covariates.get("release_area_m2") for p in records.paths}
+    return {k: float(v) for k, v in values.items() if isinstance(v, float | int) and v > 0.0}
 
 
 def volume_records(records: Records) -> tuple[list[VolumeRecord], dict[str, AvahazardError]]:

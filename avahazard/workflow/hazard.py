@@ -202,7 +202,7 @@ def _notes(stored: StoredFit, records: Records, rows: Sequence[dict[str, Any]]) 
     far = sorted({row["path_id"] for row in rows if row.get("extrapolated")})
     if far:
         notes.append(
-            f"the return period is over twice the observed years of {', '.join(far)}: "
-            "an extrapolation."
+            f"the return period is over twice the observed years of {', '.join(far)}, or past "
+            "the ends of the table: an extrapolation."
         )
     return notes

@@ -41,6 +41,7 @@ def test_row_of_a_return_period() -> None:
         "n_nonpositive_friction": 3,
         "volume_interval_m3": {"q05": 2e4, "q95": 9e4},
         "volume_method": frequency.method,
+        "volume_source": "records",
         "pooled": False,
         "n_records": 20,
         "first_year": 1950,

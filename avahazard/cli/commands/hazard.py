@@ -7,6 +7,15 @@ from typing import Annotated
 import typer
 
 from avahazard.cli.comparison_table import EffectFiles
+from avahazard.cli.frequency_options import (
+    DensityOption,
+    FamilyName,
+    FrequencyOption,
+    SnowfallOption,
+    TableOption,
+    ThresholdOption,
+    volume_source,
+)
 from avahazard.cli.hazard_table import show_bounds
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
@@ -34,16 +43,26 @@ def hazard(
         list[str] | None,
         typer.Option(metavar="PATH", help="Only this path; may be given again."),
     ] = None,
+    frequency: FrequencyOption = FamilyName.gev,
+    threshold: ThresholdOption = None,
+    volumes: TableOption = None,
+    snowfall: SnowfallOption = None,
+    density_ratio: DensityOption = 0.5,
     draws: Annotated[int, typer.Option(min=100, max=10_000_000, help="For each row.")] = 20_000,
     seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
     effect_file: EffectFiles = None,
 ) -> None:
     """Draw the runout for volumes or return periods, with its interval, path by path.
 
+    (a) takes the volume of the return period and draws friction; (b) is the runout exceeded once
+    in the period, all volumes mixed at the rate of the path.
+
     \b
     Examples:
       avahazard hazard first
       avahazard hazard first -T 30 -T 300 --path P01
+      avahazard hazard first -T 100 --frequency gpd
+      avahazard hazard first -T 100 --volumes volumes.csv
       avahazard --json hazard first -V 20000 > bounds.json
     """
     from avahazard.workflow.hazard import hazard as run  # noqa: PLC0415
@@ -55,6 +74,7 @@ def hazard(
             return_periods=return_period or (),
             volumes=volume or (),
             paths=path or (),
+            source=volume_source(frequency, threshold, volumes, snowfall, density_ratio),
             n_draws=draws,
             seed=seed,
             effect_files=effect_file or (),

@@ -1,0 +1,73 @@
+"""Files of the user that tell the frequency of volumes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path as FilePath
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
+from avahazard.records.forms.return_volume import ReturnVolumeRow, SnowDepthRow
+from avahazard.records.forms.row import Row, check_rows
+from avahazard.records.table import read_table
+
+Floats = NDArray[np.float64]
+R = TypeVar("R", bound=Row)
+
+
+def read_return_volumes(file: FilePath) -> dict[str, list[tuple[float, float]]]:
+    """Rows of (return period in years, volume in m3) by path, in the order of the periods.
+
+    Raises `AvahazardError` where the file cannot be read, and `RejectedRows` for rows that are
+    not acceptable, such as a volume that is not over that of a shorter period.
+    """
+    problems: list[RowProblem] = []
+    by_path: dict[str, list[tuple[float, float, int]]] = {}
+    for line, row in _rows(file, ReturnVolumeRow, problems):
+        by_path.setdefault(row.path_id, []).append((row.return_period_years, row.volume_m3, line))
+    for rows in by_path.values():
+        rows.sort()
+        for (years, before, _), (more_years, volume, line) in pairwise(rows):
+            if more_years == years or volume <= before:
+                accepted = f"a volume over {before:g}, that of {years:g} years; each period once"
+                problems.append(RowProblem(str(file), line, "volume_m3", f"{volume:g}", accepted))
+    if problems:
+        raise RejectedRows(problems)
+    return {key: [(years, volume) for years, volume, _ in rows] for key, rows in by_path.items()}
+
+
+def read_snow_depths(file: FilePath) -> dict[str | None, Floats]:
+    """The largest three-day snow depth (m) of each year `[n_winters]`, by path; None: for all.
+
+    Raises as `read_return_volumes`.
+    """
+    problems: list[RowProblem] = []
+    largest: dict[str | None, dict[int, float]] = {}
+    for _, row in _rows(file, SnowDepthRow, problems):
+        years = largest.setdefault(row.path_id, {})
+        years[row.year] = max(years.get(row.year, 0.0), row.depth_m)
+    if problems:
+        raise RejectedRows(problems)
+    return {
+        key: np.array([years[year] for year in sorted(years)]) for key, years in largest.items()
+    }
+
+
+def _rows(file: FilePath, form: type[R], problems: list[RowProblem]) -> list[tuple[int, R]]:
+    """The rows of the file; at least one."""
+    try:
+        table = read_table(file, problems)
+    except OSError as error:
+        raise AvahazardError(
+            f"The file {file} cannot be read: {error.strerror}.", "Name a CSV file."
+        ) from error
+    if table is None:
+        raise RejectedRows(problems)
+    rows = list(check_rows(form, table.file, table.numbered(), problems))
+    if not rows and not problems:
+        columns = ", ".join(form.model_fields)
+        raise AvahazardError(f"The file {file} has no rows.", f"Its columns: {columns}.")
+    return rows

@@ -1,0 +1,132 @@
+"""The frequency of volumes per path: the fit, return levels, and the records beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from avahazard.hazard.volume_frequency import VolumeFrequency, return_volume
+from avahazard.records.errors import AvahazardError
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.workflow.one_path import find_path
+
+RETURN_PERIODS = (10.0, 30.0, 100.0, 300.0)
+CURVE = tuple(float(t) for t in np.geomspace(1.2, 1000.0, 60))
+
+
+def volumes(
+    database: str,
+    *,
+    paths: Sequence[str] = (),
+    return_periods: Sequence[float] = (),
+    source: VolumeSource | None = None,
+    seed: int = 0,
+    plot: FilePath | None = None,
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """The frequency of volumes of each path, with notes for people; nothing is stored.
+
+    Each entry has `path_id`, `method` (a sentence), `source`, `pooled`, the record (`n_records`,
+    `n_volumes`, `first_year`, `last_year`, `years_not_observed`, `events_per_year`; None without
+    one), `levels` (for each return period `return_period_years`, `volume_m3`, `q05_m3`, `q95_m3`
+    of its posterior, `extrapolated`) and `maxima`: the yearly largest volumes with the return
+    periods of their rank, as fitted. Periods that are shorter than the time between avalanches
+    have no level. `plot` draws them.
+
+    Raises:
+        AvahazardError: a path is unknown, no path has what is needed, a return period is not
+            over 1 year, a file of `source` cannot be read, or `plot` is not a picture's name.
+    """
+    wanted = tuple(dict.fromkeys(return_periods)) or RETURN_PERIODS
+    for period in wanted:
+        if not (np.isfinite(period) and period > 1.0):
+            raise AvahazardError(
+                f"The return period is {period:g}.", "It must be a number of years over 1."
+            )
+    if plot is not None:
+        from avahazard.report.picture import require_picture  # noqa: PLC0415 (slow)
+
+        require_picture(plot)
+    with reading(database) as session:
+        records = load_records(session)
+    named = [find_path(records, path_id).path_id for path_id in paths]
+    frequencies = volume_frequencies(records, seed, source)
+    entries, notes, refusals, curves = [], [], [], []
+    for path_id in named or sorted(p.path_id for p in records.paths):
+        try:
+            frequency = frequencies.of(path_id)
+        except AvahazardError as error:
+            if named:
+                raise
+            refusals.append(error)
+            notes.append(f"left out: {error.message}")
+            continue
+        entries.append(_entry(frequency, frequencies, wanted))
+        curves.append(_levels(frequency, CURVE))
+    if not entries:
+        raise (
+            refusals[0]
+            if refusals
+            else AvahazardError("There are no paths.", "Import paths.csv and events.csv first.")
+        )
+    if plot is not None:
+        from avahazard.report.return_level_figure import draw_return_levels  # noqa: PLC0415
+
+        draw_return_levels(plot, entries, curves)
+    return entries, notes
+
+
+def _entry(
+    frequency: VolumeFrequency, frequencies: Frequencies, periods: Sequence[float]
+) -> dict[str, Any]:
+    record = frequency.record
+    return {
+        "path_id": frequency.path_id,
+        "method": frequency.method,
+        "source": frequency.source,
+        "pooled": frequency.pooled,
+        "n_records": None if record is None else record.n_events,
+        "n_volumes": None if record is None else len(record.log_volumes),
+        "first_year": None if record is None else record.first_year,
+        "last_year": None if record is None else record.last_year,
+        "years_not_observed": None if record is None else record.n_unobserved,
+        "events_per_year": None if record is None else record.events_per_year,
+        "levels": _levels(frequency, periods),
+        "maxima": _maxima(frequencies, frequency.path_id),
+    }
+
+
+def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> list[dict[str, Any]]:
+    """The return levels that there are: events may be rarer than a short period."""
+    found = []
+    for period in periods:
+        try:
+            level = return_volume(frequency, period)
+        except AvahazardError:
+            continue
+        found.append(
+            {
+                "return_period_years": period,
+                "volume_m3": level.volume_m3,
+                "q05_m3": level.q05_m3,
+                "q95_m3": level.q95_m3,
+                "extrapolated": level.extrapolated,
+            }
+        )
+    return found
+
+
+def _maxima(frequencies: Frequencies, path_id: str) -> list[dict[str, float]]:
+    """The yearly largest volumes and the return periods of their rank, (n + 1) / rank."""
+    record = frequencies.region.records.get(path_id)
+    if record is None:
+        return []
+    largest = np.sort(np.exp(record.log_maxima))[::-1]
+    return [
+        {"return_period_years": (record.n_years + 1) / rank, "volume_m3": float(volume)}
+        for rank, volume in enumerate(largest, 1)
+    ]

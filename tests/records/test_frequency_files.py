@@ -1,0 +1,45 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
+
+Write = Callable[[str, str], Path]
+
+
+def test_rows_by_path_in_the_order_of_periods(write: Write) -> None:
+    text = "path_id,return_period_years,volume_m3,note\nb,100,5e4,x\nb,10,1e4,\na,30,2e4,\n"
+    found = read_return_volumes(write("table.csv", text))
+    assert found == {"b": [(10.0, 1e4), (100.0, 5e4)], "a": [(30.0, 2e4)]}
+
+
+def test_every_bad_row_is_told(write: Write) -> None:
+    text = "path_id,return_period_years,volume_m3\na,1,1e4\na,10,-3\nb,10,2e4\nb,30,1e4\nb,30,3e4\n"
+    with pytest.raises(RejectedRows) as caught:
+        read_return_volumes(write("table.csv", text))
+    found = [(p.line, p.column) for p in caught.value.problems]
+    assert found[:2] == [(2, "return_period_years"), (3, "volume_m3")]
+    assert {line for line, _ in found[2:]} <= {5, 6}
+    assert len(found) > 2
+
+
+def test_the_largest_depth_of_each_year(write: Write) -> None:
+    text = "year,depth_m\n2001,0.5\n2000,1.1\n2001,0.9\n"
+    assert {k: v.tolist() for k, v in read_snow_depths(write("snow.csv", text)).items()} == {
+        None: [1.1, 0.9]
+    }
+    text = "year,depth_m,path_id\n2001,0.5,a\n2000,1.1,b\n2001,0.9,\n"
+    found = read_snow_depths(write("snow.csv", text))
+    assert {k: v.tolist() for k, v in found.items()} == {"a": [0.5], "b": [1.1], None: [0.9]}
+
+
+def test_files_that_cannot_be_read(write: Write, tmp_path: Path) -> None:
+    with pytest.raises(AvahazardError, match="cannot be read"):
+        read_snow_depths(tmp_path / "nothing.csv")
+    with pytest.raises(AvahazardError, match="has no rows") as caught:
+        read_return_volumes(write("empty.csv", "path_id,return_period_years,volume_m3\n"))
+    assert "volume_m3" in caught.value.hint
+    with pytest.raises(RejectedRows):
+        read_return_volumes(write("blank.csv", ""))
