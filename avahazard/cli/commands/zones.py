@@ -8,6 +8,15 @@ from typing import Annotated
 import typer
 
 from avahazard.cli.comparison_table import EffectFiles
+from avahazard.cli.frequency_options import (
+    DensityOption,
+    FamilyName,
+    FrequencyOption,
+    SnowfallOption,
+    TableOption,
+    ThresholdOption,
+    volume_source,
+)
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -35,6 +44,11 @@ def zones(
         list[str] | None,
         typer.Option(metavar="PATH", help="Only this path; may be given again."),
     ] = None,
+    frequency: FrequencyOption = FamilyName.gev,
+    threshold: ThresholdOption = None,
+    volumes: TableOption = None,
+    snowfall: SnowfallOption = None,
+    density_ratio: DensityOption = 0.5,
     density: Annotated[float, typer.Option(metavar="KG_M3", help="Of the flow, its mean.")] = 300.0,
     density_sd: Annotated[
         float, typer.Option(metavar="KG_M3", help="Standard deviation of the density.")
@@ -50,6 +64,7 @@ def zones(
     \b
     Examples:
       avahazard zones first
+      avahazard zones first --volumes volumes.csv
       avahazard zones first --limits french --path P01 --plot zones.png
     """
     from avahazard.workflow.zones import zones as run  # noqa: PLC0415
@@ -63,6 +78,7 @@ def zones(
             density=density,
             density_sd=density_sd,
             paths=path or (),
+            source=volume_source(frequency, threshold, volumes, snowfall, density_ratio),
             seed=seed,
             plot=plot,
             effect_files=effect_file or (),

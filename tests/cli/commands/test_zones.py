@@ -53,9 +53,14 @@ def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
     assert (tmp_path / "z.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_people_see_zones_and_largest_speeds(mine: Run) -> None:
-    done = mine("zones", "base", "--limits", "french", "--path", "scey", "--path", "gurraz")
+def test_people_see_zones_and_largest_speeds(mine: Run, tmp_path: Path) -> None:
+    file = tmp_path / "volumes.csv"
+    rows = [f"{p},{t},{200 * t}" for p in ("scey", "gurraz") for t in (10, 100)]
+    file.write_text("\n".join(["path_id,return_period_years,volume_m3", *rows, ""]))
+    paths = ("--path", "scey", "--path", "gurraz")
+    done = mine("zones", "base", "--limits", "french", *paths, "--volumes", str(file))
     assert done.exit_code == 0
+    assert "scey: T = 300 is past twice the observed years, or past the table" in done.stderr
     words = " ".join(done.stdout.split())
     assert "Zones by the limits 'french'" in words
     assert "Largest along the path: median, 5 to 95 %" in words
@@ -71,6 +76,7 @@ def test_people_see_zones_and_largest_speeds(mine: Run) -> None:
         (("base", "--limits", "none.toml"), 1, "There are no limits 'none.toml'"),
         (("base", "--density", "-3"), 1, "The density is -3"),
         (("base", "-T", "0.5"), 1, "The return period is 0.5"),
+        (("base", "--threshold", "5000"), 2, "--threshold is for --frequency gpd"),
         ((), 2, "name"),
     ],
 )
