@@ -11,6 +11,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from avahazard.physics.constants import GRAVITY
 from avahazard.workflow.adding import add
 from avahazard.workflow.calibrating import calibrate
 from avahazard.workflow.comparing import compare
@@ -37,6 +40,13 @@ block misses, and that the most likely effect need not mend it.
 """
 
 
+FORCE = """\
+g sinθ - u du/dξ along the tracks, over stretches of 20 m or more (Ancey and Meunier 2004).
+For Coulomb friction it is the same at all speeds (times cosθ); with drag it rises as u². Where it
+equals g sinθ the speed was steady, which friction alone can hold on one slope only.
+"""
+
+
 def run(records: Path) -> str:
     """Calibrate without and with drag on `records`, and return the page."""
     with tempfile.TemporaryDirectory() as folder:
@@ -59,6 +69,9 @@ def run(records: Path) -> str:
             "The friction of each event is the one that its own stop asks for, so the misfit is",
             "the motion's. Bias is predicted less measured.\n",
             _places(found),
+            "## The force that the speeds tell of\n",
+            FORCE,
+            _force(found["Coulomb"]["measured_force"]),
             "## What the diagnosis says\n",
             _verdict(verdict),
             "## Parameters\n",
@@ -125,6 +138,24 @@ def _places(found: dict[str, dict[str, Any]]) -> str:
         cells = [by_model[m][level] for m in models]
         text = " | ".join(f"{c['rmse_m_s']:.1f} | {c['bias_m_s']:+.1f}" for c in cells)
         lines.append(f"| {level} | {text} |")
+    return "\n".join([*lines, ""])
+
+
+def _force(rows: list[dict[str, Any]]) -> str:
+    lines = [
+        "| speed m/s | stretches | measured force m/s² | their spread | g sinθ m/s² |",
+        "|---|---|---|---|---|",
+    ]
+    rows = sorted(rows, key=lambda row: row["speed_m_s"])
+    for third in np.array_split(np.arange(len(rows)), 3):
+        mine = [rows[k] for k in third]
+        speed = [row["speed_m_s"] for row in mine]
+        force = [row["force_m_s2"] for row in mine]
+        pull = GRAVITY * np.mean(np.sin(np.radians([row["slope_deg"] for row in mine])))
+        lines.append(
+            f"| {min(speed):.1f} to {max(speed):.1f} | {len(mine)} | {np.mean(force):.2f} "
+            f"| ± {np.std(force, ddof=1):.2f} | {pull:.2f} |"
+        )
     return "\n".join([*lines, ""])
 
 
