@@ -19,6 +19,7 @@ from avahazard.store.hazard import latest_hazard
 from avahazard.store.session import reading
 from avahazard.workflow.calibrating import calibrate
 from avahazard.workflow.drawing_bounds import draw_hazard
+from avahazard.workflow.frequencies import VolumeSource
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.hazard_csv import write_hazard
 from avahazard.workflow.hazard_words import interval_words
@@ -151,6 +152,33 @@ def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, writ
     assert row["p_not_released"] > 0.9
     assert set(row["runout_x_m"].values()) == {None}
     assert any("shelf: the block does not start" in note for note in notes)
+
+
+def test_volumes_of_a_table_by_both_ways(mine: str, write: Write) -> None:
+    text = "path_id,return_period_years,volume_m3\nscey,30,20000\n"
+    source = VolumeSource(table=write("table.csv", text))
+    rows, notes = hazard(mine, "gibbs", return_periods=[30.0, 300.0], source=source)
+    assert [row["path_id"] for row in rows] == ["scey"] * 2
+    assert [row["extrapolated"] for row in rows] == [False, True]
+    assert "past the ends of the table" in " ".join(notes)
+    assert "n_records" not in rows[0]
+    assert rows[0]["volume_m3"] == pytest.approx(2e4)
+    # One volume each 30 years: the farthest of 30 years is a common avalanche, of 300 a rare one.
+    assert rows[0]["exceeded"]["runout_x_m"]["q50"] < rows[0]["runout_x_m"]["q05"]
+    assert rows[1]["exceeded"]["runout_x_m"]["q50"] > rows[1]["runout_x_m"]["q50"]
+
+
+def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
+    (before,) = rows_of(mine, "gibbs", paths=["nants"])
+    first, last = before["first_year"], before["last_year"]
+    text = "path_id,observed_from,observed_to,not_observed\n"
+    text += f"nants,{first},{last},{first - 5}-{first + 40}\n"
+    import_files(mine, [write("paths.csv", text)], update=True)
+    (after,) = rows_of(mine, "gibbs", paths=["nants"])
+    assert after["years_not_observed"] == 41
+    years = last - first + 1 - 41
+    assert after["events_per_year"] == pytest.approx(after["n_records"] / years)
+    assert "41 years not observed" in after["volume_method"]
 
 
 def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:

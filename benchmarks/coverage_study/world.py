@@ -1,0 +1,143 @@
+"""A made world for the study: its truth is drawn, its records are made by `avahazard.synth`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from avahazard.records.collection import Records
+from avahazard.records.path import Path, Profile
+from avahazard.synth.integrator import LEFT_PROFILE, NOT_RELEASED, run_track
+from avahazard.synth.making import make_world
+from avahazard.synth.settings import Exponential, Settings, Site
+from avahazard.synth.sites import FIRST_YEAR, LAST_YEAR, concave_profile
+from avahazard.synth.track import make_track
+from avahazard.synth.world import STEEP
+
+Floats = NDArray[np.float64]
+
+N_PATHS = 5
+N_YEARS = LAST_YEAR - FIRST_YEAR + 1
+N_AVALANCHES = 400_000
+N_RELEASES = 10
+MU = np.geomspace(0.1, 1.2, 240)
+STEP_M = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class TrueWorld:
+    """Records, and what made them: the rate of each path and its site."""
+
+    seed: int
+    records: Records
+    sites: tuple[Site, ...]
+    rates: Floats
+    settings: Settings
+
+
+def true_world(seed: int) -> TrueWorld:
+    """World number `seed`: friction law, scatter, rates, volumes and terrain are all drawn."""
+    rng = np.random.default_rng([seed, 2005])
+    settings = Settings(
+        law=Exponential(a=float(rng.uniform(0.42, 0.58)), n=float(rng.uniform(2e-7, 9e-7))),
+        scatter=float(rng.uniform(0.08, 0.2)),
+        volume_rel_sigma=float(rng.uniform(0.2, 0.5)),
+    )
+    log_sd = float(rng.uniform(0.7, 1.2))
+    rates = rng.uniform(0.12, 0.5, N_PATHS)
+    counts = np.maximum(rng.poisson(rates * N_YEARS), 3)
+    sites = tuple(_site(rng, k, int(counts[k]), log_sd) for k in range(N_PATHS))
+    records, _ = make_world(seed, int(counts.sum()), N_PATHS, settings=settings, sites=sites)
+    return TrueWorld(seed, records, sites, rates, settings)
+
+
+def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> Site:
+    """A path as those of `synth`, with a longer end: its 100-year runout lies on it."""
+    waves = tuple(
+        (float(rng.uniform(0.02, 0.09)), float(rng.uniform(low, low + 1.5)), float(rng.uniform()))
+        for low in (1.0, 2.5, 4.0)
+    )
+    x, y = concave_profile(
+        float(rng.uniform(600.0, 2000.0)),
+        top_m=2600.0,
+        slopes=(float(rng.uniform(0.95, 1.1)), float(rng.uniform(0.05, 0.12))),
+        power=float(rng.uniform(1.3, 1.9)),
+        waves=waves,
+        tail=(4000.0, 0.03),
+    )
+    path_id = f"P{k + 1}"
+    return Site(
+        path=Path(path_id, observed_from=FIRST_YEAR, observed_to=LAST_YEAR),
+        profile=Profile(path_id, x, y),
+        n_events=n_events,
+        volume_median_m3=float(rng.lognormal(np.log(7e4), 0.5)),
+        volume_log_sd=log_sd,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """Runs of path k from places of its release zone over `MU`, `[n_releases, n_friction]`."""
+
+    stop: Floats
+    held: NDArray[np.bool_]
+
+
+def run_path(world: TrueWorld, k: int) -> Runs:
+    """Run the block of path k by the integrator of `synth`; stops are inf past the end."""
+    site = world.sites[k]
+    track = make_track(site.profile.x_m, site.profile.y_m)
+    x, y = track.fine(2.0)
+    zone = (y >= y.max() - site.release_share * np.ptp(y)) & (y <= y.max() - 0.02 * np.ptp(y))
+    steep = x[zone & (track.slope(x) >= STEEP)]
+    assert len(steep)
+    starts = steep[((np.arange(N_RELEASES) + 0.5) / N_RELEASES * len(steep)).astype(int)]
+    runs = [run_track(track, np.full(len(MU), start), MU, STEP_M) for start in starts]
+    status = np.array([run[0] for run in runs])
+    stop = np.where(status == LEFT_PROFILE, np.inf, np.array([run[1] for run in runs]))
+    return Runs(stop, status == NOT_RELEASED)
+
+
+def true_runouts(world: TrueWorld, k: int, runs: Runs, volume_m3: Floats | None = None) -> Floats:
+    """Runouts x (m) `[n]` of a great many avalanches of path k, inf past the end, in order.
+
+    Volumes and scatter are drawn, or the volumes given.
+    """
+    settings = world.settings
+    rng = np.random.default_rng([world.seed, k, 1])
+    if volume_m3 is None:
+        volume_m3 = true_volumes(world, k, rng.random(N_AVALANCHES))
+    log_mu = settings.law.log_friction(volume_m3)
+    log_mu = log_mu + settings.scatter * rng.standard_normal(len(volume_m3))
+    which = rng.integers(N_RELEASES, size=len(log_mu))
+    runouts = np.empty(len(log_mu))
+    for j, (stop, held) in enumerate(zip(runs.stop, runs.held, strict=True)):
+        mine = which == j
+        at = np.interp(log_mu[mine], np.log(MU), np.arange(len(MU)))
+        low = np.minimum(at.astype(int), len(MU) - 2)
+        part = at - low
+        with np.errstate(invalid="ignore"):
+            between = stop[low] * (1.0 - part) + stop[low + 1] * part
+        near = stop[np.rint(at).astype(int)]
+        found = np.where(np.isfinite(between), between, near)
+        # What does not move is no avalanche: it is not in the rate either.
+        runouts[mine] = np.where(held[np.rint(at).astype(int)], np.nan, found)
+    return np.sort(runouts[~np.isnan(runouts)])
+
+
+def true_volumes(world: TrueWorld, k: int, probability: Floats) -> Floats:
+    """Volumes (m3) of path k that a share `probability` of its avalanches stays under."""
+    site = world.sites[k]
+    ends = np.log([site.volume_low_m3, site.volume_high_m3]) - np.log(site.volume_median_m3)
+    low, high = ndtr(ends / site.volume_log_sd)
+    z = ndtri(low + (high - low) * probability)
+    return np.asarray(site.volume_median_m3 * np.exp(site.volume_log_sd * z))
+
+
+def exceeded_once(world: TrueWorld, k: int, runouts: Floats, years: float) -> float:
+    """The runout x (m) that a year exceeds with chance 1/years, of ordered `runouts`."""
+    share = -np.log1p(-1.0 / years) / world.rates[k]
+    return float(runouts[max(0, int(np.floor((1.0 - share) * len(runouts))))])
