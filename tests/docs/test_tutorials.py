@@ -14,6 +14,13 @@ import pytest
 from typer.testing import CliRunner
 
 from avahazard.cli.main import app
+from avahazard.records.forms.event import EventRow
+from avahazard.records.forms.path import PathRow
+from avahazard.records.forms.profile import ProfileRow
+from avahazard.records.forms.return_volume import ReturnVolumeRow, SnowDepthRow
+from avahazard.records.forms.straight import StraightRow
+from avahazard.records.forms.velocity import VelocityRow
+from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGES = sorted((DOCS / "tutorial").glob("*.md"))
@@ -124,27 +131,33 @@ def test_the_page_says_what_comes_out(file: Path, tmp_path: Path) -> None:
 def test_the_forms_examples_are_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     page = (DOCS / "data_forms.md").read_text(encoding="utf-8")
-    files = [b for b in tutorials.blocks(page) if b.title is not None]
+    files = {b.title: b.text for b in tutorials.blocks(page) if b.title is not None}
     folder = tmp_path / "records"
     folder.mkdir()
-    for block in files:
-        (folder / block.title).write_text(block.text, encoding="utf-8")
+    for title, text in files.items():
+        place = tmp_path if title.startswith("own_") else folder
+        (place / title).write_text(text, encoding="utf-8")
     runner = CliRunner()
     assert runner.invoke(app, ["init"]).exit_code == 0
     done = runner.invoke(app, ["import", "records"])
     assert done.exit_code == 0, done.output
-    assert len(files) == 5
+    assert len(files) == 5 + 2
+    assert read_return_volumes(tmp_path / "own_volumes.csv").keys() == {"north"}
+    assert read_snow_depths(tmp_path / "own_snowfall.csv").keys() == {None}
 
 
 def test_every_column_of_the_forms_is_on_the_page() -> None:
-    from avahazard.records.forms.event import EventRow  # noqa: PLC0415
-    from avahazard.records.forms.path import PathRow  # noqa: PLC0415
-    from avahazard.records.forms.profile import ProfileRow  # noqa: PLC0415
-    from avahazard.records.forms.straight import StraightRow  # noqa: PLC0415
-    from avahazard.records.forms.velocity import VelocityRow  # noqa: PLC0415
 
     page = (DOCS / "data_forms.md").read_text(encoding="utf-8")
-    forms = (PathRow, ProfileRow, EventRow, StraightRow, VelocityRow)
+    forms = (
+        PathRow,
+        ProfileRow,
+        EventRow,
+        StraightRow,
+        VelocityRow,
+        ReturnVolumeRow,
+        SnowDepthRow,
+    )
     columns = {name for form in forms for name in form.model_fields}
     assert {name for name in columns if f"`{name}`" not in page} == set()
 
