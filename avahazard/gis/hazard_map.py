@@ -123,6 +123,7 @@ def _runouts(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
                 **_place(one.line, x),
                 **{f"x_{name}_m": found["runout_x_m"][name] for name in STATISTICS},
                 "p_left_profile": row["p_left_profile"],
+                "extrapolated": bool(row.get("extrapolated")),
                 "interval": found["interval"],
             }
             features.append(Feature(one.line, point, attributes))
@@ -138,6 +139,7 @@ def _zones(one: MappedPath, entry: Mapping[str, Any]) -> list[Feature]:
         attributes = {
             "path_id": entry["path_id"],
             "limits": entry["limits"],
+            "extrapolated": bool(zone.get("extrapolated")),
             "zone": zone["zone"],
             "color": zone["color"],
             "from_x_m": zone["from_x_m"],

@@ -117,7 +117,7 @@ def _words(path: DrawnPath) -> str:
     lines = []
     if row["volume_m3"] is not None:
         volume = float(f"{row['volume_m3']:.3g}")
-        lines.append(f"V = {volume:,.0f} m³")
+        lines.append(f"V = {volume:,.0f} m³{', extrapolated' if row.get('extrapolated') else ''}")
     if x["mean"] is not None:
         lines.append(f"x = {x['mean']:.0f} m ({x['q05']:.0f} to {x['q95']:.0f})")
     left = f", {path.n_left} ran past the end" if path.n_left else ""

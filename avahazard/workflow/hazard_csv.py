@@ -38,6 +38,7 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
         "path_id": row["path_id"],
         "return_period_years": row["return_period_years"],
         "volume_m3": row["volume_m3"],
+        "extrapolated": int(bool(row.get("extrapolated"))),
         **_lengths("", row),
         "p_left_profile": row["p_left_profile"],
         "n_draws": row["n_draws"],
