@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: lock, paper-tables, tutorial, avanodes.
+# For maintainers: lock, paper-tables, tutorial, avanodes, coverage.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -18,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes lock
+.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes coverage lock
 
 setup: $(VENV)/.installed
 
@@ -55,6 +55,9 @@ paper-tables: setup
 # Runs the tutorials' own commands; writes what they print, and their pictures.
 tutorial: setup
 	$(PYTHON) docs/_tools/tutorials.py
+
+coverage: setup
+	$(PYTHON) benchmarks/coverage.py
 
 avanodes: setup
 	$(PYTHON) benchmarks/avanodes.py
