@@ -14,6 +14,7 @@ from avahazard.report.html.hillshade import hillshade
 from avahazard.report.html.style import BLACK, INK, ROW_COLORS, axis, layout
 from avahazard.report.html.words import case, event_words, interval
 
+MARGIN = {"l": 92, "r": 14, "t": 10, "b": 50}
 BAR_PLACES = 24
 EDGE = 0.08
 """Room around what is drawn, as a share of its size."""
@@ -105,6 +106,7 @@ def _layout(plan: PlanView, degrees: bool) -> dict[str, Any]:
              range=[north[0] - room / ratio, north[1] + room / ratio],
              scaleanchor="x", scaleratio=ratio),
         height=520,
+        margin=MARGIN,
     )  # fmt: skip
     if plan.ground is not None:
         ground = plan.ground

@@ -21,7 +21,7 @@ from avahazard.report.html.friction_figure import friction_figure
 from avahazard.report.html.ladder_figure import ladder_figure
 from avahazard.report.html.limits import assumptions, zone_words
 from avahazard.report.html.map_figure import map_figure
-from avahazard.report.html.path_figure import path_figure
+from avahazard.report.html.path_figure import path_figure, reading_words
 from avahazard.report.html.posterior_figure import offsets_figure, posterior_figures
 from avahazard.report.html.predicted_figure import predicted_figures
 from avahazard.report.html.record_figure import record_figure
@@ -32,6 +32,7 @@ from avahazard.report.html.summary import (
     sure_words,
     unknown_words,
     verdict_words,
+    why_words,
 )
 from avahazard.report.html.table import Table
 
@@ -76,6 +77,7 @@ def render(content: ReportContent) -> str:
         script=Markup(script),
         script_hash=_hash(script),
         model_words=model_words(content),
+        why_words=why_words(content),
         sure_words=sure_words(content),
         cannot_tell=cannot_tell(content),
         unknown_words=unknown_words(content),
@@ -86,6 +88,7 @@ def render(content: ReportContent) -> str:
         figures=figures,
         posterior=posterior_figures(model["parameters"], content.draws),
         predicted=predicted_figures(content.events, names),
+        reading_words=reading_words(content.paths),
         sections=list(_sections(content)),
         tables=_tables(content, names),
     )

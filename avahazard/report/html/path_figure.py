@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from avahazard.report.html.content import PathView
@@ -11,7 +12,8 @@ from avahazard.report.html.reach_panel import reach_of, reach_traces
 from avahazard.report.html.speed_panel import speed_traces
 from avahazard.report.html.style import axis, layout
 
-PROFILE_PX, PANEL_PX, GAP_PX = 380, 170, 34
+MARGIN = {"l": 84, "r": 14, "t": 10, "b": 50}
+PROFILE_PX, PANEL_PX, GAP_PX = 340, 140, 32
 
 
 def path_figure(k: int, view: PathView) -> Figure | None:
@@ -61,36 +63,47 @@ def path_figure(k: int, view: PathView) -> Figure | None:
         anchor=last,
         range=[view.smooth.x_min, view.smooth.x_max],
     )
-    places = layout(x_axis, axes.pop("yaxis"), height=total + 130, **axes)
+    places = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=MARGIN, **axes)
     return Figure(
         f"path-{k}",
         "Along the path",
         f"{view.name}: {', '.join(words)}, along the path.",
-        _caption(view),
+        "",
         data,
         places,
     )
 
 
-def _caption(view: PathView) -> str:
-    parts = []
-    if view.rows:
-        parts.append(
+def reading_words(views: Sequence[PathView]) -> list[str]:
+    """How to read the figures of the paths: of what they hold, once for all."""
+    rows = [row for view in views for row in view.rows]
+    words = []
+    if rows:
+        words.append(
             "Bars above the ground hold 90 % of avalanches of the return period or volume, and "
             "the humps on them are their distribution; the tick is the median, the diamond the "
-            "mean. A bar that ends at the edge goes on beyond "
-            "the profile."
+            "mean. A bar that ends at the edge goes on beyond the profile."
         )
-    if any(row.get("exceeded") for row in view.rows):
-        parts.append(
+    if any(row.get("exceeded") for row in rows):
+        words.append(
             "Open circles with thin bars: the runout exceeded once in the return period, and 90 % "
             "of what it may be."
         )
-    if view.alpha_beta:
-        parts.append(
+    if any(view.alpha_beta for view in views):
+        words.append(
             "Stars: the α-β runout, from the shape of the ground alone, with one standard "
             "deviation."
         )
-    if view.zones:
-        parts.append("The strip at the foot shows the zones.")
-    return " ".join(parts)
+    if any(view.zones for view in views):
+        words.append(
+            "The strip at the foot shows the zones. Speeds are those that a year exceeds with "
+            "chance 1/T: the median full, 95 % dashed, 5 % dotted; hover for the pressure."
+        )
+    elif any(view.speeds for view in views):
+        words.append("Speeds are those of the block of median friction.")
+    if any(row.get("reach") for row in rows):
+        words.append(
+            "The lowest panel gives the chance that an avalanche comes as far in a year, and 90 % "
+            "of what that may be."
+        )
+    return words

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from avahazard.report.html.content import Document, PathView, ReportContent
 from avahazard.report.html.table import Table
 from avahazard.report.html.words import BEYOND, case, interval, metres, share, volume
+
+APART = {"natural": "nature", "parameters": "parameters"}
+"""What is told apart in `hazard`, in words."""
 
 
 def lines_table(content: ReportContent) -> Table:
@@ -54,45 +57,43 @@ def _mind(row: Document) -> str:
 def bounds_table(content: ReportContent) -> Table:
     """Every number of the bounds, and where the volume comes from."""
     names = {view.path.path_id: view.name for view in content.paths}
-    apart = any(row.get("natural") for row in content.rows)
+    apart = [key for key in ("natural", "parameters") if any(r.get(key) for r in content.rows)]
     columns = [
-        "path", "for", ">volume", ">volume, 5 to 95 %", "years", ">a year",
-        ">x mean",
-        ">x median", ">x 5 %", ">x 95 %", ">z median", ">z 5 %", ">z 95 %", ">left",
+        "path", "for", ">volume, m³", ">5 to 95 %", "years", ">a year", ">x, m: mean", ">median",
+        ">5 to 95 %", ">z, m: median", ">at those ends", ">left",
     ]  # fmt: skip
-    if apart:
-        columns += [">x by nature alone", ">x by parameters alone"]
+    columns += [f">x by {APART[key]} alone" for key in apart]
     rows: list[list[str]] = []
     for row in content.rows:
         x, z = row["runout_x_m"], row["runout_elevation_m"]
-        spread = row.get("volume_interval_m3")
-        cells: list[str] = [
-            str(names.get(row["path_id"], row["path_id"])),
-            case(row),
-            volume(row["volume_m3"]),
-            "–" if spread is None else f"{_plain(spread['q05'])} to {volume(spread['q95'])}",
-            f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
-            f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
-            _known(x["mean"]),
-            *(metres(value[key]) for value in (x, z) for key in ("q50", "q05", "q95")),
-            share(row["p_left_profile"]),
-        ]
-        if apart:
-            cells += [
-                interval(row[key]["runout_x_m"]) if row.get(key) else "–"
-                for key in ("natural", "parameters")
+        volumes = row.get("volume_interval_m3")
+        rows.append(
+            [
+                str(names.get(row["path_id"], row["path_id"])),
+                case(row),
+                _bare(volume(row["volume_m3"])),
+                "–" if volumes is None else _between(volume(volumes[k]) for k in ("q05", "q95")),
+                f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
+                f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
+                "–" if x["mean"] is None else _bare(metres(x["mean"])),
+                _bare(metres(x["q50"])),
+                _bare(interval(x)),
+                _bare(metres(z["q50"])),
+                _bare(interval({"q05": z["q95"], "q95": z["q05"]})),
+                share(row["p_left_profile"]),
+                *(_bare(interval(row[k]["runout_x_m"])) if row.get(k) else "–" for k in apart),
             ]
-        rows.append(cells)
+        )
     return Table("bounds", "All bounds", columns, rows)
 
 
-def _known(mean: float | None) -> str:
-    """A mean, which is known only where the whole interval is."""
-    return "–" if mean is None else metres(mean)
+def _between(ends: Iterable[str]) -> str:
+    return " to ".join(_bare(end) for end in ends)
 
 
-def _plain(value: float) -> str:
-    return volume(value).removesuffix(" m³")
+def _bare(text: str) -> str:
+    """Without the unit, which stands in the head of the column."""
+    return text.removesuffix(" m³").removesuffix(" m")
 
 
 def paths_table(paths: Sequence[PathView]) -> Table:
@@ -113,7 +114,7 @@ def paths_table(paths: Sequence[PathView]) -> Table:
                 str(sum(e.left_profile for e in view.events)),
                 f"{min(years)}–{max(years)}" if years else "–",
                 f"{first or '?'}–{last or '?'}" if first or last else "–",
-                f"{_plain(min(volumes))} to {volume(max(volumes))}" if volumes else "–",
+                f"{_bare(volume(min(volumes)))} to {volume(max(volumes))}" if volumes else "–",
             ]
         )
     columns = (

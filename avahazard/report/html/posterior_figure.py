@@ -91,7 +91,7 @@ def _histogram(k: int, name: str, values: Floats, summary: Document) -> Figure:
         ],
         layout(
             axis(label(name) + (f" ({label(unit_words(summary['unit']))})" if unit else ""),
-                 automargin=False, exponentformat="power", nticks=5),
+                 exponentformat="power", nticks=5),
             axis("", showticklabels=False, ticks="", rangemode="tozero"),
             height=230,
             margin=SMALL_MARGIN,
@@ -120,8 +120,8 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
             }
         ],
         layout(
-            axis(label(one[0]), automargin=False, exponentformat="power", nticks=5),
-            axis(label(other[0]), automargin=False, exponentformat="power", nticks=5),
+            axis(label(one[0]), exponentformat="power", nticks=5),
+            axis(label(other[0]), exponentformat="power", nticks=5),
             height=230,
             margin=SMALL_MARGIN,
         ),

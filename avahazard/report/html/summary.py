@@ -50,6 +50,33 @@ def model_words(content: ReportContent) -> list[str]:
     return words
 
 
+def why_words(content: ReportContent) -> list[str]:
+    """Why this model and not another of the ladder: its error on what it had not seen."""
+    known = {
+        row["model"]: row["held_out_crps_m"]
+        for row in content.ladder
+        if row["held_out_crps_m"] is not None
+    }
+    name = content.model["model"]
+    if len(known) < 2 or name not in known:
+        return []
+    best = min(known, key=lambda key: float(known[key]))
+    own, least = f"{known[name]:.1f} m", f"{known[best]:.1f} m"
+    if best == name:
+        words = [
+            f"Of {len(known)} compared models it errs least on records kept back (CRPS {own})."
+        ]
+    else:
+        words = [
+            f"Of {len(known)} compared models “{best}” errs least on records kept back (CRPS "
+            f"{least}); this one errs by {own}."
+        ]
+    parent = content.model["parent"]
+    if parent in known:
+        words.append(f"Its parent “{parent}” errs by {known[parent]:.1f} m.")
+    return words
+
+
 def sure_words(content: ReportContent) -> list[str]:
     """How far the model misses records that it had not seen; empty where it was not compared."""
     if content.comparison is None:

@@ -15,6 +15,7 @@ from avahazard.report.html.summary import (
     sure_words,
     unknown_words,
     verdict_words,
+    why_words,
 )
 from tests.report.html.world import NAMES
 
@@ -34,6 +35,19 @@ def test_the_model_is_told(content: ReportContent) -> None:
     assert "season" in text
     assert "“p”" in text
     assert "left out" in text
+
+
+def test_why_is_the_held_out_error_of_the_ladder(content: ReportContent) -> None:
+    assert why_words(content) == []  # one model has nothing to be measured against
+    (row,) = content.ladder
+    ladder = [{**row, "held_out_crps_m": 40.0}, {**row, "model": "p", "held_out_crps_m": 50.0}]
+    child = {**content.model, "parent": "p"}
+    text = " ".join(why_words(replace(content, ladder=ladder, model=child)))
+    assert "it errs least" in text
+    assert "40.0 m" in text
+    assert "parent “p” errs by 50.0 m" in text
+    ladder[0]["held_out_crps_m"] = 60.0
+    assert "“p” errs least" in " ".join(why_words(replace(content, ladder=ladder)))
 
 
 def test_how_sure_is_the_held_out_error_beside_the_floor(content: ReportContent) -> None:

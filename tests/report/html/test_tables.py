@@ -1,0 +1,134 @@
+"""Tables of the report, cell by cell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from avahazard.report.html import effect_tables, model_tables, path_tables
+from avahazard.report.html.content import ReportContent
+from avahazard.report.html.table import Table
+from avahazard.report.html.words import NARROW as S
+from tests.report.html.world import NAMES
+
+ROW: dict[str, Any] = {
+    "path_id": "scey",
+    "return_period_years": 100.0,
+    "volume_m3": 20000.0,
+    "runout_x_m": {"mean": None, "q05": 900.0, "q50": 1200.0, "q95": None},
+    "runout_elevation_m": {"mean": None, "q05": None, "q50": 1100.0, "q95": 1300.0},
+    "p_left_profile": 0.1,
+    "p_not_released": 0.0,
+    "extrapolated": True,
+}
+
+
+def cells(table: Table, row: int = 0) -> dict[str, str]:
+    assert all(len(row) == len(table.columns) for row in table.rows)
+    return dict(zip((c.removeprefix(">") for c in table.columns), table.rows[row], strict=True))
+
+
+def test_the_line_is_the_median_with_its_ends(content: ReportContent) -> None:
+    found = cells(path_tables.lines_table(replace(content, rows=[ROW])))
+    assert found == {
+        "path": NAMES["scey"],
+        "for": "100 years",
+        "runout x (5 to 95 %)": f"1{S}200 m (900 to beyond)",
+        "elevation there": f"1{S}100 m (1{S}300 to beyond)",
+        "mind": "extrapolated; 10 % leave the profile",
+    }
+
+
+def test_a_block_that_does_not_start_has_no_line(content: ReportContent) -> None:
+    held = {**ROW, "p_not_released": 0.9}
+    found = cells(path_tables.lines_table(replace(content, rows=[held])))
+    assert found["runout x (5 to 95 %)"] == "not released"
+
+
+def test_bounds_hold_every_number(content: ReportContent) -> None:
+    table = path_tables.bounds_table(content)
+    assert len(table.rows) == len(content.rows)
+    found = cells(table)
+    row = content.rows[0]
+    assert found["x by nature alone"] != "–"
+    assert found["years"] == f"{row['first_year']}–{row['last_year']}"
+    bare = cells(path_tables.bounds_table(replace(content, rows=[ROW])))
+    assert bare["median"] == f"1{S}200"
+    assert bare["x, m: mean"] == "–"
+    assert bare["at those ends"] == f"1{S}300 to beyond"
+    assert bare["volume, m³"] == f"20{S}000"
+
+
+def test_paths_are_told_with_their_records(content: ReportContent) -> None:
+    table = path_tables.paths_table(content.paths)
+    assert [cells(table, k)["events"] for k in range(3)] == ["19", "15", "27"]
+    assert cells(table, 2)["left"] == "1"
+    assert [row[0] for row in table.rows] == [view.name for view in content.paths]
+
+
+def test_zones_and_alpha_beta_are_listed(content: ReportContent) -> None:
+    zones = path_tables.zones_table(content.paths)
+    assert zones is not None
+    assert {row[0] for row in zones.rows} == {NAMES["scey"]}
+    baseline = path_tables.alpha_beta_table(content.paths)
+    assert baseline is not None
+    assert len(baseline.rows) == 6
+    bare = [replace(view, zones=None, alpha_beta=()) for view in content.paths]
+    assert path_tables.zones_table(bare) is None
+    assert path_tables.alpha_beta_table(bare) is None
+
+
+def test_parameters_have_as_many_digits_as_they_are_sure() -> None:
+    parameters = {
+        "a": {"mean": 0.51993, "sd": 0.0073, "q05": 0.5, "q95": 0.53, "mode": 0.52, "unit": ""},
+        "n": {"mean": 3.2e-7, "sd": 9e-8, "q05": 1e-7, "q95": 5e-7, "mode": 3e-7, "unit": "1/m3"},
+        "path:x": {"mean": 0.0, "sd": 1.0, "q05": 0.0, "q95": 1.0, "mode": 0.0, "unit": ""},
+    }
+    table = model_tables.parameters_table({"parameters": parameters})
+    assert len(table.rows) == 2
+    assert cells(table)["mean"] == "0.5199"
+    assert cells(table, 1)["mean"] == "3.20 × 10⁻⁷"
+    assert cells(table, 1)["unit"] == "1/m³"
+
+
+def test_scores_and_failures_come_from_the_comparison(content: ReportContent) -> None:
+    assert content.comparison is not None
+    scores = model_tables.scores_table(content.comparison)
+    assert [row[0] for row in scores.rows] == ["all records", "paths kept back"]
+    fails = {"axis": "snow_type", "level": "scey", "n": 9, "bias_m": -50.0, "p_value": 1e-4}
+    comparison = {**content.comparison, "where_it_fails": [fails] * 40}
+    table = model_tables.failures_table(comparison, NAMES)
+    assert len(table.rows) == model_tables.MOST_ROWS
+    assert list(cells(table).values()) == [
+        "snow type", NAMES["scey"], "9", "−50 m", "< 0.001", "beyond chance",
+    ]  # fmt: skip
+    chance = {**content.comparison, "where_it_fails": [{**fails, "p_value": 1.0}] * 40}
+    assert len(model_tables.failures_table(chance, {}).rows) == model_tables.LEAST_ROWS
+
+
+def test_the_ladder_has_dashes_for_what_was_not_compared(content: ReportContent) -> None:
+    (row,) = content.ladder
+    bare = dict.fromkeys(row) | {"model": "new", "parent": "m", "added": ["season"]}
+    table = model_tables.ladder_table(replace(content, ladder=[row, bare]))
+    assert cells(table, 1)["held-out CRPS"] == "–"
+    assert cells(table, 1)["added"] == "season"
+
+
+def test_candidates_and_what_to_measure(content: ReportContent) -> None:
+    assert content.diagnosis is not None
+    table = effect_tables.candidates_table(content.diagnosis)
+    assert cells(table)["gain, nats"] == "9.0"
+    assert cells(table, 2)["gain, nats"] == "−0.1"
+    measure = effect_tables.measure_table(content.diagnosis)
+    assert measure is not None
+    assert cells(measure)["expected gain"] == "6.0 nats"
+    assert effect_tables.measure_table({"measure_next": []}) is None
+
+
+def test_how_it_was_made_names_seed_versions_and_fingerprint(content: ReportContent) -> None:
+    made = dict(model_tables.made_table(content).rows)
+    assert made["fingerprint of the records (SHA-256)"] == content.model["data_fingerprint"]
+    assert made["version of avahazard"] == content.versions["avahazard"]
+    assert made["seed"] == "0"
+    text = str(model_tables.made_table(replace(content, effect_sha256="ab" * 32)).rows)
+    assert "ab" * 32 in text
