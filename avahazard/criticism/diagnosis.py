@@ -132,7 +132,10 @@ def diagnose(
     verdict, missing = _verdict(named)
     if path_missing and (
         not named
-        or _path_comes_first(study, specification, facts, own, plain, base, fits[named[0]])
+        or all(
+            _path_comes_first(study, specification, facts, own, plain, base, fit)
+            for fit in fits.values()
+        )
     ):
         verdict, missing = "missing-effect", (PATH_EFFECT,)
     change = {key: explained(fit, base) for key, fit in fits.items()}
@@ -217,15 +220,15 @@ def _path_comes_first(
     own: Sequence[Definition],
     plain: Refit,
     base: Refit,
-    leader: Refit,
+    rival: Refit,
 ) -> bool:
-    """Whether unrecorded differences of paths explain more, given the leader, than the leader
-    does given them."""
-    keys = tuple(k for k in leader.specification.effects if k not in base.specification.effects)
+    """Whether unrecorded differences of paths explain more, given a rival, than the rival does
+    given them. A rival that differs by path alone, as the section, may explain all of them."""
+    keys = tuple(k for k in rival.specification.effects if k not in base.specification.effects)
     alone = refit(study, specification, facts, keys, own, plain) if keys else plain
-    by_path = leader.log_likelihood - alone.log_likelihood
-    by_leader = leader.log_likelihood - base.log_likelihood
-    return by_path > by_leader
+    by_path = rival.log_likelihood - alone.log_likelihood
+    by_rival = rival.log_likelihood - base.log_likelihood
+    return by_path > by_rival
 
 
 def _detectable(base: Refit, critical_gain: float) -> tuple[float, float]:

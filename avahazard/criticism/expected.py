@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.posterior import Posterior
-from avahazard.inference.predictive import PredictedStops, predict_stops
-from avahazard.inference.study import LEFT, LENGTH, PLACE, Study
+from avahazard.inference.predictive import predict_stops
+from avahazard.inference.study import ELEVATION, LEFT, LENGTH, PLACE, Study
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 SPARE = 4
 """Draws for each one that is needed, where some would not be seen."""
+FEWEST_SEEN = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,9 +69,14 @@ def expected_records(
         used = _used(len(coordinates), n_stops)
         first, place = np.unique(used, return_inverse=True)
         limit = _limits(posterior, coordinates[first])[:, place]
-        kept = _seen_first(_seen(stops, noise, limit), n_draws, rng)
+        excess = np.where(stops.left, -np.inf, stops.elevation + noise - limit)
+        kept = _seen_first(np.nan_to_num(excess, nan=-np.inf, neginf=-np.inf), n_draws, rng)
         rows = np.arange(study.n_events)[:, None]
+        # A draw that came nearest without being seen stands for one that just was.
+        short = np.maximum(excess[rows, kept], 0.0)
+        in_elevation = (study.kind == ELEVATION)[:, None] & np.isfinite(short)
         draws, left, x = draws[rows, kept], left[rows, kept], x[rows, kept]
+        draws = np.where(in_elevation, draws - short, draws)
     return ExpectedRecords(
         observed=observed_records(study),
         sigma=study.sigma,
@@ -123,19 +129,17 @@ def _used(n_posterior: int, n_draws: int) -> NDArray[np.int64]:
     return np.linspace(0, n_posterior - 1, n_draws).round().astype(np.int64)
 
 
-def _seen(stops: PredictedStops, noise: Floats, limit: Floats) -> Bools:
-    """Whether each draw would have been recorded."""
-    above = stops.elevation + noise > limit
-    return np.asarray(~above | stops.left | np.isnan(limit))
+def _seen_first(excess: Floats, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Index `[n_events, n_draws]` of draws that are seen; where too few are, some come twice.
 
-
-def _seen_first(seen: Bools, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
-    """Index `[n_events, n_draws]` of draws that are seen; where too few are, some come twice."""
-    chosen = np.empty((len(seen), n_draws), dtype=np.int64)
-    for i, row in enumerate(seen):
-        found = np.flatnonzero(row)
-        if len(found) == 0:
-            found = np.arange(len(row))
+    `excess` `[n_events, n_stops]` is by how much (m) each draw stops above the limit of sight.
+    Where hardly any is seen, those that come nearest count too.
+    """
+    chosen = np.empty((len(excess), n_draws), dtype=np.int64)
+    for i, row in enumerate(excess):
+        found = np.flatnonzero(row <= 0.0)
+        if len(found) < FEWEST_SEEN:
+            found = np.sort(np.argsort(row, kind="stable")[:FEWEST_SEEN])
         # Evenly over the posterior, which the draws run through in order.
         chosen[i] = (
             found[np.linspace(0, len(found) - 1, n_draws).round().astype(np.int64)]

@@ -104,7 +104,9 @@ def _bump_with_speeds(
     record, left = predicted.record[i], predicted.status[i] == LEFT_PROFILE
 
     def log_likelihood(u: Floats) -> Floats:
-        return speed_log_likelihood(measured.x, measured.speed, measured.sigma, u, scatter)
+        return np.asarray(
+            speed_log_likelihood(measured.x, measured.speed, measured.sigma, u, scatter)
+        )
 
     ends = log_likelihood(speeds)
     best = np.maximum(ends[1:], ends[:-1])

@@ -16,10 +16,21 @@ from avahazard.physics.resistance import SPEED_STEP
 @njit(**KERNEL, forceinline=True)
 def at_speed(table: np.ndarray, w: float) -> float:
     """Value of a table over speed (`resistance.SPEEDS`) at speed √w, linear in between."""
-    last = len(table) - 1
+    return between(table, table_place(table, w))
+
+
+@njit(**KERNEL, forceinline=True)
+def table_place(table: np.ndarray, w: float) -> float:
+    """Place of speed √w in a table over speed, in steps of it; its end for what is beyond."""
     place = np.sqrt(max(w, 0.0)) * (1.0 / SPEED_STEP)
-    place = place if place < last else float(last)  # also for the nan of a block at rest
-    j = np.uint32(min(int(place), last - 1))
+    last = len(table) - 1.0
+    return place if place < last else last  # also for the nan of a block at rest
+
+
+@njit(**KERNEL, forceinline=True)
+def between(table: np.ndarray, place: float) -> float:
+    """Value of a table at a place, linear in between."""
+    j = np.uint32(min(int(place), len(table) - 2))
     return table[j] + (place - j) * (table[j + np.uint32(1)] - table[j])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.physics.cell_motion import at_speed
+from avahazard.physics.cell_motion import between, table_place
 from avahazard.physics.cells import Cells
 from avahazard.physics.constants import KERNEL
 
@@ -72,11 +72,17 @@ def step_by_speed(
     factors, constants = cells.speed_factor, cells.speed_constant
     for j in range(LANES):
         first[j] = second[j] = w[row, j]
+    # Each loop by itself goes through registers in vectors, but for the one that looks up.
     for _ in range(CORRECTIONS):
         for j in range(LANES):
-            w0 = w[row, j]
-            share = 0.5 * (at_speed(factors, first[j]) + at_speed(factors, second[j]))
-            push = at_speed(constants, first[j]) + at_speed(constants, second[j])
+            first[j] = table_place(factors, first[j])
+            second[j] = table_place(factors, second[j])
+        for j in range(LANES):
+            share = 0.5 * (between(factors, first[j]) + between(factors, second[j]))
+            push = between(constants, first[j]) + between(constants, second[j])
+            first[j], second[j] = share, push
+        for j in range(LANES):
+            w0, share, push = w[row, j], first[j], second[j]
             m = friction[j] * share * factor + offset
             growth = g0 + m * (g1 + m * (g2 + m * (g3 + m * (g4 + m * (g5 + m * g6)))))
             drive = d0 + m * (d1 + m * (d2 + m * (d3 + m * (d4 + m * (d5 + m * d6)))))

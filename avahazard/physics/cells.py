@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.physics.constants import GRAVITY
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.resistance import SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
 
 Floats = NDArray[np.float64]
@@ -77,7 +77,7 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     for k in range(ORDER):
         growth[:, k + 1] = growth[:, k] * whole * (2.0 / (k + 1))
 
-    speed_factor, speed_constant = np.ones(2), np.zeros(2)
+    speed_factor, speed_constant = np.ones(len(SPEEDS)), np.zeros(len(SPEEDS))
     if resistance.speed_factor is not None:
         speed_factor = resistance.speed_factor
     if resistance.speed_constant is not None:

@@ -141,7 +141,9 @@ def held_out(study: Study, fit: Refit) -> list[float]:
 def _draws(posterior: Posterior, mode: Mode, rng: np.random.Generator) -> Any:
     layout = posterior.layout
     free = [k for k in range(len(mode.u)) if k not in layout.tables]
-    part = np.linalg.cholesky(mode.covariance[np.ix_(free, free)])
+    # Their covariance given the others: precision, not covariance, is cut.
+    given = np.linalg.inv(np.linalg.inv(mode.covariance)[np.ix_(free, free)])
+    part = np.linalg.cholesky(given)
     u = np.repeat(mode.u[None], DRAWS, axis=0)
     u[:, free] += rng.standard_normal((DRAWS, len(free))) @ part.T
     return np.clip(u, layout.low, layout.high)
