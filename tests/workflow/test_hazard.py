@@ -141,6 +141,7 @@ def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) 
     assert rows_of(mine, "gibbs", volumes=[1e4], paths=["bare"])[0]["runout_x_m"]["mean"] > 0
     (any_volume,) = rows_of(mine, "constant", paths=["bare"])
     assert (any_volume["volume_m3"], any_volume["return_period_years"]) == (None, 100.0)
+    assert any_volume["exceeded"]["runout_x_m"]["q50"] > 0.0
 
 
 def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, write: Write) -> None:
