@@ -99,11 +99,14 @@ def test_speeds_are_those_of_the_command_runout(report_database: str) -> None:
     [
         {"method": "gibbs"},
         {"method": "metropolis"},
-        {"law": "constant", "distribution": "normal", "without": ["centrifugal"]},
         {"with_": ["release-elevation"], "scatter": "volume", "tails": "student"},
+        pytest.param(
+            {"law": "constant", "distribution": "normal", "without": ["centrifugal"]},
+            marks=pytest.mark.slow,
+        ),
         pytest.param({"with_": ["turbulent-drag"], "law": "rational"}, marks=pytest.mark.slow),
     ],
-    ids=["gibbs", "metropolis", "normal", "effects", "drag"],
+    ids=["gibbs", "metropolis", "effects", "normal", "drag"],
 )
 def test_every_kind_of_model(copied: str, options: dict[str, Any]) -> None:
     calibrate(copied, "other", chains=2, draws=100, **options)

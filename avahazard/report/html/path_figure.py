@@ -12,7 +12,7 @@ from avahazard.report.html.reach_panel import reach_of, reach_traces
 from avahazard.report.html.speed_panel import speed_traces
 from avahazard.report.html.style import axis, layout
 
-MARGIN = {"l": 84, "r": 14, "t": 10, "b": 50}
+MARGIN = {"l": 92, "r": 14, "t": 10, "b": 50}
 PROFILE_PX, PANEL_PX, GAP_PX = 340, 140, 32
 
 
@@ -39,7 +39,7 @@ def path_figure(k: int, view: PathView) -> Figure | None:
             (
                 reach_traces(view),
                 axis(
-                    "reached, per year",
+                    "reached a year",
                     type="log",
                     tickvals=ticks,
                     ticktext=["1", "1/10", "1/100", "1/1000", "1/10 000"],

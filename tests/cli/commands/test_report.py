@@ -9,9 +9,9 @@ from pathlib import Path
 from tests.cli.commands.conftest import PROGRAM
 
 
-def test_the_installed_command(report_database: str, tmp_path: Path) -> None:
+def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
     done = subprocess.run(
-        [PROGRAM, "--db", report_database, "--json", "report", "m", "-o", "m.html"],
+        [PROGRAM, "--db", model_database, "--json", "report", "base", "-o", "m.html"],
         cwd=tmp_path,
         check=True,
         capture_output=True,
@@ -22,9 +22,9 @@ def test_the_installed_command(report_database: str, tmp_path: Path) -> None:
     assert (tmp_path / "m.html").stat().st_size == document["bytes"]
 
 
-def test_a_wrong_ending_is_an_error_without_a_trace(report_database: str, tmp_path: Path) -> None:
+def test_a_wrong_ending_is_an_error_without_a_trace(model_database: str, tmp_path: Path) -> None:
     done = subprocess.run(
-        [PROGRAM, "--db", report_database, "report", "m", "-o", "m.pdf"],
+        [PROGRAM, "--db", model_database, "report", "base", "-o", "m.pdf"],
         cwd=tmp_path,
         check=False,
         capture_output=True,
@@ -36,8 +36,8 @@ def test_a_wrong_ending_is_an_error_without_a_trace(report_database: str, tmp_pa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_file_has_to_be_named(report_database: str) -> None:
+def test_the_file_has_to_be_named(model_database: str) -> None:
     done = subprocess.run(
-        [PROGRAM, "--db", report_database, "report", "m"], check=False, capture_output=True
+        [PROGRAM, "--db", model_database, "report", "base"], check=False, capture_output=True
     )
     assert done.returncode == 2
