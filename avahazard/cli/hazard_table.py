@@ -171,4 +171,6 @@ def _volume_text(volume: float | None) -> str:
     """A volume to three digits: its own error is larger."""
     if volume is None:
         return "any"
-    return f"{float(f'{volume:.3g}'):.0f}" if volume < 1e6 else f"{volume:.3g}"
+    if volume < 1e6:
+        return f"{float(f'{volume:.3g}'):.0f}"
+    return f"{volume:.2e}".replace("e+0", "e")
