@@ -92,6 +92,6 @@ def test_return_periods_tell_where_volumes_come_from(capsys: pytest.CaptureFixtu
     }
     other = {**returned, "path_id": "q", "years_from": "observed_from to observed_to"}
     printed = shown(capsys, row(**returned), row(**other))
-    assert "50000–2.5e+06 12 1900–2000 0.12 pooled" in printed
+    assert "50000–2.50e6 12 1900–2000 0.12 pooled" in printed
     assert "lean on those of all paths" in printed
     assert "the span of its records (p); observed_from to observed_to (q)" in printed
