@@ -17,6 +17,7 @@ from scipy.special import ndtr, stdtr
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.posterior_draws import PosteriorDraws, posterior_draws
+from avahazard.hazard.rate_kernel import normal_rates
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import Predicted, Values
 from avahazard.inference.study import Study
@@ -184,14 +185,19 @@ def _distribution(ready: Avalanches, z: Floats) -> Floats:
     return np.asarray(stdtr(STUDENT_DF, z) if ready.student else ndtr(z))
 
 
+def _scatter(ready: Avalanches) -> Floats:
+    """The scatter of friction, which a model with scatter in metres has none of."""
+    whole = np.zeros_like(ready.scatter) if ready.sigma_m is not None else ready.scatter
+    return np.maximum(whole, LEAST_SCATTER)
+
+
 def friction_below(ready: Avalanches, mu: Floats) -> Floats:
     """Chance that the friction of an avalanche lies under `mu` `[n_parameters, n_classes]`.
 
     The chance is `[n_parameters, n_classes, n_volumes]`; friction that is normal is taken given
     that it is over 0.
     """
-    scatter = np.full_like(ready.scatter, 0.0) if ready.sigma_m is not None else ready.scatter
-    scatter = np.maximum(scatter, LEAST_SCATTER)
+    scatter = _scatter(ready)
     mu = np.maximum(mu, 0.0)[:, :, None]
     if ready.in_log:
         with np.errstate(divide="ignore"):
@@ -207,7 +213,14 @@ def rate_below(ready: Avalanches, mu: Floats) -> Floats:
     `mu` is `[n_parameters, n_classes]`: 0 for a class that never counts, inf for one that
     always does.
     """
-    return yearly_rate(ready, friction_below(ready, mu))
+    if ready.student:
+        return yearly_rate(ready, friction_below(ready, mu))
+    volumes = ready.volumes
+    rates = normal_rates(
+        *(mu, ready.in_log, ready.location, _scatter(ready)),
+        *(volumes.share, ready.class_share, volumes.rate),
+    )
+    return np.asarray(rates)
 
 
 def yearly_rate(ready: Avalanches, chance: Floats) -> Floats:

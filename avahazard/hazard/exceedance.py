@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded, yearly_rate
+from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.passing import passing_chance
+from avahazard.hazard.passing import passing_rate
 from avahazard.hazard.runout_bounds import QUANTILES, Spread, spread
 
 Floats = NDArray[np.float64]
@@ -45,9 +45,8 @@ def exceeded_runout(ready: Avalanches, return_period_years: float) -> Floats:
     All volumes, frictions and releases are mixed, at the rate of the path, within each draw of
     the parameters: λ P(X > x) = -log(1 - 1/T).
     """
-    chance = passing_chance(ready)
     return exceeded(
-        lambda x: yearly_rate(ready, chance(x)),
+        passing_rate(ready),
         annual_rate(return_period_years),
         *_ends(ready),
         ready.n_parameters,
@@ -56,9 +55,9 @@ def exceeded_runout(ready: Avalanches, return_period_years: float) -> Floats:
 
 def middle_runout(ready: Avalanches) -> Floats:
     """The median runout x (m) `[n_parameters]` of the avalanches of each draw of the parameters."""
-    chance = passing_chance(ready)
+    rate = passing_rate(ready)
     return exceeded(
-        lambda x: yearly_rate(ready, chance(x)) / ready.volumes.rate,
+        lambda x: rate(x) / ready.volumes.rate,
         0.5,
         *_ends(ready),
         ready.n_parameters,
@@ -68,10 +67,10 @@ def middle_runout(ready: Avalanches) -> Floats:
 def natural_runouts(ready: Avalanches) -> Floats:
     """Runouts x (m) `[n_levels]` at even probabilities, all parameters at their middle."""
     middle = at_the_middle(ready, N_LEVELS)
-    chance = passing_chance(middle)
+    rate = passing_rate(middle)
     level = 1.0 - (np.arange(N_LEVELS) + 0.5) / N_LEVELS
     return exceeded(
-        lambda x: yearly_rate(middle, chance(x)) / middle.volumes.rate,
+        lambda x: rate(x) / middle.volumes.rate,
         level,
         *_ends(ready),
         N_LEVELS,
@@ -83,11 +82,9 @@ def reach(ready: Avalanches, n_places: int = N_PLACES) -> Reach:
 
     1 - exp(-λ P(X > x)), x evenly from the highest release to the end of the profile.
     """
-    chance = passing_chance(ready)
+    rate = passing_rate(ready)
     x = np.linspace(*_ends(ready), n_places)
-    rates = np.array(
-        [yearly_rate(ready, chance(np.full(ready.n_parameters, place))) for place in x]
-    )
+    rates = np.array([rate(np.full(ready.n_parameters, place)) for place in x])
     found = np.quantile(-np.expm1(-rates), QUANTILES, axis=1).T
     return Reach(x, np.asarray(ready.site.smooth.height(x)), found)
 

@@ -1,4 +1,4 @@
-"""The chance that an avalanche runs past a place."""
+"""How often avalanches run past a place."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from avahazard.hazard.avalanches import Avalanches, friction_below
+from avahazard.hazard.avalanches import Avalanches, rate_below, yearly_rate
 from avahazard.hazard.thresholds import stop_thresholds
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
@@ -18,19 +18,23 @@ Floats = NDArray[np.float64]
 N_PLACES = 4001
 
 
-def passing_chance(ready: Avalanches) -> Callable[[Floats], Floats]:
-    """A function of x (m) `[n_parameters]`: the chance that an avalanche stops beyond.
+def passing_rate(ready: Avalanches) -> Callable[[Floats], Floats]:
+    """A function of x (m) `[n_parameters]`: the yearly rate of avalanches that stop beyond.
 
-    It gives `[n_parameters, n_classes, n_volumes]`; what leaves the profile passes its end.
+    What leaves the profile passes its end.
     """
     if ready.sigma_m is not None:
-        return _passing_in_metres(ready)
+        chance = _passing_in_metres(ready)
+        return lambda x: yearly_rate(ready, chance(x))
     find = stop_thresholds(ready)
-    return lambda x: friction_below(ready, find(x))
+    return lambda x: rate_below(ready, find(x))
 
 
 def _passing_in_metres(ready: Avalanches) -> Callable[[Floats], Floats]:
-    """Stops at the block's elevation + sigma z, at the first place so low (`scattered_stops`)."""
+    """Chances `[n_parameters, n_classes, n_volumes]` to stop beyond x `[n_parameters]`.
+
+    Stops are at the block's elevation + sigma z, at the first place so low (`scattered_stops`).
+    """
     assert ready.sigma_m is not None
     smooth = ready.site.smooth
     x = np.linspace(smooth.x_min, smooth.x_max, N_PLACES)

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from avahazard.effects.catalogue import definition
-from avahazard.hazard.avalanches import annual_rate, exceeded, rate_below, yearly_rate
+from avahazard.hazard.avalanches import (
+    annual_rate,
+    exceeded,
+    friction_below,
+    rate_below,
+    yearly_rate,
+)
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
-from avahazard.hazard.passing import passing_chance
+from avahazard.hazard.passing import passing_rate
 from avahazard.inference.specification import Specification
 from tests.hazard.parabola import LAW, TOP_M, draws, ready, stops, study
 
@@ -40,16 +48,28 @@ def test_the_rate_under_a_friction_is_that_of_drawn_avalanches() -> None:
 
 def test_the_rate_past_a_place_is_that_of_drawn_avalanches() -> None:
     avalanches = ready(draws(0.1, 2), VOLUMES, RELEASES)
-    chance = passing_chance(avalanches)
+    rate = passing_rate(avalanches)
     rng = np.random.default_rng(2)
     for x in (2000.0, 2400.0, 2800.0):
-        found = yearly_rate(avalanches, chance(np.full(2, x)))
+        found = rate(np.full(2, x))
         for p in range(2):
             passed = []
             for z in RELEASES:
                 mu = drawn_friction(p, 200_000, rng, 0.1)
                 passed.append(np.mean(stops(mu, z) > x))
             assert found[p] == pytest.approx(VOLUMES.rate[p] * np.mean(passed), abs=0.001)
+
+
+@pytest.mark.parametrize("distribution", ["lognormal", "normal"])
+def test_the_sum_in_one_pass_is_that_of_the_chances(
+    distribution: Literal["lognormal", "normal"],
+) -> None:
+    specification = Specification(distribution=distribution)
+    avalanches = ready(draws(0.2, 2), VOLUMES, RELEASES, specification=specification)
+    for mu in ([0.0, np.inf], [0.3, 0.5], [1e-9, 0.9]):
+        under = np.tile(mu, (2, 1))
+        expected = yearly_rate(avalanches, friction_below(avalanches, under))
+        np.testing.assert_allclose(rate_below(avalanches, under), expected, rtol=1e-12)
 
 
 def test_friction_that_is_normal_is_over_nought() -> None:
