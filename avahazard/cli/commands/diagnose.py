@@ -13,6 +13,7 @@ from avahazard.cli.output import emit, table
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
 
+ALONE = 0.05
 SHOWN = 8
 
 
@@ -66,6 +67,8 @@ def diagnose(
         best = document["candidates"][0] if document["candidates"] else None
         if document["missing"] and best is not None and best["effect"] in document["missing"]:
             console.print(best["physics"], soft_wrap=True)
+        if document["verdict"] == "adequate" and best is not None:
+            _nearest(console, best, len(document["candidates"]))
         _next_steps(console, document)
 
     emit(context, document, render)
@@ -86,6 +89,17 @@ def _headline(document: dict[str, Any]) -> str:
         f"{name} is adequate: these data show no missing effect. One that moves runouts by "
         f"{document['detectable_m']:.0f} m (rms) would have been seen 4 times in 5."
     )
+
+
+def _nearest(console: Console, best: dict[str, Any], n_tried: int) -> None:
+    """A candidate that would count had it been the only question."""
+    if best["p_value_alone"] < ALONE:
+        console.print(
+            f"{best['effect']} comes nearest: p = {best['p_value_alone']:.3f} by itself, "
+            f"{best['p_value']:.2f} as the best of {n_tried}. Only if you expected it before you "
+            "looked does the first count: then add it, and compare.",
+            soft_wrap=True,
+        )
 
 
 def _before(document: dict[str, Any]) -> str:
