@@ -50,7 +50,7 @@ def report(
     def render(console: Console) -> None:
         size = document["bytes"] / 1e6
         console.print(
-            f"{document['file']}: {document['n_paths']} paths, {document['n_events']} events, "
+            f"{document['file']}: paths {document['n_paths']}, events {document['n_events']}, "
             f"{size:.1f} MB. Open it in a browser.",
             soft_wrap=True,
         )

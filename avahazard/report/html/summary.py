@@ -72,7 +72,7 @@ def why_words(content: ReportContent) -> list[str]:
             f"{least}); this one errs by {own}."
         ]
     parent = content.model["parent"]
-    if parent in known:
+    if parent in known and parent != best:
         words.append(f"Its parent “{parent}” errs by {known[parent]:.1f} m.")
     return words
 
