@@ -90,6 +90,7 @@ def test_init_runs_the_migrations_in_the_wheel(scripts: Path, tmp_path: Path) ->
     run(scripts / "avahazard", "db", "check", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_demo_runs_outside_the_checkout_and_keeps_what_it_compiled(
     scripts: Path, tmp_path: Path
 ) -> None:

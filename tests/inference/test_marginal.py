@@ -57,6 +57,7 @@ def test_two_parameters_are_sampled_as_they_are_by_quadrature() -> None:
     _agrees(found, *_by_grid(model, axes))
 
 
+@pytest.mark.slow
 def test_a_parameter_that_piles_up_at_its_bound_is_sampled_right() -> None:
     model = _drag()
     found = sample(model, n_draws=4000, seed=4)

@@ -82,9 +82,9 @@ def test_out_of_bounds_there_is_no_density() -> None:
     ("settings", "tau", "tolerance"),
     [
         ({}, 0.1, 0.01),
-        ({}, 1.5, 0.03),
+        pytest.param({}, 1.5, 0.03, marks=pytest.mark.slow),
         # Laplace's method knows nothing of heavy tails.
-        ({"tails": "student"}, 0.5, 0.15),
+        pytest.param({"tails": "student"}, 0.5, 0.15, marks=pytest.mark.slow),
         ({"distribution": "normal"}, 0.5, 0.1),
     ],
 )

@@ -21,7 +21,13 @@ TYROL = [
 ]
 
 
-@pytest.mark.parametrize("path", TYROL)
+LONG = ("alr", "gar2345", "hit_downvalley", "hit_upvalley")
+"""Profiles whose runs by the witness take longest."""
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(p, marks=pytest.mark.slow) if p in LONG else p for p in TYROL]
+)
 def test_tyrol(path: str, shared_data) -> None:
     profiles = read_profiles(shared_data / "tyrol-profiles" / "profiles.csv")
     assert sorted(profiles) == TYROL
