@@ -50,7 +50,9 @@ def main() -> None:
         )
     if given.page:
         command = f"make worlds SIZE={size}"
-        given.page.write_text(page(list(done.values()), command), encoding="utf-8")
+        given.page.write_text(
+            page(list(done.values()), command, len(plans(size))), encoding="utf-8"
+        )
 
 
 def arguments() -> argparse.Namespace:

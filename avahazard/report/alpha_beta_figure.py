@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.report.picture import figure
+from avahazard.report.path_panels import BOUNDS, draw_panels, draw_profile, mark_stops
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 COLORS = {"norway": "#009e73", "austria": "#e69f00"}
-GROUND, STOPS, BOUNDS = "#d9d4cc", "#33607f", "#c0392b"
-COLUMNS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,35 +39,13 @@ def draw_alpha_beta(file: FilePath, paths: Sequence[AlphaBetaPath]) -> None:
     Raises:
         AvahazardError: `file` is not the name of a picture.
     """
-    rows = ceil((len(paths) + 1) / COLUMNS)
-    with figure(file, (11.0, 3.2 * rows + 0.5)) as drawn:
-        panels = drawn.subplots(rows, COLUMNS, squeeze=False).ravel()
-        legend: dict[str, Any] = {}
-        for panel, path in zip(panels, paths, strict=False):
-            _draw_path(panel, path)
-            handles, labels = panel.get_legend_handles_labels()
-            legend |= dict(zip(labels, handles, strict=True))
-        for panel in panels[len(paths) :]:
-            panel.axis("off")
-        panels[len(paths)].legend(
-            legend.values(), legend.keys(), loc="center", frameon=False, fontsize=9
-        )
-        drawn.supxlabel("distance along the path x (m)", fontsize=10)
-        drawn.supylabel("elevation (m)", fontsize=10)
+    draw_panels(file, None, paths, _draw_path)
 
 
-def _draw_path(panel: Axes, path: AlphaBetaPath) -> None:
+def _draw_path(panel: Axes, path: AlphaBetaPath) -> list[Axes]:
     smooth = path.smooth
-    x = np.linspace(smooth.x_min, smooth.x_max, 600)
-    y = smooth.height(x)
-    top, bottom = float(y.max()), float(y.min())
-    tick = 0.05 * (top - bottom)
-    panel.fill_between(x, y, bottom - 6.0 * tick, color=GROUND, linewidth=0)
-    panel.plot(x, y, color="0.35", linewidth=1.2, label="profile, smoothed")
-    stops = smooth.height(path.stop_x)
-    panel.vlines(
-        path.stop_x, stops - tick, stops + tick, color=STOPS, linewidth=1.1, label="recorded stops"
-    )
+    tick = draw_profile(panel, path.name, smooth, below=5.0)
+    mark_stops(panel, smooth, path.stop_x, tick)
     first = path.found[0]
     if first.beta_x is not None:
         panel.plot(
@@ -90,9 +65,7 @@ def _draw_path(panel: Axes, path: AlphaBetaPath) -> None:
     mark_alpha_beta(panel, smooth, path.found, tick)
     if path.row is not None:
         _draw_bounds(panel, smooth, path.row, tick)
-    panel.set_title(path.name, fontsize=10, loc="left")
-    panel.set_ylim(bottom - 5.0 * tick, top + 2.0 * tick)
-    panel.set_xlim(smooth.x_min, smooth.x_max)
+    return [panel]
 
 
 def _draw_line(panel: Axes, found: AlphaBeta, smooth: SmoothProfile) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -14,15 +13,12 @@ from numpy.typing import NDArray
 from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.alpha_beta_figure import mark_alpha_beta
-from avahazard.report.picture import figure
+from avahazard.report.path_panels import BOUNDS, draw_panels, draw_profile, mark_stops
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Floats = NDArray[np.float64]
-
-GROUND, STOPS, BOUNDS = "#d9d4cc", "#33607f", "#c0392b"
-COLUMNS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,43 +43,16 @@ def draw_bounds(file: FilePath, title: str, paths: Sequence[DrawnPath]) -> None:
     Raises:
         AvahazardError: `file` is not the name of a picture.
     """
-    rows = ceil((len(paths) + 1) / COLUMNS)
-    with figure(file, (11.0, 2.6 * rows + 0.5)) as drawn:
-        panels = drawn.subplots(rows, COLUMNS, squeeze=False).ravel()
-        legend: dict[str, Any] = {}
-        for panel, path in zip(panels, paths, strict=False):
-            _draw_path(panel, path)
-            handles, labels = panel.get_legend_handles_labels()
-            legend |= dict(zip(labels, handles, strict=True))
-        for panel in panels[len(paths) :]:
-            panel.axis("off")
-        panels[len(paths)].legend(
-            legend.values(), legend.keys(), loc="center", frameon=False, fontsize=10
-        )
-        drawn.suptitle(title, fontsize=13)
-        drawn.supxlabel("distance along the path x (m)", fontsize=10)
-        drawn.supylabel("elevation (m)", fontsize=10)
+    draw_panels(file, title, paths, _draw_path, height=2.6)
 
 
-def _draw_path(panel: Axes, path: DrawnPath) -> None:
+def _draw_path(panel: Axes, path: DrawnPath) -> list[Axes]:
     smooth, end = path.smooth, path.smooth.x_max
-    x = np.linspace(smooth.x_min, end, 600)
-    y = smooth.height(x)
-    top, bottom = float(y.max()), float(y.min())
-    tick = 0.05 * (top - bottom)
-    panel.fill_between(x, y, bottom - 6.0 * tick, color=GROUND, linewidth=0)
-    panel.plot(x, y, color="0.35", linewidth=1.2, label="profile, smoothed")
+    tick = draw_profile(panel, path.name, smooth, below=4.5 if path.baseline else 2.0)
     panel.plot(
         path.release_x, smooth.height(path.release_x), "v", color="black", label="release", ms=7
     )
-    panel.vlines(
-        path.stop_x,
-        smooth.height(path.stop_x) - tick,
-        smooth.height(path.stop_x) + tick,
-        color=STOPS,
-        linewidth=1.1,
-        label="recorded stops",
-    )
+    mark_stops(panel, smooth, path.stop_x, tick)
     spread = path.row["runout_x_m"]
     low, high = (end if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
     along = np.linspace(low, high, 200)
@@ -104,12 +73,10 @@ def _draw_path(panel: Axes, path: DrawnPath) -> None:
     if spread["q95"] is None:
         panel.annotate("beyond", (end, smooth.height(end)), color=BOUNDS, fontsize=8)
     mark_alpha_beta(panel, smooth, path.baseline, tick)
-    panel.set_title(path.name, fontsize=10, loc="left")
-    panel.set_ylim(bottom - (4.5 if path.baseline else 2.0) * tick, top + 2.0 * tick)
-    panel.set_xlim(smooth.x_min, end)
     panel.text(
         0.98, 0.93, _words(path), transform=panel.transAxes, ha="right", va="top", fontsize=8
     )
+    return [panel]
 
 
 def _words(path: DrawnPath) -> str:

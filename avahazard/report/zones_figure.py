@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.report.picture import figure
+from avahazard.report.path_panels import draw_panels, draw_profile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-GROUND = "#d9d4cc"
 STYLES = ("-", "--", "-.", ":")
 LEAST_KPA = 1.0
-COLUMNS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,33 +34,13 @@ def draw_zones(file: FilePath, title: str, paths: Sequence[ZonedPath]) -> None:
     Raises:
         AvahazardError: `file` is not the name of a picture.
     """
-    rows = ceil((len(paths) + 1) / COLUMNS)
-    with figure(file, (11.0, 3.2 * rows + 0.5)) as drawn:
-        panels = drawn.subplots(rows, COLUMNS, squeeze=False).ravel()
-        legend: dict[str, Any] = {}
-        for panel, path in zip(panels, paths, strict=False):
-            for axes in (panel, _draw_path(panel, path)):
-                handles, labels = axes.get_legend_handles_labels()
-                legend |= dict(zip(labels, handles, strict=True))
-        for panel in panels[len(paths) :]:
-            panel.axis("off")
-        panels[len(paths)].legend(
-            legend.values(), legend.keys(), loc="center", frameon=False, fontsize=9
-        )
-        drawn.suptitle(title, fontsize=13)
-        drawn.supxlabel("distance along the path x (m)", fontsize=10)
-        drawn.supylabel("elevation (m)", fontsize=10)
+    draw_panels(file, title, paths, _draw_path)
 
 
-def _draw_path(panel: Axes, path: ZonedPath) -> Axes:
-    """Draw the profile and its zones; returns the axes of the pressures."""
+def _draw_path(panel: Axes, path: ZonedPath) -> list[Axes]:
+    """Draw the profile and its zones; returns the axes of these and of the pressures."""
     smooth = path.smooth
-    x = np.linspace(smooth.x_min, smooth.x_max, 600)
-    y = smooth.height(x)
-    top, bottom = float(y.max()), float(y.min())
-    tick = 0.05 * (top - bottom)
-    panel.fill_between(x, y, bottom - 4.0 * tick, color=GROUND, linewidth=0)
-    panel.plot(x, y, color="0.35", linewidth=1.0)
+    tick = draw_profile(panel, path.name, smooth, below=3.5)
     for k, zone in enumerate(path.entry["zones"]):
         along = np.linspace(zone["from_x_m"], zone["to_x_m"], 100)
         panel.plot(
@@ -85,10 +62,7 @@ def _draw_path(panel: Axes, path: ZonedPath) -> Axes:
             linewidth=1.6,
             label=f"end of {zone['zone']}, 5 to 95 %",
         )
-    panel.set_title(path.name, fontsize=10, loc="left")
-    panel.set_ylim(bottom - 3.5 * tick, top + 2.0 * tick)
-    panel.set_xlim(smooth.x_min, smooth.x_max)
-    return _draw_pressures(panel, path.entry)
+    return [panel, _draw_pressures(panel, path.entry)]
 
 
 def _draw_pressures(panel: Axes, entry: dict[str, Any]) -> Axes:

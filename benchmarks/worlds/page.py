@@ -11,7 +11,7 @@ SEEN = 10.0
 """Gain (nats) over which an oracle detects an effect."""
 
 
-def page(lines: Sequence[Line], command: str) -> str:
+def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
     """The page: what must hold, then every arm."""
     nulls = [x for x in lines if not x["true"] and x["arm"].startswith("null")]
     alone = [x for x in lines if x["true"] and ":" not in x["arm"].replace("covariate:", "")]
@@ -19,9 +19,9 @@ def page(lines: Sequence[Line], command: str) -> str:
     parts = [
         "# Worlds with a known truth",
         "",
-        f"Written by `{command}`: {len(lines)} worlds, whose seeds stand in",
-        "`benchmarks/worlds/arms.py`. They are made by an integrator of their own, not by the",
-        "product's. Counts stand beside every share.",
+        f"Written by `{command}`: {len(lines)} of {n_planned} worlds so far, whose seeds stand",
+        "in `benchmarks/worlds/arms.py`; the next run goes on. They are made by an integrator of",
+        "their own, not by the product's. Counts stand beside every share; few say little.",
         "",
         "## What must hold",
         "",
