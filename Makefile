@@ -27,8 +27,7 @@ demo: setup
 
 # Work goes by whole files, so that the two workers seldom compile the same kernel.
 test: setup
-	$(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --durations 10 \
-	  --cov --cov-report term
+	$(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --durations 10
 
 lint: setup
 	$(PYTHON) -m ruff check .

@@ -34,6 +34,7 @@ def test_about_the_mode_where_the_posterior_is_nearly_normal() -> None:
     np.testing.assert_allclose(spread, sd, rtol=0.15)
 
 
+@pytest.mark.slow
 def test_near_draws_of_the_whole_it_follows_bends_and_bounds() -> None:
     """Drag and friction stand in for each other along a bent ridge that ends at drag 0."""
     posterior, mode = fitted(slopes(n_paths=3, n_each=8), "turbulent-drag")

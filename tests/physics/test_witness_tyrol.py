@@ -21,7 +21,7 @@ TYROL = [
 ]
 
 
-LONG = ("alr", "gar2345", "hit_downvalley", "hit_upvalley")
+LONG = ("alr", "gar23", "gar2345", "hit_downvalley", "hit_upvalley", "kot")
 """Profiles whose runs by the witness take longest."""
 
 

@@ -59,6 +59,7 @@ def test_a_child_of_a_child(snow_database: str) -> None:
     assert ladder(snow_database)["rows"][2]["added"] == ["path-effect"]
 
 
+@pytest.mark.slow
 def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     snow_database: str, tmp_path: Path, snow_world: Path
 ) -> None:

@@ -6,9 +6,12 @@ import json
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from tests.cli.commands.conftest import PROGRAM
 
 
+@pytest.mark.slow
 def test_the_installed_command(tmp_path: Path) -> None:
     done = subprocess.run(
         [PROGRAM, "--json", "demo"], cwd=tmp_path, check=True, capture_output=True, text=True
