@@ -10,7 +10,6 @@ from avahazard.criticism.variants import (
     base_coordinates,
     base_design,
     make_tables,
-    thinned,
     variants_of,
 )
 from avahazard.inference.assemble import find_definition
@@ -140,9 +139,3 @@ def test_centrifugal_is_the_load_of_curvature() -> None:
     (only,) = variants(model, "centrifugal")
     loaded = predict_records(model.study, (), {}, 1.0)
     assert np.array_equal(only.tables.record, loaded.record.astype(np.float32))
-
-
-def test_thinned_keeps_the_ends() -> None:
-    grid = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
-    assert thinned(grid, 3) == [0.0, 3.0, 6.0]
-    assert thinned(grid, 99) == grid
