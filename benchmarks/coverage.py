@@ -13,7 +13,6 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
@@ -23,12 +22,13 @@ sys.path.insert(0, str(HERE.parent))
 from benchmarks.coverage_study.judging import judge  # noqa: E402
 from benchmarks.coverage_study.page import page  # noqa: E402
 from benchmarks.coverage_study.world import true_world  # noqa: E402
+from benchmarks.finished import finished  # noqa: E402
 
 
 def main() -> None:
     """Go through the worlds that are not in the results yet; write the page."""
     given = arguments()
-    done = {line["seed"] for line in read(given.results)}
+    done = {line["seed"] for line in finished(given.results)}
     until = time.monotonic() + 60.0 * given.minutes
     k, n = (int(v) for v in given.part.split("/"))
     for seed in range(k, given.worlds + 1, n):
@@ -40,7 +40,7 @@ def main() -> None:
         with given.results.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         print(f"world {seed} of {given.worlds}: {line['seconds']:.0f} s", flush=True)
-    lines = read(given.results)
+    lines = finished(given.results)
     given.page.write_text(page(lines, f"make coverage WORLDS={given.worlds}"), encoding="utf-8")
 
 
@@ -53,13 +53,6 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--results", type=Path, default=HERE / "coverage.jsonl")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "coverage.md")
     return parser.parse_args()
-
-
-def read(file: Path) -> list[dict[str, Any]]:
-    """The lines of earlier runs."""
-    if not file.exists():
-        return []
-    return [json.loads(text) for text in file.read_text(encoding="utf-8").splitlines()]
 
 
 if __name__ == "__main__":

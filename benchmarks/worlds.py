@@ -20,6 +20,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
+from benchmarks.finished import finished  # noqa: E402
 from benchmarks.worlds.arms import plans  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
 from benchmarks.worlds.page import page  # noqa: E402
@@ -30,7 +31,7 @@ def main() -> None:
     given = arguments()
     size = int(os.environ.get("SIZE", "10"))
     results: Path = given.results
-    done = {x["name"]: x for x in read(results)}
+    done = {x["name"]: x for x in finished(results)}
     k, n = (int(v) for v in given.part.split("/"))
     chosen = [p for p in plans(size)[k - 1 :: n] if given.arm in p.arm]
     until = time.monotonic() + 60.0 * given.minutes
@@ -65,13 +66,6 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")
     return parser.parse_args()
-
-
-def read(file: Path) -> list[dict[str, object]]:
-    """The lines of earlier runs."""
-    if not file.exists():
-        return []
-    return [json.loads(text) for text in file.read_text(encoding="utf-8").splitlines()]
 
 
 if __name__ == "__main__":
