@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.assemble import assemble, with_effects
-from avahazard.inference.mode import Mode, find_mode, refined
+from avahazard.inference.mode import Mode
 from avahazard.inference.mode_search import search_mode
 from avahazard.inference.posterior import Posterior
+from avahazard.inference.refinement import sharpened
 from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
 
@@ -51,18 +52,11 @@ def refit(
     wider, more = with_effects(study, specification, effects, own)
     facts = {**facts, **more}
     posterior = assemble(study, wider, facts, own)
-    mode = search_mode(posterior, None if start is None else _carried(start, posterior))
-    fine = refined(posterior, mode)
-    if fine is not posterior:
-        posterior, mode = fine, find_mode(fine, mode.u)
-    return Refit(
-        wider,
-        facts,
-        posterior,
-        mode,
-        posterior.log_likelihood(mode.u),
-        _log_evidence(posterior, mode),
-    )
+    found = search_mode(posterior, None if start is None else _carried(start, posterior))
+    posterior, mode = sharpened(*found)
+    log_likelihood = posterior.exact_log_likelihood(mode.u)
+    evidence = log_likelihood + _log_occam(posterior, mode)
+    return Refit(wider, facts, posterior, mode, log_likelihood, evidence)
 
 
 def without_path_effect(
@@ -101,7 +95,8 @@ def _law_from_data(posterior: Posterior, u: Floats) -> Floats:
     return np.concatenate([fresh[:n], u[n:]])
 
 
-def _log_evidence(posterior: Posterior, mode: Mode) -> float:
+def _log_occam(posterior: Posterior, mode: Mode) -> float:
+    """What a Laplace approximation adds to the log likelihood at the mode."""
     layout = posterior.layout
     log_prior = layout.log_prior(mode.u)
     for slot in layout.slots:
@@ -111,5 +106,4 @@ def _log_evidence(posterior: Posterior, mode: Mode) -> float:
             log_prior += np.log(2.0)
     _, log_det = np.linalg.slogdet(mode.covariance)
     d = len(layout.slots)
-    value = posterior.log_likelihood(mode.u) + log_prior
-    return float(value + 0.5 * log_det + 0.5 * d * np.log(2.0 * np.pi))
+    return float(log_prior + 0.5 * log_det + 0.5 * d * np.log(2.0 * np.pi))

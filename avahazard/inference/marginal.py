@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.chains import Chains, chains
-from avahazard.inference.mode import Mode, find_mode, refined
+from avahazard.inference.mode import Mode
 from avahazard.inference.mode_search import search_mode
 from avahazard.inference.posterior import Posterior
+from avahazard.inference.refinement import sharpened
 from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
@@ -76,10 +77,9 @@ def sample(
     `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
     Equal seeds give equal draws.
     """
-    mode = search_mode(posterior, start)
-    fine = refined(posterior, mode)
+    posterior, mode = search_mode(posterior, start)
+    fine, fine_mode = sharpened(posterior, mode)
     if fine is not posterior:
-        fine_mode = find_mode(fine, mode.u)
         tried = _rounds(fine, fine_mode, n_chains, n_draws, seed, progress)
         if not _at_edges(tried.coordinates, fine, posterior):
             return tried

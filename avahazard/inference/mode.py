@@ -13,8 +13,6 @@ from avahazard.inference.posterior import Posterior
 
 Floats = NDArray[np.float64]
 
-REACH = 6.0
-FINE_POINTS = 13
 STEP = 1e-3
 """Step of the finite differences, in coordinates of order one."""
 
@@ -106,25 +104,3 @@ def _covariance(cost, u: Floats, low: Floats, high: Floats) -> Floats:  # type: 
     values, vectors = np.linalg.eigh(hessian)
     values = np.clip(values, 0.05, 1e8)
     return np.asarray((vectors / values) @ vectors.T)
-
-
-def refined(posterior: Posterior, mode: Mode) -> Posterior:
-    """The posterior with finer grids about the mode where the present ones are too coarse.
-
-    A grid is too coarse where the step about the mode is longer than the standard deviation
-    that the mode's curvature promises; the new one reaches `REACH` of these to both sides. The
-    posterior itself is returned where all grids will do.
-    """
-    grids = {}
-    for k, slot in enumerate(posterior.layout.slots):
-        if not slot.grid:
-            continue
-        sd = float(np.sqrt(mode.covariance[k, k]))
-        points = np.asarray(slot.grid)
-        right = int(np.clip(np.searchsorted(points, mode.u[k]), 1, len(points) - 1))
-        if points[right] - points[right - 1] <= sd:
-            continue
-        low = max(slot.low, float(mode.u[k]) - REACH * sd)
-        high = min(slot.high, float(mode.u[k]) + REACH * sd)
-        grids[slot.name] = tuple(float(v) for v in np.linspace(low, high, FINE_POINTS))
-    return posterior.regridded(grids) if grids else posterior

@@ -2,7 +2,8 @@
 
 A climb can stop where such an effect is not there at all: friction has taken its part, and a
 little of the effect is worse than none. So the climb is made again from the best point of a
-coarse grid of the effect's parameters.
+coarse grid of the effect's parameters. A climb on a coarse grid can also stop on a peak that is
+none (`refinement`), so the climbs are compared once their grids are settled.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from scipy.optimize import minimize
 
 from avahazard.inference.mode import Mode, find_mode
 from avahazard.inference.posterior import Posterior
+from avahazard.inference.refinement import settled
 
 Floats = NDArray[np.float64]
 
@@ -26,9 +28,23 @@ SLOW_POINTS = 3, 2
 ITERATIONS = 20
 
 
-def search_mode(posterior: Posterior, start: Floats | None = None) -> Mode:
-    """The highest mode found from `start` (or the data) and from coarse grids, effect by effect."""
-    best = find_mode(posterior, start)
+def search_mode(posterior: Posterior, start: Floats | None = None) -> tuple[Posterior, Mode]:
+    """The highest mode found from `start` (or the data) and from coarse grids, effect by effect;
+    and the posterior on grids on which it stands."""
+    climbs = _climbs(posterior, start)
+    best = settled(posterior, climbs[0])
+    for climb in climbs[1:]:
+        if climb.log_density <= best[1].log_density:
+            break
+        other = settled(posterior, climb)
+        if other[1].log_density > best[1].log_density:
+            best = other
+    return best
+
+
+def _climbs(posterior: Posterior, start: Floats | None) -> list[Mode]:
+    """The ends of all climbs, the highest first."""
+    found = [find_mode(posterior, start)]
     for effect in posterior.effects:
         place = posterior.layout.places.get(effect.key, slice(0, 0))
         held = [k for k in posterior.layout.tables if place.start <= k < place.stop]
@@ -39,13 +55,12 @@ def search_mode(posterior: Posterior, start: Floats | None = None) -> Mode:
             thinned(posterior.layout.slots[k].grid, other if j else first)
             for j, k in enumerate(held)
         ]
+        best = max(found, key=lambda mode: mode.log_density)
         tried = [_held(posterior, best.u, held, corner) for corner in product(*grids)]
         value, u = max(tried, key=lambda fit: fit[0])
         if np.isfinite(value):
-            found = find_mode(posterior, u)
-            if found.log_density > best.log_density:
-                best = found
-    return best
+            found.append(find_mode(posterior, u))
+    return sorted(found, key=lambda mode: -mode.log_density)
 
 
 def thinned(grid: Sequence[float], n: int) -> list[float]:

@@ -102,12 +102,19 @@ class Posterior:
 
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, path offsets integrated out (Laplace's method)."""
+        return self._log_likelihood(u, self.nodes_at(u))
+
+    def exact_log_likelihood(self, u: Floats) -> float:
+        """The same from tables made for just these coordinates, not blended."""
+        return self._log_likelihood(u, self._exact_nodes(u))
+
+    def _log_likelihood(self, u: Floats, nodes: Nodes) -> float:
         location, scatter = self.location_and_scatter(u)
         place = self.layout.path_scatter
         if self.groups is None or place is None or u[place] == 0.0:
-            value = self.terms(self.nodes_at(u), location, scatter).value
+            value = self.terms(nodes, location, scatter).value
             return float(np.sum(value if self._keep is None else value[self._keep]))
-        offsets, value_there = self._offsets(u, location, scatter)
+        offsets, value_there = self._offsets(u, nodes, location, scatter)
         tau = PATH_SCATTER * u[place]
         penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
         return float(value_there - penalty + np.sum(np.log(offsets.sd / tau)))
@@ -120,7 +127,7 @@ class Posterior:
     def path_offsets(self, u: Floats) -> PathOffsets:
         """Mode and standard deviation of the path offsets given coordinates u."""
         location, scatter = self.location_and_scatter(u)
-        return self._offsets(u, location, scatter)[0]
+        return self._offsets(u, self.nodes_at(u), location, scatter)[0]
 
     def location_and_scatter(
         self, u: Floats, volume: Floats | None = None
@@ -184,6 +191,16 @@ class Posterior:
             )
         return self._nodes[index]
 
+    def _exact_nodes(self, u: Floats) -> Nodes:
+        speed = self.layout.speed_scatter
+        return build_nodes(
+            self.study,
+            self.predicted_at(u),
+            0.0 if speed is None else float(np.exp(u[speed])),
+            self._limit(self.layout.effect_values(u)),
+            self._in_log,
+        )
+
     def predicted(self, index: tuple[int, ...]) -> Predicted:
         """Tables of expected records at one point of the grids."""
         key = index[: len(self.layout.tables)]
@@ -236,13 +253,15 @@ class Posterior:
         shift = np.where(self.groups >= 0, offsets[self.groups], 0.0)[:, None]
         return location + shift if self._in_log else location * np.exp(shift)
 
-    def _offsets(self, u: Floats, location: Floats, scatter: Floats) -> tuple[PathOffsets, float]:
+    def _offsets(
+        self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
+    ) -> tuple[PathOffsets, float]:
         """Mode and spread of the path offsets, and the log likelihood given the mode."""
         assert self.groups is not None
         assert self.layout.path_scatter is not None
         keep = np.ones(len(location), dtype=np.bool_) if self._keep is None else self._keep
         offsets, bend, value = newton_offsets(
-            self.nodes_at(u),
+            nodes,
             location,
             scatter,
             self.study.volumes.weight,

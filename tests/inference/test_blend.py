@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from avahazard.inference.blend import line_weights
-from avahazard.inference.mode import find_mode, refined
+from avahazard.inference.mode import find_mode
 from avahazard.inference.nodes import build_nodes
 from avahazard.inference.posterior import Posterior
+from avahazard.inference.refinement import refined
 from avahazard.inference.study import build_study
 from avahazard.synth.making import make_world
 from tests.inference.studies import near, posterior, study

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from avahazard.inference.mode import find_mode, likely_friction, refined, start_coordinates
+from avahazard.inference.mode import find_mode, likely_friction, start_coordinates
 from avahazard.inference.study import build_study
 from avahazard.records.event import Event
-from tests.inference.studies import one_path, posterior, study
+from tests.inference.studies import one_path, posterior
 
 
 def _model(*effects: str, **settings: str):
@@ -65,38 +65,6 @@ def test_a_bound_is_not_passed() -> None:
     assert np.all(mode.u >= model.layout.low)
     assert np.all(mode.u <= model.layout.high)
     assert np.all(np.linalg.eigvalsh(mode.covariance) > 0.0)
-
-
-def test_grids_are_refined_where_they_are_too_coarse() -> None:
-    model = _model("turbulent-drag")
-    mode = find_mode(model)
-    k = model.layout.tables[0]
-    fine = refined(model, mode)
-    sd = float(np.sqrt(mode.covariance[k, k]))
-    grid = np.array(fine.layout.slots[k].grid)
-    coarse = np.array(model.layout.slots[k].grid)
-    right = np.searchsorted(coarse, max(mode.u[k], 1e-12))
-    if coarse[right] - coarse[right - 1] <= sd:
-        assert fine is model
-    else:
-        assert np.diff(grid).max() <= sd * 1.0001
-        assert grid[0] == pytest.approx(max(0.0, mode.u[k] - 6 * sd))
-        assert grid[-1] == pytest.approx(min(coarse[-1], mode.u[k] + 6 * sd))
-
-
-def test_without_tables_to_shape_nothing_is_refined() -> None:
-    model = _model()
-    assert refined(model, find_mode(model)) is model
-
-
-def test_refining_keeps_the_part_of_the_events() -> None:
-    model = posterior(study(speeds=False), "epoch-bias")
-    keep = np.arange(model.study.n_events) % 2 == 0
-    part = model.restricted(keep)
-    fine = refined(part, find_mode(part))
-    assert fine is not part
-    u = find_mode(fine).u
-    assert fine.log_likelihood(u) == pytest.approx(fine.event_log_likelihood(u)[keep].sum())
 
 
 def test_the_likely_friction_is_the_mean_of_the_record() -> None:
