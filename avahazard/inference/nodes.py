@@ -68,10 +68,18 @@ def build_nodes(
     along the track; `limit` `[n_events]` replaces the study's elevations above which a stop is
     not seen; `in_log` gives nodes in log μ, else in μ.
     """
+    records = record_nodes(study, predicted, limit, in_log)
+    return speed_nodes(records, study, predicted, speed_scatter, in_log)
+
+
+def record_nodes(
+    study: Study, predicted: Predicted, limit: Floats | None = None, in_log: bool = True
+) -> Nodes:
+    """Nodes of the events without speeds; those of the others are left blank."""
     has_speed = np.zeros(study.n_events, dtype=np.bool_)
     has_speed[[m.event for m in study.speeds]] = True
     seen_limit = study.limit if limit is None else limit
-    nodes = Nodes(
+    return Nodes(
         *_build(
             predicted.record,
             np.nan_to_num(predicted.elevation, nan=0.0),
@@ -83,6 +91,19 @@ def build_nodes(
             has_speed,
             np.log(MU) if in_log else MU,
         )
+    )
+
+
+def speed_nodes(
+    records: Nodes, study: Study, predicted: Predicted, speed_scatter: float, in_log: bool = True
+) -> Nodes:
+    """`record_nodes` with those of the events with speeds filled in."""
+    if not study.speeds:
+        return records
+    nodes = records._replace(
+        place=records.place.copy(),
+        weight=records.weight.copy(),
+        log_scale=records.log_scale.copy(),
     )
     for measured, speeds in zip(study.speeds, predicted.speeds, strict=True):
         _bump_with_speeds(nodes, study, predicted, measured, speeds, speed_scatter, in_log)

@@ -15,7 +15,7 @@ from avahazard.effects.site import Site
 from avahazard.inference.blend import blend, line_weights, stack
 from avahazard.inference.event_terms import EventTerms, event_terms
 from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
-from avahazard.inference.nodes import Nodes, build_nodes
+from avahazard.inference.nodes import Nodes, build_nodes, record_nodes, speed_nodes
 from avahazard.inference.path_newton import newton_offsets
 from avahazard.inference.predicted import (
     BlockRuns,
@@ -78,6 +78,7 @@ class Posterior:
         )
         self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
         self._predicted: dict[tuple[int, ...], Predicted] = {}
+        self._record_nodes: dict[tuple[int, ...], Nodes] = {}
         self._nodes: dict[tuple[int, ...], Nodes] = {}
         self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
 
@@ -91,7 +92,8 @@ class Posterior:
         """The same posterior with other grids, and so ranges, of parameters by name."""
         other = copy(self)
         other.layout = regridded(self.layout, grids)
-        other._predicted, other._nodes, other._stacks = {}, {}, {}
+        other._predicted, other._record_nodes = {}, {}
+        other._nodes, other._stacks = {}, {}
         return other
 
     def log_density(self, u: Floats) -> float:
@@ -182,12 +184,14 @@ class Posterior:
             speed_scatter = 0.0
             if speed is not None:
                 speed_scatter = float(np.exp(self.layout.slots[speed].grid[index[-1]]))
-            self._nodes[index] = build_nodes(
-                self.study,
-                self.predicted(index),
-                speed_scatter,
-                self._limit(values),
-                self._in_log,
+            predicted = self.predicted(index)
+            key = index[: len(self.layout.tables)]
+            if key not in self._record_nodes:
+                self._record_nodes[key] = record_nodes(
+                    self.study, predicted, self._limit(values), self._in_log
+                )
+            self._nodes[index] = speed_nodes(
+                self._record_nodes[key], self.study, predicted, speed_scatter, self._in_log
             )
         return self._nodes[index]
 

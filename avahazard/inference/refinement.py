@@ -20,8 +20,10 @@ TOLERANCE = 1.0
 MAX_SPLITS = 6
 PARTS = 4
 """Parts into which a cell of a grid is split."""
+STEP, SLOW_STEP = 1.0, 1.5
+"""Longest step near the mode, in standard deviations (cubics are exact for a normal's log). The
+second is for friction that depends on speed, whose runs cost ten times as much."""
 REACH = 6.0
-FINE_POINTS = 13
 NEAR = 2.0
 """Cells within that many standard deviations of the mode must be fine."""
 
@@ -52,22 +54,30 @@ def sharpened(posterior: Posterior, mode: Mode) -> tuple[Posterior, Mode]:
 def refined(posterior: Posterior, mode: Mode) -> Posterior:
     """The posterior with finer grids about the mode where the present ones are too coarse.
 
-    A grid is too coarse where a step near the mode is longer than the standard deviation
-    that the mode's curvature promises; the new one reaches `REACH` of these to both sides. The
+    A grid is too coarse where a step near the mode is longer than `STEP` standard deviations of
+    what the mode's curvature promises; the new one reaches `REACH` of these to both sides. The
     posterior itself is returned where all grids will do.
     """
     grids = {}
+    slow = {
+        k
+        for e in posterior.effects
+        if e.speed_dependent
+        for k in range(len(posterior.layout.slots))[posterior.layout.places[e.key]]
+    }
     for k, slot in enumerate(posterior.layout.slots):
         if not slot.grid:
             continue
+        step = SLOW_STEP if k in slow else STEP
         sd = float(np.sqrt(mode.covariance[k, k]))
         points = np.asarray(slot.grid)
         near = (points[1:] > mode.u[k] - NEAR * sd) & (points[:-1] < mode.u[k] + NEAR * sd)
-        if np.max(np.diff(points)[near]) <= sd:
+        if np.max(np.diff(points)[near]) <= step * sd:
             continue
         low = max(slot.low, float(mode.u[k]) - REACH * sd)
         high = min(slot.high, float(mode.u[k]) + REACH * sd)
-        grids[slot.name] = tuple(float(v) for v in np.linspace(low, high, FINE_POINTS))
+        n_points = int(np.ceil((high - low) / (step * sd))) + 1
+        grids[slot.name] = tuple(float(v) for v in np.linspace(low, high, max(4, n_points)))
     return posterior.regridded(grids) if grids else posterior
 
 
