@@ -69,7 +69,7 @@ WRONG = ("turbulent-drag", "forest-drag", "snow-type", "season", "leading-edge",
 
 def plans(size: int) -> list[Plan]:
     """All worlds: `size` for each effect and strength, `NULLS_PER_ARM` times as many nulls of an
-    arm. They come in turn from all arms, so that a run that is cut short has seen all."""
+    arm. They come in `size` rounds of all arms, so that a run that is cut short has seen all."""
     arms: list[list[Plan]] = []
     for name, (effects, settings, neutral) in NULLS.items():
         arms.append(
@@ -108,8 +108,13 @@ def plans(size: int) -> list[Plan]:
         ]
     )
     arms += _effects(0.5, len(arms), size)
-    longest = max(len(arm) for arm in arms)
-    return [arm[k] for k in range(longest) for arm in arms if k < len(arm)]
+    return [world for k in range(size) for arm in arms for world in arm[_share(arm, k, size)]]
+
+
+def _share(arm: list[Plan], k: int, size: int) -> slice:
+    """What an arm gives to round k."""
+    each = len(arm) // size
+    return slice(k * each, (k + 1) * each)
 
 
 def _effects(strength: float, first: int, size: int) -> list[list[Plan]]:
