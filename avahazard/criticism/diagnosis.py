@@ -28,9 +28,12 @@ from avahazard.inference.study import LEFT, Study
 Floats = NDArray[np.float64]
 
 MARGIN = 3.0
-"""Evidence (nats) by which a candidate must lead the next to be named alone: odds of 20 to 1."""
+"""Evidence (nats) by which a candidate must lead the model without it to be named, and the next
+candidate to be named alone: odds of 20 to 1."""
 MAX_REFITS = 6
 ERROR_DRAWS = 400
+TYPICAL_SD = 0.2
+"""Prior sd of a typical effect on log friction."""
 ALIKE = 0.7
 """Correlation above which two effects are called confounded."""
 HEAVY_TAILS = 3.0
@@ -39,10 +42,12 @@ HEAVY_TAILS = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """One candidate, screened; with its full refit if it survived."""
+    """One candidate, screened; if it survived with its full refit, and the evidence (nats) that
+    it adds."""
 
     screened: Screened
     fit: Refit | None
+    evidence_gain: float | None
     error_after_m: float | None
     held_out_gain: float | None
     confounded_with: tuple[str, ...]
@@ -115,7 +120,8 @@ def diagnose(
         key = survivor.definition.key
         fits[key] = refit(study, base.specification, base.facts, (key,), own, base)
         progress(0.8 + 0.15 * (k + 1) / len(survivors))
-    ranked = sorted(survivors, key=lambda c: -fits[c.definition.key].evidence)
+    evidence = {c.definition.key: _evidence_gain(c, fits[c.definition.key], base) for c in survivors}
+    ranked = sorted(survivors, key=lambda c: -evidence[c.definition.key])
     path_missing = grants and screening.path_p <= PATH_LEVEL
     gains, named = {}, []
     if ranked:
@@ -124,11 +130,13 @@ def diagnose(
         before = held_out_log_density(base.posterior, groups, base.mode)
         for c in ranked:
             key = c.definition.key
-            if fits[leader].evidence - fits[key].evidence < MARGIN:
+            if evidence[leader] - evidence[key] < MARGIN:
                 after = held_out_log_density(fits[key].posterior, groups, fits[key].mode)
                 gains[key] = float(np.sum(after - before))
-                if gains[key] > 0.0 and fits[key].evidence > base.evidence:
+                if gains[key] > 0.0 and evidence[key] > 0.0:
                     named.append(key)
+        if evidence[leader] < MARGIN:
+            named = []
     verdict, missing = _verdict(named)
     if path_missing and (
         not named
@@ -143,6 +151,7 @@ def diagnose(
         Candidate(
             c,
             fits.get(c.definition.key),
+            evidence.get(c.definition.key),
             error_of(fits[c.definition.key]) if c.definition.key in fits else None,
             gains.get(c.definition.key),
             tuple(
@@ -171,6 +180,21 @@ def diagnose(
         detectable_m=metres,
         suspects=_suspects(base),
     )
+
+
+def _evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
+    """Evidence (nats) that a candidate adds.
+
+    The estimated limit of sight is that of the highest stop seen on each path: its likelihood
+    rises with every path where nothing is hidden, which no price of one parameter makes good.
+    What it gains on average in made worlds does, in the measure of the full fit.
+    """
+    key = screened.definition.key
+    gain = fit.evidence - base.evidence
+    if any(e.key == key and e.limit is not None for e in fit.posterior.effects):
+        share = (fit.log_likelihood - base.log_likelihood) / max(screened.gain, 1e-9)
+        gain -= screened.null_mean * min(max(share, 0.0), 1.0)
+    return gain
 
 
 def error_of(fit: Refit) -> float:
@@ -235,7 +259,8 @@ def _detectable(base: Refit, critical_gain: float) -> tuple[float, float]:
     """The smallest effect that would have been seen with 80 % power: rms log friction, metres.
 
     A shift of rms δ in log friction has, on n events of total variance s², a gain with
-    non-centrality n δ²/s²; the gain must pass `critical_gain`.
+    non-centrality n δ²/s²; the gain must pass `critical_gain`, and be worth `MARGIN` after the
+    price of one more parameter.
     """
     posterior = base.posterior
     study = posterior.study
@@ -245,8 +270,10 @@ def _detectable(base: Refit, critical_gain: float) -> tuple[float, float]:
     record_variance = np.sum(nodes.weight * (nodes.place - mean) ** 2, axis=1)
     stopped = study.kind != LEFT
     total = np.mean(scatter**2, axis=1) + np.where(stopped, record_variance, 0.0)
-    needed = np.sqrt(2.0 * critical_gain) + float(stats.norm.ppf(0.8))
-    shift = needed / float(np.sqrt(np.sum(1.0 / total[stopped])))
+    information = float(np.sum(1.0 / total[stopped]))
+    price = 0.5 * float(np.log1p(information * TYPICAL_SD**2))
+    gain = max(critical_gain, MARGIN + price)
+    shift = (np.sqrt(2.0 * gain) + float(stats.norm.ppf(0.8))) / np.sqrt(information)
     # The record's spread in metres against that in log friction tells metres per unit.
     ratio = study.sigma[stopped] / np.sqrt(np.maximum(record_variance[stopped], 1e-8))
     return float(shift), float(shift * np.median(ratio))

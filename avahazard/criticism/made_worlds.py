@@ -12,6 +12,7 @@ from avahazard.inference.predicted import Predicted
 from avahazard.inference.predictive import draw_friction, look_up
 from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.study import LEFT
+from avahazard.inference.wrong_records import log_wrong, wrong_ranges
 from avahazard.physics.runout_table import MU
 
 Floats = NDArray[np.float64]
@@ -51,7 +52,7 @@ def make_world(
     """Records of the same events in a world where the model at u is true.
 
     Paths have offsets of spread `tau`; where a limit of sight stands, events are drawn again
-    until they are seen.
+    until they are seen. With Student's tails a record is wrong here as likely as it is in truth.
     """
     study = posterior.study
     groups = study.columns.path_index
@@ -77,7 +78,17 @@ def make_world(
         covariance = np.diag(m.sigma**2) + speed_scatter**2 * correlation
         noise = np.linalg.cholesky(covariance) @ rng.standard_normal(len(m.x))
         speeds[r, : len(m.x)] = true + noise
+    if posterior.specification.tails == "student":
+        low, high = wrong_ranges(study)
+        wrong = ~left & (rng.random(study.n_events) < wrong_chance(posterior, u))
+        observed = np.where(wrong, low + (high - low) * rng.random(study.n_events), observed)
     return Measured(observed, left, speeds)
+
+
+def wrong_chance(posterior: Posterior, u: Floats) -> Floats:
+    """Chance of each record to be grossly wrong `[n_events]`, given the model at u."""
+    chance = np.exp(log_wrong(posterior.study) - posterior.event_log_likelihood(u))
+    return np.asarray(chance)
 
 
 def _record(

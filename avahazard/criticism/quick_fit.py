@@ -29,7 +29,8 @@ class Design(NamedTuple):
 
     Coefficients have normal priors `prior_mean`, `prior_precision` `[n_columns]`; `path`
     `[n_events]` is the group of the offset (-1: none), `n_paths` their number (0: no offsets);
-    `extra` `[n_events]` is variance from the volume's error; `multiplier` scales the scatter.
+    `extra` `[n_events]` is variance from the volume's error; `multiplier` scales the scatter;
+    `log_wrong` `[n_events]` is as in `wrong_records`, for Student's tails.
     """
 
     x: Floats
@@ -40,6 +41,7 @@ class Design(NamedTuple):
     n_paths: int
     extra: Floats
     multiplier: Floats
+    log_wrong: Floats
 
 
 class Edges(NamedTuple):
@@ -190,11 +192,16 @@ def _terms(bumps, left, edges, design, beta, offsets, sigma, student, g, h):  # 
             share = own / s
             if student:
                 shape = 1.0 / (1.0 + 0.25 * e * e / s)
-                value += math.log(0.375) - 0.5 * math.log(s) + 2.5 * math.log(shape)
-                g[i] = 1.25 * shape * e / s
-                h[i] = 1.25 * shape / s
-                d_scatter += (1.25 * shape * e * e / s - 1.0) * share
-                info_scatter += 8.0 / 7.0 * share * share
+                log_p = math.log(0.375) - 0.5 * math.log(s) + 2.5 * math.log(shape)
+                # What the record would be worth as a grossly wrong one.
+                wrong = design.log_wrong[i] - bumps.log_mass[i]
+                either = max(log_p, wrong) + math.log1p(math.exp(-abs(log_p - wrong)))
+                right = math.exp(log_p - either)
+                value += either
+                g[i] = right * 1.25 * shape * e / s
+                h[i] = right * 1.25 * shape / s
+                d_scatter += right * (1.25 * shape * e * e / s - 1.0) * share
+                info_scatter += right * 8.0 / 7.0 * share * share
             else:
                 value += -0.919 - 0.5 * math.log(s) - 0.5 * e * e / s
                 g[i] = e / s

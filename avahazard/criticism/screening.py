@@ -49,13 +49,14 @@ PATH_LEVEL = 0.01
 @dataclass(frozen=True, slots=True)
 class Screened:
     """A candidate after the screening: its gain (nats), its p-values by itself and family-wise,
-    and the gain that it has in one of twenty worlds where nothing is missing."""
+    and the gain that it has in one of twenty worlds where nothing is missing, and on average."""
 
     definition: Definition
     gain: float
     p_single: float
     p_family: float
     null_gain: float
+    null_mean: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,7 +285,8 @@ def _judge(
         s = float(_surprise(null[:, k], real[k : k + 1])[0])
         family = (1.0 + float(np.sum(largest >= s))) / (n_worlds + 1.0)
         chance = float(np.quantile(null[:, k], 0.95))
-        result.append(Screened(entry, float(real[k]), float(np.exp(-s)), family, chance))
+        mean = float(np.mean(null[:, k]))
+        result.append(Screened(entry, float(real[k]), float(np.exp(-s)), family, chance, mean))
     result.sort(key=lambda c: (c.p_single, -c.gain))
     return Screening(
         candidates=tuple(result),

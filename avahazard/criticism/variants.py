@@ -19,6 +19,7 @@ from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import BlockRuns, Predicted, predict_records
 from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.study import Study
+from avahazard.inference.wrong_records import log_wrong
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
 
@@ -89,6 +90,7 @@ def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
         n_paths=len(study.columns.paths) if path_offsets else 0,
         extra=_volume_variance(posterior, u),
         multiplier=middle / np.exp(np.mean(np.log(middle))),
+        log_wrong=log_wrong(study),
     )
 
 

@@ -70,6 +70,7 @@ def blend(cubic: Floats, linear: Floats, corners: Nodes) -> Nodes:
         seen_weight=seen_weight,
         seen_floor=linear @ corners.seen_floor,
         has_limit=has_limit,
+        log_wrong=corners.log_wrong[0],
     )
 
 

@@ -35,7 +35,7 @@ def event_terms(
 
     `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
     `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t with
-    4 degrees of freedom.
+    4 degrees of freedom, a few records being grossly wrong (`wrong_records`).
     """
     keep = np.ones(len(location), dtype=np.bool_)
     return EventTerms(*event_terms_kernel(nodes, location, scatter, volume_weight, student, keep))
@@ -97,10 +97,28 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep): 
             curvature[i] -= seen[1]
             by_location[i] -= seen_location
             by_scatter[i] -= seen_scatter
+        if student:
+            value[i], curvature[i] = _or_wrong(
+                nodes.log_wrong[i], value[i], by_location[i], by_scatter[i], curvature[i]
+            )
     return value, by_location, by_scatter, curvature
 
 
 TINY = 1e-290
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _or_wrong(log_wrong, value, by_location, by_scatter, curvature):  # type: ignore[no-untyped-def]
+    """log(exp(value) + exp(log_wrong)) and its derivatives; returns it and its curvature."""
+    if log_wrong < value - 700.0:
+        return value, curvature
+    top = max(value, log_wrong)
+    total = top + np.log(np.exp(value - top) + np.exp(log_wrong - top))
+    right = np.exp(value - total)
+    slope = np.sum(by_location)
+    by_location *= right
+    by_scatter *= right
+    return total, right * (curvature + (1.0 - right) * slope * slope)
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)

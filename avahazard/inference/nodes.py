@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from avahazard.inference.predicted import Predicted
 from avahazard.inference.speed_nodes import between, speed_log_likelihood
 from avahazard.inference.study import LEFT, SpeedRecord, Study
+from avahazard.inference.wrong_records import log_wrong
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.constants import KEEPS_NAN
 from avahazard.physics.runout_table import MU
@@ -40,7 +41,7 @@ class Nodes(NamedTuple):
 
     `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
     probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by,
-    `floor` `[n_events]` is w₀. `seen_place`, `seen_weight`, `seen_floor` give the chance to be
+    `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` as in `wrong_records`. `seen_place`, `seen_weight`, `seen_floor` give the chance to be
     seen, where `has_limit`.
     """
 
@@ -53,6 +54,7 @@ class Nodes(NamedTuple):
     seen_weight: Floats
     seen_floor: Floats
     has_limit: NDArray[np.bool_]
+    log_wrong: Floats
 
 
 def build_nodes(
@@ -90,7 +92,8 @@ def record_nodes(
             np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
             has_speed,
             np.log(MU) if in_log else MU,
-        )
+        ),
+        log_wrong(study),
     )
 
 

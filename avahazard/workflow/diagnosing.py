@@ -101,7 +101,7 @@ def _candidate(candidate: Candidate, found: Diagnosis) -> dict[str, Any]:
     return {
         "effect": candidate.key,
         "gain": gain,
-        "evidence_gain": None if fit is None else fit.evidence - found.base.evidence,
+        "evidence_gain": candidate.evidence_gain,
         "held_out_gain": candidate.held_out_gain,
         "p_value": candidate.screened.p_family,
         "screened_gain": candidate.screened.gain,

@@ -49,7 +49,7 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
                 c.key,
                 round(c.screened.gain, 2),
                 round(c.screened.p_family, 4),
-                None if c.fit is None else round(c.fit.evidence - found.base.evidence, 2),
+                None if c.evidence_gain is None else round(c.evidence_gain, 2),
                 c.held_out_gain,
             ]
             for c in found.candidates[:6]

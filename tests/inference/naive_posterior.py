@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from avahazard.inference.posterior import Posterior
-from avahazard.inference.study import LEFT
+from avahazard.inference.study import ELEVATION, LEFT, LENGTH
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
 from tests.inference.naive_nodes import fine
@@ -47,7 +47,20 @@ class NaivePosterior:
             result[i] = np.log(np.sum(mass[1] * self._density(i, mass[0], shift)))
             if sight is not None:
                 result[i] -= np.log(np.sum(sight[1] * self._density(i, sight[0], shift)))
+            if self.posterior.specification.tails == "student":
+                result[i] = np.log(np.exp(result[i]) + self._wrong(i))
         return result
+
+    def _wrong(self, i: int) -> float:
+        """Density of record i as a grossly wrong one."""
+        study = self.posterior.study
+        if study.kind[i] == LEFT or any(m.event == i for m in study.speeds):
+            return 0.0
+        if study.kind[i] == LENGTH:
+            return 0.02 / (10.0 * float(study.fall_height[i]))
+        terrain = study.sites[study.columns.path_index[i]].terrain
+        line = terrain.y if study.kind[i] == ELEVATION else terrain.x
+        return 0.02 / float(np.ptp(line))
 
     def by_paths(self, tau: float) -> float:
         """Log likelihood, the offset of every path summed over its normal distribution."""

@@ -33,6 +33,7 @@ def _nodes(seed: int = 1) -> Nodes:
         seen_weight=0.7 * weights(),
         seen_floor=np.where(half, 0.3, 1.0),
         has_limit=half,
+        log_wrong=np.where(left, -np.inf, rng.normal(-7.0, 2.0, N)),
     )
 
 
@@ -59,6 +60,8 @@ def _slow(nodes: Nodes, location, scatter, volume_weight, student: bool) -> np.n
         value[i] = np.log(chance) + nodes.log_scale[i]
         if nodes.has_limit[i]:
             value[i] -= np.log(seen)
+        if student:
+            value[i] = np.log(np.exp(value[i]) + np.exp(nodes.log_wrong[i]))
     return value
 
 

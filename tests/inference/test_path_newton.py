@@ -25,6 +25,7 @@ def setting(seed: int) -> tuple[Nodes, np.ndarray, np.ndarray, np.ndarray]:
         seen_weight=np.zeros((N_EVENTS, 5)),
         seen_floor=np.zeros(N_EVENTS),
         has_limit=np.zeros(N_EVENTS, dtype=np.bool_),
+        log_wrong=np.full(N_EVENTS, -np.inf),
     )
     location = np.log(0.45) + 0.05 * rng.standard_normal((N_EVENTS, N_VOLUMES))
     return nodes, location, np.full_like(location, 0.15), np.full(location.shape, 1 / N_VOLUMES)
