@@ -46,13 +46,27 @@ class SpeedGrid(NamedTuple):
     stride: int
 
 
+STRETCH = 16
+"""Cells of the grid of frictions whose records are looked at only if one can be near."""
+
+
+def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Lowest and highest record of each stretch of frictions, `[n_events, n_stretches, 2]`."""
+    starts = np.arange(0, max(record.shape[1] - 1, 1), STRETCH)
+    low, high = np.minimum.reduceat(record, starts, 1), np.maximum.reduceat(record, starts, 1)
+    # A cell reaches to the first point of the next stretch.
+    after = record[:, np.minimum(starts + STRETCH, record.shape[1] - 1)]
+    return np.stack([np.minimum(low, after), np.maximum(high, after)], axis=2)
+
+
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):  # type: ignore[no-untyped-def]
+def bumps(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, speeds):  # type: ignore[no-untyped-def]
     """Bumps of all events.
 
-    `record` `[n_events, n_friction]` is what would be recorded, `last_left` `[n_events]` the
-    last friction of the grid at which the block leaves (-1: none), `left` `[n_events]` the
-    events that did leave (for these the speeds alone speak), `speeds` `[n_rows, n_places]`.
+    `record` `[n_events, n_friction]` is what would be recorded, `bounds` its `record_bounds`,
+    `last_left` `[n_events]` the last friction of the grid at which the block leaves (-1: none),
+    `left` `[n_events]` the events that did leave (for these the speeds alone speak), `speeds`
+    `[n_rows, n_places]`.
     """
     n = len(record)
     mean = np.zeros(n)
@@ -72,6 +86,7 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
         else:
             count = _stop_points(
                 record[i],
+                bounds[i],
                 max(last_left[i], 0),
                 observed[i],
                 sigma[i],
@@ -105,42 +120,48 @@ def bumps(record, last_left, observed, sigma, left, log_mu, speed_grid, speeds):
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
 def _stop_points(  # type: ignore[no-untyped-def]
-    record, first, observed, sigma, log_mu, speed_grid, row, speeds, points, logs
+    record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, points, logs
 ):
     """Points of the bump of a stop and their log masses; returns how many."""
     count = 0
     known, l0, l1 = -1, 0.0, 0.0
     scale = 1.0 / sigma
-    z1 = (record[first] - observed) * scale
-    for j in range(first, len(record) - 1):
-        z0 = z1
-        z1 = (record[j + 1] - observed) * scale
-        if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
+    for stretch in range(first // STRETCH, len(bounds)):
+        if bounds[stretch, 0] - observed > REACH * sigma:
             continue
-        width = log_mu[j + 1] - log_mu[j]
-        # Only the part of the cell within reach counts.
-        t_low, t_high = 0.0, 1.0
-        if z0 != z1:
-            ta = (-REACH - z0) / (z1 - z0)
-            tb = (REACH - z0) / (z1 - z0)
-            t_low, t_high = max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
-        pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
-        step = (t_high - t_low) / pieces
-        log_width = np.log(step * width)
-        if row >= 0:
-            l0 = l1 if known == j else _speed_log(speed_grid, row, speeds, j)
-            l1 = _speed_log(speed_grid, row, speeds, j + 1)
-            known = j + 1
-        for p in range(pieces):
-            if count == len(points):
-                return count
-            t = t_low + (p + 0.5) * step
-            z = z0 + t * (z1 - z0)
-            points[count] = log_mu[j] + t * width
-            logs[count] = log_width - 0.5 * z * z
+        if bounds[stretch, 1] - observed < -REACH * sigma:
+            continue
+        begin = max(stretch * STRETCH, first)
+        z1 = (record[begin] - observed) * scale
+        for j in range(begin, min((stretch + 1) * STRETCH, len(record) - 1)):
+            z0 = z1
+            z1 = (record[j + 1] - observed) * scale
+            if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
+                continue
+            width = log_mu[j + 1] - log_mu[j]
+            # Only the part of the cell within reach counts.
+            t_low, t_high = 0.0, 1.0
+            if z0 != z1:
+                ta = (-REACH - z0) / (z1 - z0)
+                tb = (REACH - z0) / (z1 - z0)
+                t_low, t_high = max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
+            pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
+            step = (t_high - t_low) / pieces
+            log_width = np.log(step * width)
             if row >= 0:
-                logs[count] += (1.0 - t) * l0 + t * l1
-            count += 1
+                l0 = l1 if known == j else _speed_log(speed_grid, row, speeds, j)
+                l1 = _speed_log(speed_grid, row, speeds, j + 1)
+                known = j + 1
+            for p in range(pieces):
+                if count == len(points):
+                    return count
+                t = t_low + (p + 0.5) * step
+                z = z0 + t * (z1 - z0)
+                points[count] = log_mu[j] + t * width
+                logs[count] = log_width - 0.5 * z * z
+                if row >= 0:
+                    logs[count] += (1.0 - t) * l0 + t * l1
+                count += 1
     return count
 
 

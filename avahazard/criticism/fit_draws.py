@@ -6,6 +6,7 @@ and, where draws of the whole posterior are at hand to draw near, its bends.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +15,11 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from avahazard.inference.mode import Mode, find_mode
-from avahazard.inference.posterior import Posterior
+from avahazard.inference.posterior import PathOffsets, Posterior
 from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
+Density = Callable[[Floats], float]
 
 N_CENTRES = 150
 CENTRE_WIDTH = 0.4
@@ -51,20 +53,34 @@ def fit_draws(
     these, which follows any bend; else they are about the mode.
     """
     mode = find_mode(posterior, start.u, start.covariance)
+    known: dict[bytes, PathOffsets] = {}
+
+    def log_density(u: Floats) -> float:
+        value, by_path = posterior.density_and_offsets(u)
+        if by_path is not None:
+            known[u.tobytes()] = by_path
+        return value
+
     if around is None:
-        u, log_weight = _about_the_mode(posterior, mode, n_draws, key)
+        u, log_weight = _about_the_mode(posterior, log_density, mode, n_draws, key)
     else:
-        u, log_weight = _near_draws(posterior, mode, start.u, around, n_draws, key)
+        u, log_weight = _near_draws(posterior, log_density, mode, start.u, around, n_draws, key)
     offsets = None
     if posterior.groups is not None:
         rng = generator(0, "offset draws", key)
-        found = [posterior.path_offsets(v) for v in u]
+        found = [known.get(v.tobytes()) or posterior.path_offsets(v) for v in u]
         offsets = np.array([o.mode + o.sd * rng.standard_normal(len(o.mode)) for o in found])
     return FitDraws(u, log_weight, offsets)
 
 
 def _near_draws(
-    posterior: Posterior, mode: Mode, start: Floats, around: Floats, n_draws: int, key: str
+    posterior: Posterior,
+    log_density_at: Density,
+    mode: Mode,
+    start: Floats,
+    around: Floats,
+    n_draws: int,
+    key: str,
 ) -> tuple[Floats, Floats]:
     """Draws and log weights from small Student distributions at draws of the full posterior.
 
@@ -81,7 +97,7 @@ def _near_draws(
     n_near = n_draws - n_wide
     picked = centres[rng.permutation(np.arange(n_near) % len(centres))]
     u = np.concatenate([picked + _rows(kernel, n_near, rng), _rows(wide, n_wide, rng)])
-    log_density = np.array([posterior.log_density(v) for v in u])
+    log_density = np.array([log_density_at(v) for v in u])
     inside = np.isfinite(log_density)
     if not np.any(inside):
         return mode.u[None, :], np.zeros(1)
@@ -94,7 +110,7 @@ def _near_draws(
 
 
 def _about_the_mode(
-    posterior: Posterior, mode: Mode, n_draws: int, key: str
+    posterior: Posterior, log_density_at: Density, mode: Mode, n_draws: int, key: str
 ) -> tuple[Floats, Floats]:
     """Draws and log weights by adaptive importance sampling (Cornuet et al. 2012).
 
@@ -109,7 +125,7 @@ def _about_the_mode(
         rng = generator(0, "fit draws", key, stage)
         n = n_draws // STAGES
         drawn = _rows(proposals[-1], n, rng)
-        values = np.array([posterior.log_density(v) for v in drawn])
+        values = np.array([log_density_at(v) for v in drawn])
         inside = np.isfinite(values)
         u = np.concatenate([u, drawn[inside]])
         log_density = np.concatenate([log_density, values[inside]])

@@ -74,20 +74,20 @@ def held_out_log_density(
 def left_out_log_density(
     posterior: Posterior, out: NDArray[np.bool_], start: Mode, around: Floats | None = None
 ) -> Floats:
-    """Log density of every record `[n_events]` given the events that are not `out`.
+    """Log density of the records `out` given the events that are not, `[n_events]` (others 0).
 
     The mean over draws of the density given the parameters and the path offsets; a path all of
     whose events are out has an offset from the spread between paths.
     """
     rest = posterior.restricted(~out)
     draws = fit_draws(rest, start, DENSITY_DRAWS, _key(out), around)
-    return mean_log_density(rest, draws)
+    return mean_log_density(rest, draws, out)
 
 
-def mean_log_density(posterior: Posterior, draws: FitDraws) -> Floats:
-    """Log of the weighted mean over draws of the density of each record, `[n_events]`."""
+def mean_log_density(posterior: Posterior, draws: FitDraws, out: NDArray[np.bool_]) -> Floats:
+    """Log of the weighted mean over draws of the density of each record in `out`, `[n_events]`."""
     given = [
-        posterior.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k])
+        posterior.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k], out)
         for k, u in enumerate(draws.coordinates)
     ]
     return np.asarray(logsumexp(np.array(given) + draws.log_weight[:, None], axis=0))
@@ -118,7 +118,7 @@ def held_out_predictions(
         by_path = offsets_by_path(rest, fit.offsets)
         found = expected_records(rest, fit.coordinates, by_path, RECORD_DRAWS, rng)
         draws[out], left[out], x[out] = found.draws[out], found.left[out], found.x[out]
-        log_density[out] = mean_log_density(rest, fit)[out]
+        log_density[out] = mean_log_density(rest, fit, out)[out]
         tracks = matched_speeds(rest, fit.coordinates, fit.offsets, rng)
         if tracks is not None:
             speeds = tracks if speeds is None else speeds

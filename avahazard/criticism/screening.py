@@ -241,6 +241,7 @@ def sight_edges(variant: Variant, measured: Measured, study: Study) -> Edges:
     silent = variant.tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
     place = bumps(
         variant.tables.record,
+        variant.tables.bounds,
         variant.tables.last_left,
         np.nan_to_num(limit),
         study.sigma,
@@ -260,6 +261,7 @@ def bumps_of(tables: Tables, measured: Measured, sigma: Floats):  # type: ignore
     """Bumps of one world under one set of tables."""
     return bumps(
         tables.record,
+        tables.bounds,
         tables.last_left,
         measured.observed,
         sigma,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from avahazard.criticism.bumps import SpeedGrid
+from avahazard.criticism.bumps import SpeedGrid, record_bounds
 from avahazard.criticism.quick_fit import Design, Edges
 from avahazard.effects.effect import Definition, Effect, Floats
 from avahazard.inference.laws import LAWS, law
@@ -37,10 +37,11 @@ SPEED_SHARES = (1.0, 0.4)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tables:
-    """What one set of tables says of every event: `record` `[n_events, n_friction]` (float32),
-    `last_left` `[n_events]`, edges of leaving and of sight, and speeds."""
+    """What one set of tables says of every event: `record` `[n_events, n_friction]` (float32) and
+    its `record_bounds`, `last_left` `[n_events]`, edges of leaving and of sight, and speeds."""
 
     record: NDArray[np.float32]
+    bounds: NDArray[np.float32]
     last_left: NDArray[np.int64]
     edges: Edges
     speeds: SpeedGrid
@@ -125,8 +126,10 @@ def make_tables(study: Study, predicted: Predicted, limit: Floats, speed_scatter
         middle = 0.5 * (LOG_MU[1:] + LOG_MU[:-1])
         seen[i] = float(np.sum(drop * middle)) / total
         seen_sd[i] = np.sqrt(max(float(np.sum(drop * (middle - seen[i]) ** 2)) / total, 0.0))
+    record = predicted.record.astype(np.float32)
     return Tables(
-        record=predicted.record.astype(np.float32),
+        record=record,
+        bounds=record_bounds(record),
         last_left=last_left.astype(np.int64),
         edges=Edges(leave, seen, seen_sd, has_limit),
         speeds=_speed_grid(study, predicted, speed_scatter),

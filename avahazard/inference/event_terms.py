@@ -29,15 +29,21 @@ class EventTerms(NamedTuple):
 
 
 def event_terms(
-    nodes: Nodes, location: Floats, scatter: Floats, volume_weight: Floats, student: bool = False
+    nodes: Nodes,
+    location: Floats,
+    scatter: Floats,
+    volume_weight: Floats,
+    student: bool = False,
+    keep: NDArray[np.bool_] | None = None,
 ) -> EventTerms:
     """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
 
     `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
     `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t with
     4 degrees of freedom, a few records being grossly wrong (`wrong_records`).
+    Terms of events not in `keep` `[n_events]` are 0.
     """
-    keep = np.ones(len(location), dtype=np.bool_)
+    keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
     return EventTerms(*event_terms_kernel(nodes, location, scatter, volume_weight, student, keep))
 
 
@@ -53,29 +59,26 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep): 
     for i in range(n):
         if not keep[i]:
             continue
-        # The exponents are lifted by the largest, so that nothing underflows.
         lift = 0.0
-        if not nodes.is_probability[i] and not student:
-            lift = np.inf
-            for q in range(n_volumes):
-                for k in range(nodes.place.shape[1]):
-                    if nodes.weight[i, k] > 0.0:
-                        z = (nodes.place[i, k] - location[i, q]) / scatter[i, q]
-                        lift = min(lift, 0.5 * z * z)
         for q in range(n_volumes):
             if nodes.is_probability[i]:
                 _probability(
                     nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], student, part[q]
                 )
+            elif student:
+                _student_density(
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], part[q]
+                )
             else:
                 _density(
-                    nodes.place[i],
-                    nodes.weight[i],
-                    location[i, q],
-                    scatter[i, q],
-                    student,
-                    lift,
-                    part[q],
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], 0.0, part[q]
+                )
+        if not student and not nodes.is_probability[i] and np.max(part[:, 0]) < UNDERFLOW:
+            # Far off, the exponents are lifted by the largest.
+            lift = _lift(nodes.place[i], nodes.weight[i], location[i], scatter[i])
+            for q in range(n_volumes):
+                _density(
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], lift, part[q]
                 )
         total = _gather(part, volume_weight[i], nodes.floor[i], by_location[i], by_scatter[i])
         value[i] = np.log(max(total[0], TINY)) + nodes.log_scale[i] - lift
@@ -105,6 +108,19 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep): 
 
 
 TINY = 1e-290
+UNDERFLOW = 1e-200
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _lift(place, weight, location, scatter):  # type: ignore[no-untyped-def]
+    """The least z²/2 of all nodes that count."""
+    lift = np.inf
+    for q in range(len(location)):
+        for k in range(len(place)):
+            if weight[k] > 0.0:
+                z = (place[k] - location[q]) / scatter[q]
+                lift = min(lift, 0.5 * z * z)
+    return lift
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
@@ -137,29 +153,42 @@ def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-un
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _density(place, weight, m, sigma, student, lift, out):  # type: ignore[no-untyped-def]
+def _density(place, weight, m, sigma, lift, out):  # type: ignore[no-untyped-def]
     """Σ w p(ν | m, σ) and its derivatives in m, log σ, and twice in m."""
+    value, first, second = 0.0, 0.0, 0.0
+    per_sigma = 1.0 / sigma
+    for k in range(len(place)):
+        if weight[k] == 0.0:
+            continue
+        z = (place[k] - m) * per_sigma
+        a = weight[k] * np.exp(lift - 0.5 * z * z)
+        value += a
+        a *= z
+        first += a
+        second += a * z
+    second -= value
+    scale = ONE_OVER_ROOT_2PI * per_sigma
+    out[0] = value * scale
+    out[1] = first * scale * per_sigma
+    out[2] = second * scale
+    out[3] = second * scale * per_sigma * per_sigma
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _student_density(place, weight, m, sigma, out):  # type: ignore[no-untyped-def]
+    """The same for Student's t with 4 degrees of freedom, 3/8 (1 + z²/4)^(-5/2)."""
     value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
     for k in range(len(place)):
         if weight[k] == 0.0:
             continue
         z = (place[k] - m) / sigma
-        if student:
-            shape = 1.0 / (1.0 + 0.25 * z * z)
-            # Density of t with 4 degrees of freedom: 3/8 (1 + z²/4)^(-5/2).
-            a = weight[k] * 0.375 * shape * shape * np.sqrt(shape)
-            slope = 1.25 * z * shape
-            bend = slope * slope * 1.4 - 1.25 * shape
-            a_scatter = z * slope - 1.0
-        else:
-            a = weight[k] * ONE_OVER_ROOT_2PI * np.exp(lift - 0.5 * z * z)
-            slope = z
-            bend = z * z - 1.0
-            a_scatter = bend
+        shape = 1.0 / (1.0 + 0.25 * z * z)
+        a = weight[k] * 0.375 * shape * shape * np.sqrt(shape)
+        slope = 1.25 * z * shape
         value += a
         first += a * slope
-        second += a * bend
-        by_scatter += a * a_scatter
+        second += a * (slope * slope * 1.4 - 1.25 * shape)
+        by_scatter += a * (z * slope - 1.0)
     out[0] = value / sigma
     out[1] = first / (sigma * sigma)
     out[2] = by_scatter / sigma

@@ -98,33 +98,41 @@ class Posterior:
 
     def log_density(self, u: Floats) -> float:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
+        return self.density_and_offsets(u)[0]
+
+    def density_and_offsets(self, u: Floats) -> tuple[float, PathOffsets | None]:
+        """`log_density`, with the path offsets that it rests on where there are any."""
         if (u < self.layout.low).any() or (u > self.layout.high).any():
-            return -np.inf
-        return self.log_likelihood(u) + self.layout.log_prior(u)
+            return -np.inf, None
+        value, offsets = self._log_likelihood(u, self.nodes_at(u))
+        return value + self.layout.log_prior(u), offsets
 
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, path offsets integrated out (Laplace's method)."""
-        return self._log_likelihood(u, self.nodes_at(u))
+        return self._log_likelihood(u, self.nodes_at(u))[0]
 
     def exact_log_likelihood(self, u: Floats) -> float:
         """The same from tables made for just these coordinates, not blended."""
-        return self._log_likelihood(u, self._exact_nodes(u))
+        return self._log_likelihood(u, self._exact_nodes(u))[0]
 
-    def _log_likelihood(self, u: Floats, nodes: Nodes) -> float:
+    def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, PathOffsets | None]:
         location, scatter = self.location_and_scatter(u)
         place = self.layout.path_scatter
         if self.groups is None or place is None or u[place] == 0.0:
             value = self.terms(nodes, location, scatter).value
-            return float(np.sum(value if self._keep is None else value[self._keep]))
+            return float(np.sum(value if self._keep is None else value[self._keep])), None
         offsets, value_there = self._offsets(u, nodes, location, scatter)
         tau = PATH_SCATTER * u[place]
         penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
-        return float(value_there - penalty + np.sum(np.log(offsets.sd / tau)))
+        return float(value_there - penalty + np.sum(np.log(offsets.sd / tau))), offsets
 
-    def event_log_likelihood(self, u: Floats, offsets: Floats | None = None) -> Floats:
-        """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`."""
+    def event_log_likelihood(
+        self, u: Floats, offsets: Floats | None = None, keep: NDArray[np.bool_] | None = None
+    ) -> Floats:
+        """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`; 0 for those
+        not in `keep` `[n_events]`."""
         location, scatter = self.location_and_scatter(u)
-        return self.terms(self.nodes_at(u), self._shifted(location, offsets), scatter).value
+        return self.terms(self.nodes_at(u), self._shifted(location, offsets), scatter, keep).value
 
     def path_offsets(self, u: Floats) -> PathOffsets:
         """Mode and standard deviation of the path offsets given coordinates u."""
@@ -172,9 +180,16 @@ class Posterior:
             self._stacks[windows] = stack([self.nodes(index) for index in product(*ranges)])
         return self._stacks[windows]
 
-    def terms(self, nodes: Nodes, location: Floats, scatter: Floats) -> EventTerms:
-        """Terms of every event at given nodes, location and scatter."""
-        return event_terms(nodes, location, scatter, self.study.volumes.weight, self._student)
+    def terms(
+        self,
+        nodes: Nodes,
+        location: Floats,
+        scatter: Floats,
+        keep: NDArray[np.bool_] | None = None,
+    ) -> EventTerms:
+        """Terms of every event (or of those in `keep`) at given nodes, location and scatter."""
+        weight = self.study.volumes.weight
+        return event_terms(nodes, location, scatter, weight, self._student, keep)
 
     def nodes(self, index: tuple[int, ...]) -> Nodes:
         """Nodes at one point of the grids of the table parameters."""

@@ -24,7 +24,7 @@ from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.outside import EFFECTS, effect_file
 from benchmarks.worlds.rivals import best_bic, regression
 
-DRAWS = 200
+DRAWS = 120
 
 
 def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
-from avahazard.criticism.bumps import bumps
+from avahazard.criticism.bumps import bumps, record_bounds
 from avahazard.criticism.made_worlds import Measured, real_world
 from avahazard.criticism.screening import bumps_of
 from avahazard.criticism.variants import LOG_MU, SPEED_STRIDE, Tables, make_tables
@@ -102,8 +102,10 @@ def test_coarser_frictions_give_the_same_bump() -> None:
     silent = tables.speeds._replace(row=np.full(1, -1))
 
     def one(step: int):  # type: ignore[no-untyped-def]
+        record = tables.record[rows, ::step].copy()
         return bumps(
-            tables.record[rows, ::step],
+            record,
+            record_bounds(record),
             tables.last_left[rows] // step,
             measured.observed[rows],
             study.sigma[rows],
