@@ -21,7 +21,7 @@ sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.measuring import Result  # noqa: E402
 
-NAMES = ("run", "run_limit", "mh_emcee", "gibbs_limit", "draws_limit", "help")
+NAMES = ("run", "run_limit", "mh_emcee", "gibbs_limit", "draws_limit", "help", "diagnose")
 
 
 def main(names: list[str]) -> None:

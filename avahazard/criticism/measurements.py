@@ -5,18 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.criticism.confounding import explained
 from avahazard.criticism.refits import Refit
-from avahazard.inference.mode import likely_friction
-from avahazard.inference.seeds import generator
-from avahazard.inference.study import Study
-from avahazard.physics.cells import build_cells
-from avahazard.physics.speed import speeds_along
+from avahazard.criticism.speed_measurement import speed_gain
 
 Floats = NDArray[np.float64]
 
-N_TRACKS, N_EVENTS = 20, 50
-SPEED_SIGMA_M_S = 1.5
-N_SIMULATIONS = 100
+N_MIDDLES, N_TRACKS, N_PLACES = 20, 5, 8
+"""Events with a speed at mid-track, or with that many along the whole track."""
+N_EVENTS = 50
 
 
 def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[str, object]]:
@@ -24,89 +21,71 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[s
 
     Without profiles only further events can be measured.
     """
-    events = {
-        "measurement": f"runouts of {N_EVENTS} more events on paths like these",
-        "expected_gain": record_gain(first, second) * N_EVENTS,
-    }
-    if not first.posterior.study.sites:
-        return [events]
-    result = [
-        {
-            "measurement": f"speeds at mid-track on {N_TRACKS} events",
-            "expected_gain": speed_gain(first, second, seed),
-        },
-        events,
-        {
-            "measurement": f"{N_EVENTS} events on a further path, steeper or longer than these",
-            "expected_gain": _unlike_gain(first, second) * N_EVENTS,
-        },
-    ]
-    return sorted(result, key=lambda r: -float(str(r["expected_gain"])))
+    gain = record_gain(first, second)
+    text = f"runouts of {N_EVENTS} more events on paths like these"
+    found = {text: N_EVENTS * float(np.mean(gain))}
+    if first.posterior.study.sites:
+        groups = first.posterior.study.columns.path_index
+        best = max(float(np.mean(gain[groups == k])) for k in np.unique(groups))
+        found |= {
+            f"speeds at mid-track on {N_MIDDLES} events": speed_gain(
+                first, second, N_MIDDLES, 1, seed
+            ),
+            f"speeds along the whole track of {N_TRACKS} events": speed_gain(
+                first, second, N_TRACKS, N_PLACES, seed
+            ),
+            f"{N_EVENTS} events on a further path, like the one where they part most": N_EVENTS
+            * best,
+        }
+    shifts = _column_shifts(first, second)
+    if len(shifts) == 2:
+        (a, shift_a), (b, shift_b) = shifts.items()
+        total = _variance(first)
+        # The weaker must be missed: its rival then gives it up.
+        apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / float(np.median(total))
+        text = f"{N_EVENTS} events in which what {a} and {b} go by do not go together"
+        found[text] = N_EVENTS * apart
+    ranked = sorted(found.items(), key=lambda item: -item[1])
+    return [{"measurement": text, "expected_gain": float(value)} for text, value in ranked]
 
 
-def speed_gain(first: Refit, second: Refit, seed: int) -> float:
-    """Mean log likelihood ratio of simulated speeds at mid-track, either fit being true.
+def record_gain(first: Refit, second: Refit) -> Floats:
+    """Expected log likelihood ratio (nats) of one more event like each `[n_events]`.
 
-    Friction is the one that each fit gives the event's record, so that only the speed parts
-    them.
+    The fits ask for different frictions; what paths differ by is not known of new ones, so only
+    differences within a path tell.
     """
-    study = first.posterior.study
-    stopped = np.flatnonzero(np.isfinite(study.observed) & (study.columns.path_index >= 0))
-    if len(stopped) == 0:
-        return 0.0
-    chosen = stopped[np.linspace(0, len(stopped) - 1, N_TRACKS).round().astype(int)]
-    a, b = _mid_speeds(first, chosen), _mid_speeds(second, chosen)
-    rng = generator(seed, "speed gain")
-    gains = []
-    for _ in range(N_SIMULATIONS):
-        noise = SPEED_SIGMA_M_S * rng.standard_normal(len(a))
-        for true, other in ((a, b), (b, a)):
-            measured = true + noise
-            ratio = ((measured - other) ** 2 - (measured - true) ** 2) / SPEED_SIGMA_M_S**2
-            gains.append(0.5 * float(np.sum(ratio)))
-    return float(np.mean(gains))
+    gap = explained(first, second)
+    groups = first.posterior.study.columns.path_index
+    for k in np.unique(groups[groups >= 0]):
+        gap[groups == k] -= np.mean(gap[groups == k])
+    return np.asarray(0.5 * gap**2 / _variance(first))
 
 
-def _mid_speeds(fit: Refit, events: NDArray[np.int64]) -> Floats:
+def _variance(fit: Refit) -> Floats:
+    """Variance of log friction of each event `[n_events]`: its scatter and its record's error."""
     posterior = fit.posterior
-    study: Study = posterior.study
-    friction = likely_friction(posterior.nodes_at(fit.mode.u), posterior.layout.log_scatter)
-    values = posterior.layout.effect_values(fit.mode.u)
-    speeds = np.empty(len(events))
-    for k, i in enumerate(events):
-        site = study.sites[study.columns.path_index[i]]
-        resistance = posterior.resistance(site, values)
-        terrain = site.terrain_for(resistance)
-        cells = build_cells(terrain, resistance)
-        release = site.release_x[study.release[i]]
-        table = site.smooth
-        stop = study.observed[i]
-        if study.kind[i] == 0:
-            x = terrain.x
-            below = np.flatnonzero((table.height(x) <= stop) & (x > release))
-            stop = float(x[below[0]]) if len(below) else float(x[-1])
-        middle = 0.5 * (release + stop)
-        mu = np.array([friction[i]])
-        speeds[k] = speeds_along(cells, terrain.node(release), mu, np.array([middle]))[0, 0]
-    return speeds
+    location, scatter = posterior.location_and_scatter(fit.mode.u)
+    if not posterior.layout.log_scatter:
+        scatter = scatter / np.maximum(location, 1e-3)
+    nodes = posterior.nodes_at(fit.mode.u)
+    place = nodes.place if posterior.layout.log_scatter else np.log(np.maximum(nodes.place, 1e-3))
+    mean = np.sum(place * nodes.weight, axis=1, keepdims=True)
+    record = np.sum(nodes.weight * (place - mean) ** 2, axis=1)
+    return np.asarray(
+        np.mean(scatter**2, axis=1) + np.where(nodes.is_probability, 0.0, np.maximum(record, 0.0))
+    )
 
 
-def record_gain(first: Refit, second: Refit) -> float:
-    """Present gap of the log likelihoods per event: what one more such event brings."""
-    return abs(first.log_likelihood - second.log_likelihood) / first.posterior.study.n_events
-
-
-def _unlike_gain(first: Refit, second: Refit) -> float:
-    """The gap per event on the path where the two part most."""
-    posterior = first.posterior
-    gap = _by_event(first) - _by_event(second)
-    groups = posterior.study.columns.path_index
-    means = [abs(float(np.mean(gap[groups == k]))) for k in np.unique(groups)]
-    return max(means)
-
-
-def _by_event(fit: Refit) -> Floats:
-    offsets = None
-    if fit.posterior.groups is not None:
-        offsets = fit.posterior.path_offsets(fit.mode.u).mode
-    return fit.posterior.event_log_likelihood(fit.mode.u, offsets)
+def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
+    """What the effects that only one fit has do to log friction `[n_events]`, where they go by a
+    column of the events."""
+    shifts = {}
+    for mine, other in ((first, second), (second, first)):
+        values = mine.posterior.layout.effect_values(mine.mode.u)
+        for effect in mine.posterior.effects:
+            if effect.key in other.specification.effects or effect.design is None:
+                continue
+            columns = effect.design(mine.posterior.study.columns)
+            shifts[effect.key] = np.asarray(columns @ values[effect.key])
+    return shifts

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.axes import terciles
+from avahazard.criticism.friction_given_record import friction_given_record
 from avahazard.inference.nodes import Nodes, build_nodes
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import Predicted
@@ -71,7 +72,8 @@ def matched_speeds(
         tracks = []
         for j, track in enumerate(study.speeds):
             i = track.event
-            mu = _friction_given_stop(posterior, nodes, i, location[i], scatter[i], rng)
+            places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
+            mu = rng.choice(places, DRAWS_A_TABLE, p=chance)
             speed = _speeds_at(table, j, i, study.sigma[i], mu)
             tracks.append(speed + _error(posterior, u, track, rng))
         columns.append(np.concatenate(tracks, axis=0))
@@ -99,34 +101,6 @@ def _shifted(posterior: Posterior, location: Floats, offsets: Floats | None) -> 
         return location
     shift = np.where(posterior.groups >= 0, offsets[posterior.groups], 0.0)[:, None]
     return location + shift if posterior.layout.log_scatter else location * np.exp(shift)
-
-
-def _friction_given_stop(
-    posterior: Posterior,
-    nodes: Nodes,
-    event: int,
-    location: Floats,
-    scatter: Floats,
-    rng: np.random.Generator,
-) -> Floats:
-    """Draws of μ `[DRAWS_A_TABLE]` given the stop; `location`, `scatter` are `[n_volumes]`."""
-    in_log = posterior.layout.log_scatter
-    place, weight = nodes.place[event], nodes.weight[event]
-    if nodes.is_probability[event]:
-        # It left the profile: any friction below the highest that lets it.
-        place = np.log(MU) if in_log else MU
-        edge = np.max(nodes.place[event][weight != 0.0], initial=place[0])
-        weight = np.where(place <= edge, np.gradient(place), 0.0)
-    z2 = ((place[:, None] - location) / scatter) ** 2
-    kernel = -2.5 * np.log1p(0.25 * z2) if posterior.specification.tails == "student" else -0.5 * z2
-    kernel = kernel + np.log(posterior.study.volumes.weight[event] / scatter)
-    log_p = np.logaddexp.reduce(kernel, axis=1)
-    top = np.max(log_p[weight > 0.0], initial=-np.inf)
-    p = weight * np.exp(np.minimum(log_p - top, 0.0))
-    if not np.sum(p) > 0.0:
-        p = np.ones(len(place))
-    drawn = rng.choice(place, DRAWS_A_TABLE, p=p / np.sum(p))
-    return np.exp(drawn) if in_log else drawn
 
 
 def _speeds_at(table: Predicted, track: int, event: int, sigma: float, mu: Floats) -> Floats:

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from avahazard.inference.predicted import Predicted
 from avahazard.inference.speed_nodes import between, speed_log_likelihood
 from avahazard.inference.study import LEFT, SpeedRecord, Study
-from avahazard.inference.wrong_records import log_wrong
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.constants import KEEPS_NAN
 from avahazard.physics.runout_table import MU
@@ -41,8 +40,8 @@ class Nodes(NamedTuple):
 
     `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
     probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by,
-    `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` as in `wrong_records`. `seen_place`, `seen_weight`, `seen_floor` give the chance to be
-    seen, where `has_limit`.
+    `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` as in `wrong_records` (or -inf).
+    `seen_place`, `seen_weight`, `seen_floor` give the chance to be seen, where `has_limit`.
     """
 
     place: Floats
@@ -81,20 +80,18 @@ def record_nodes(
     has_speed = np.zeros(study.n_events, dtype=np.bool_)
     has_speed[[m.event for m in study.speeds]] = True
     seen_limit = study.limit if limit is None else limit
-    return Nodes(
-        *_build(
-            predicted.record,
-            np.nan_to_num(predicted.elevation, nan=0.0),
-            predicted.status == LEFT_PROFILE,
-            study.kind == LEFT,
-            study.observed,
-            study.sigma,
-            np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
-            has_speed,
-            np.log(MU) if in_log else MU,
-        ),
-        log_wrong(study),
+    built = _build(
+        predicted.record,
+        np.nan_to_num(predicted.elevation, nan=0.0),
+        predicted.status == LEFT_PROFILE,
+        study.kind == LEFT,
+        study.observed,
+        study.sigma,
+        np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
+        has_speed,
+        np.log(MU) if in_log else MU,
     )
+    return Nodes(*built, np.full(study.n_events, -np.inf))  # type: ignore[call-arg]
 
 
 def speed_nodes(

@@ -27,6 +27,7 @@ from avahazard.inference.predicted import (
 )
 from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
+from avahazard.inference.wrong_records import log_wrong
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
@@ -72,6 +73,7 @@ class Posterior:
         grouping = [e.groups for e in effects if e.groups is not None]
         self.groups = grouping[0](study.columns) if grouping else None
         self._volume = np.exp(study.volumes.log_volume)
+        self._log_wrong = log_wrong(study)
         self._keep: NDArray[np.bool_] | None = None
         self._axes = self.layout.tables + (
             () if self.layout.speed_scatter is None else (self.layout.speed_scatter,)
@@ -202,9 +204,8 @@ class Posterior:
             predicted = self.predicted(index)
             key = index[: len(self.layout.tables)]
             if key not in self._record_nodes:
-                self._record_nodes[key] = record_nodes(
-                    self.study, predicted, self._limit(values), self._in_log
-                )
+                records = record_nodes(self.study, predicted, self._limit(values), self._in_log)
+                self._record_nodes[key] = records._replace(log_wrong=self._log_wrong)
             self._nodes[index] = speed_nodes(
                 self._record_nodes[key], self.study, predicted, speed_scatter, self._in_log
             )
@@ -212,13 +213,14 @@ class Posterior:
 
     def _exact_nodes(self, u: Floats) -> Nodes:
         speed = self.layout.speed_scatter
-        return build_nodes(
+        nodes = build_nodes(
             self.study,
             self.predicted_at(u),
             0.0 if speed is None else float(np.exp(u[speed])),
             self._limit(self.layout.effect_values(u)),
             self._in_log,
         )
+        return nodes._replace(log_wrong=self._log_wrong)
 
     def predicted(self, index: tuple[int, ...]) -> Predicted:
         """Tables of expected records at one point of the grids."""

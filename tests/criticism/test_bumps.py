@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from avahazard.criticism.bumps import bumps, record_bounds
+from avahazard.criticism.gains import bumps_of
 from avahazard.criticism.made_worlds import Measured, real_world
-from avahazard.criticism.screening import bumps_of
 from avahazard.criticism.variants import LOG_MU, SPEED_STRIDE, Tables, make_tables
 from avahazard.inference.predicted import predict_records
 from avahazard.inference.speed_nodes import SPEED_CORRELATION_M

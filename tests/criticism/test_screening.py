@@ -7,9 +7,11 @@ import pytest
 
 from avahazard.criticism import screening
 from avahazard.criticism.candidates import candidate_definitions
+from avahazard.criticism.gains import sight_edges
 from avahazard.criticism.made_worlds import real_world
 from avahazard.criticism.refits import PATH_EFFECT, refit, without_path_effect
-from avahazard.criticism.screening import Screening, screen, sight_edges
+from avahazard.criticism.screening import screen
+from avahazard.criticism.significance import Screening
 from avahazard.criticism.variants import Variant, base_design, make_tables
 from avahazard.inference.assemble import find_definition
 from avahazard.inference.predicted import predict_records

@@ -19,6 +19,7 @@ CONSTANTS = [
     ("motion", "more than 0.05 rad", "physics.terrain", "MAX_TURN", 0.05),
     ("motion", "by 0.0025", "physics.runout_table", "MU_STEP", 0.0025),
     ("likelihood", "10 for each event", "inference.nodes", "N_NODES", 10),
+    ("likelihood", "two records in a hundred", "inference.wrong_records", "WRONG_SHARE", 0.02),
     ("likelihood", "averaged over 5", "inference.volumes", "N_NODES", 5),
     ("likelihood", "100\\,\\mathrm{m}", "inference.speed_nodes", "SPEED_CORRELATION_M", 100.0),
     ("likelihood", "log 0.15 ± 1", "inference.layout", "SCATTER_CENTRE", 0.15),
@@ -30,13 +31,14 @@ CONSTANTS = [
     ("criticism", "k > 0.7", "criticism.loo", "BAD_K", 0.7),
     ("criticism", "three or more", "criticism.held_out", "MIN_PATHS", 3),
     ("criticism", "at least 20 m", "criticism.speed_misfit", "MIN_PIECE_M", 20.0),
-    ("criticism", "p ≤ 0.05", "criticism.screening", "LEVEL", 0.05),
-    ("criticism", "at 1 %", "criticism.screening", "PATH_LEVEL", 0.01),
+    ("criticism", "p ≤ 0.05", "criticism.significance", "LEVEL", 0.05),
+    ("criticism", "at 1 %", "criticism.significance", "PATH_LEVEL", 0.01),
     ("criticism", "at most 6", "criticism.diagnosis", "MAX_REFITS", 6),
-    ("criticism", "within 3 nats", "criticism.diagnosis", "MARGIN", 3.0),
+    ("criticism", "within 3 nats", "criticism.verdict", "MARGIN", 3.0),
     ("criticism", "above 0.7", "criticism.diagnosis", "ALIKE", 0.7),
-    ("criticism", "mid-track of 20 events", "criticism.measurements", "N_TRACKS", 20),
-    ("criticism", "1.5 m/s", "criticism.measurements", "SPEED_SIGMA_M_S", 1.5),
+    ("criticism", "mid-track of 20 events", "criticism.measurements", "N_MIDDLES", 20),
+    ("criticism", "whole track of 5", "criticism.measurements", "N_TRACKS", 5),
+    ("criticism", "1.5 m/s", "criticism.speed_measurement", "SPEED_SIGMA_M_S", 1.5),
 ]
 
 
