@@ -19,7 +19,13 @@ from avahazard.criticism.screening import screen
 from avahazard.criticism.significance import LEVEL, PATH_LEVEL, Screened, Screening
 from avahazard.criticism.still_needed import still_needed
 from avahazard.criticism.suspects import suspects
-from avahazard.criticism.verdict import MARGIN, evidence_gain, path_comes_first, verdict_of
+from avahazard.criticism.verdict import (
+    MARGIN,
+    evidence_gain,
+    least_evidence,
+    path_comes_first,
+    verdict_of,
+)
 from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.seeds import generator
@@ -121,7 +127,7 @@ def diagnose(
     path_missing = grants and screening.path_p <= PATH_LEVEL
     gains, named = {}, []
     leader = ranked[0].definition.key if ranked else ""
-    if ranked and evidence[leader] >= MARGIN:
+    if ranked and evidence[leader] > least_evidence(leader):
         groups = choose_groups(study).groups
         before = held_out_log_density(base.posterior, groups, base.mode)
         for key in (c.definition.key for c in ranked):

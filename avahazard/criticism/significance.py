@@ -18,7 +18,7 @@ from avahazard.effects.effect import Definition
 
 Floats = NDArray[np.float64]
 
-LEVEL = 0.05
+LEVEL = 0.03
 """Family-wise level of the candidates."""
 PATH_LEVEL = 0.01
 """Level of the path effect, tested by itself."""
@@ -42,7 +42,7 @@ class Screened:
 @dataclass(frozen=True, slots=True)
 class Screening:
     """All candidates, best first; the gain of the path effect with its p-value; and the gain
-    of one parameter that chance exceeds in 5 % of made worlds with some candidate."""
+    of one parameter that chance exceeds in a share `LEVEL` of made worlds with some candidate."""
 
     candidates: tuple[Screened, ...]
     path_gain: float
@@ -81,8 +81,8 @@ def judge(
 
 
 def _critical_gain(largest: Floats) -> float:
-    """Gain of an effect with one parameter that 5 % of made worlds exceed with some candidate."""
-    surprise = float(np.quantile(largest, 0.95))
+    """Gain of one parameter that a share `LEVEL` of made worlds exceeds with some candidate."""
+    surprise = float(np.quantile(largest, 1.0 - LEVEL))
     return 0.5 * float(stats.chi2.isf(np.exp(-surprise), 1))
 
 

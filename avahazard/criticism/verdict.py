@@ -27,6 +27,12 @@ def verdict_of(named: list[str]) -> tuple[str, tuple[str, ...]]:
     return "ambiguous", tuple(named)
 
 
+def least_evidence(key: str) -> float:
+    """Evidence (nats) over the model without it that a candidate must have to be named: for the
+    smooth of a column none, which names no cause, and whose many free bends have cost it dear."""
+    return 0.0 if key.startswith(PREFIX) else MARGIN
+
+
 def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
     """Evidence (nats) that a candidate adds.
 

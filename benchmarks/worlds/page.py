@@ -31,6 +31,9 @@ def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
         "",
         "## Nulls: false alarms",
         "",
+        "An alarm is false if nothing that it names is in the world: not where paths differ and the",
+        "path effect is named, nor where scatter falls with volume and that is in the set.",
+        "",
         *_table(
             nulls,
             {
@@ -56,8 +59,8 @@ def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
 
 
 def alarm(x: Line) -> bool:
-    """Whether something is named that is neither true nor harmless."""
-    return bool(set(x["missing"]) - set(x["true"]) - set(x["neutral"]))
+    """Whether something is named, and nothing that is true or harmless with it."""
+    return bool(x["missing"]) and not set(x["missing"]) & {*x["true"], *x["neutral"]}
 
 
 def in_set(x: Line) -> bool:

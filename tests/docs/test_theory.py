@@ -31,7 +31,7 @@ CONSTANTS = [
     ("criticism", "k > 0.7", "criticism.loo", "BAD_K", 0.7),
     ("criticism", "three or more", "criticism.held_out", "MIN_PATHS", 3),
     ("criticism", "at least 20 m", "criticism.speed_misfit", "MIN_PIECE_M", 20.0),
-    ("criticism", "p ≤ 0.05", "criticism.significance", "LEVEL", 0.05),
+    ("criticism", "p ≤ 0.03", "criticism.significance", "LEVEL", 0.03),
     ("criticism", "at 1 %", "criticism.significance", "PATH_LEVEL", 0.01),
     ("criticism", "at most 6", "criticism.diagnosis", "MAX_REFITS", 6),
     ("criticism", "within 3 nats", "criticism.verdict", "MARGIN", 3.0),
