@@ -31,8 +31,8 @@ def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
         "",
         "## Nulls: false alarms",
         "",
-        "An alarm is false if nothing that it names is in the world: not where paths differ and the",
-        "path effect is named, nor where scatter falls with volume and that is in the set.",
+        "An alarm is false if nothing that it names is in the world: not where paths differ and",
+        "the path effect is named, nor where scatter falls with volume and that is in the set.",
         "",
         *_table(
             nulls,
