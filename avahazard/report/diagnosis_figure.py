@@ -11,7 +11,7 @@ import numpy as np
 from avahazard.report.picture import picture
 
 MOST_ROWS = 16
-SIGNIFICANT = 0.05
+SIGNIFICANT = 0.03
 # Told apart by colour-blind readers too; the band of chance stands out against all.
 NAMED, NOTED, OTHER, CHANCE = "#d95f02", "#e6ab02", "0.45", "tab:blue"
 TICKS = (0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)

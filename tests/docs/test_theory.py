@@ -32,6 +32,8 @@ CONSTANTS = [
     ("criticism", "three or more", "criticism.held_out", "MIN_PATHS", 3),
     ("criticism", "at least 20 m", "criticism.speed_misfit", "MIN_PIECE_M", 20.0),
     ("criticism", "p ≤ 0.03", "criticism.significance", "LEVEL", 0.03),
+    ("criticism", "p ≤ 0.03", "report.diagnosis_figure", "SIGNIFICANT", 0.03),
+    ("criticism", "p ≤ 0.03", "report.html.effects_figure", "SIGNIFICANT", 0.03),
     ("criticism", "at 1 %", "criticism.significance", "PATH_LEVEL", 0.01),
     ("criticism", "at most 6", "criticism.diagnosis", "MAX_REFITS", 6),
     ("criticism", "within 3 nats", "criticism.verdict", "MARGIN", 3.0),

@@ -8,7 +8,7 @@ from avahazard.report.html.style import BLUE, ORANGE, VERMILION, axis, layout
 
 MOST_ROWS = 16
 LEAST_NATS = 0.1
-SIGNIFICANT = 0.05
+SIGNIFICANT = 0.03
 
 
 def effects_figure(diagnosis: Document) -> Figure | None:
