@@ -126,7 +126,9 @@ class Posterior:
         offsets, value_there = self._offsets(u, nodes, location, scatter)
         tau = PATH_SCATTER * u[place]
         penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
-        return float(value_there - penalty + np.sum(np.log(offsets.sd / tau))), offsets
+        with np.errstate(divide="ignore"):  # -inf where the curvature overflows, far off
+            widths = float(np.sum(np.log(offsets.sd / tau)))
+        return float(value_there - penalty) + widths, offsets
 
     def event_log_likelihood(
         self, u: Floats, offsets: Floats | None = None, keep: NDArray[np.bool_] | None = None
