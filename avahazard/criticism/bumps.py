@@ -7,6 +7,7 @@ back-calculated friction finds effects in pure noise.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,10 @@ Floats = NDArray[np.float64]
 
 REACH = 6.0
 MOST_POINTS = 4096
+SPEED_PIECES = 4
+"""Parts of a cell of frictions where speeds tell them apart."""
+DEPTH = 40.0
+"""Frictions whose log density is that much below the best are left out."""
 HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
@@ -33,14 +38,14 @@ class Bumps(NamedTuple):
 class SpeedGrid(NamedTuple):
     """Speeds predicted for the events that have measured ones, one set of tables.
 
-    `row` `[n_events]` points to the event's row, -1 for none; `predicted`
-    `[n_rows, n_coarse, n_places]` at every `stride`-th friction; `whiten`
+    `row` `[n_events]` points to the event's row, -1 for none; `square` `[n_rows, n_coarse,
+    n_places]` is u² at every `stride`-th friction, below 0 where the block stops short; `whiten`
     `[n_rows, n_places, n_places]` turns a misfit into independent unit errors (zero rows where
     an event has fewer places); `log_norm` `[n_rows]` is its log determinant term.
     """
 
     row: NDArray[np.int64]
-    predicted: NDArray[np.float32]
+    square: NDArray[np.float32]
     whiten: Floats
     log_norm: Floats
     stride: int
@@ -124,7 +129,6 @@ def _stop_points(  # type: ignore[no-untyped-def]
 ):
     """Points of the bump of a stop and their log masses; returns how many."""
     count = 0
-    known, l0, l1 = -1, 0.0, 0.0
     scale = 1.0 / sigma
     for stretch in range(first // STRETCH, len(bounds)):
         if bounds[stretch, 0] - observed > REACH * sigma:
@@ -146,12 +150,10 @@ def _stop_points(  # type: ignore[no-untyped-def]
                 tb = (REACH - z0) / (z1 - z0)
                 t_low, t_high = max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
             pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
+            if row >= 0:
+                pieces = max(pieces, SPEED_PIECES)
             step = (t_high - t_low) / pieces
             log_width = np.log(step * width)
-            if row >= 0:
-                l0 = l1 if known == j else _speed_log(speed_grid, row, speeds, j)
-                l1 = _speed_log(speed_grid, row, speeds, j + 1)
-                known = j + 1
             for p in range(pieces):
                 if count == len(points):
                     return count
@@ -160,7 +162,7 @@ def _stop_points(  # type: ignore[no-untyped-def]
                 points[count] = log_mu[j] + t * width
                 logs[count] = log_width - 0.5 * z * z
                 if row >= 0:
-                    logs[count] += (1.0 - t) * l0 + t * l1
+                    logs[count] += _speed_log(speed_grid, row, speeds, j + t)
                 count += 1
     return count
 
@@ -168,30 +170,42 @@ def _stop_points(  # type: ignore[no-untyped-def]
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
 def _leaving_points(last_left, log_mu, speed_grid, row, speeds, points, logs):  # type: ignore[no-untyped-def]
     """As `_stop_points` for an event that left, of which only the speeds are known."""
+    n_cells = max(last_left, 1)
+    at_grid = np.empty(n_cells + 1)
+    for j in range(n_cells + 1):
+        at_grid[j] = _speed_log(speed_grid, row, speeds, float(j))
+    good = np.max(at_grid) - DEPTH
     count = 0
-    for j in range(0, max(last_left, 1), 2):
-        points[count] = log_mu[j]
-        logs[count] = np.log(log_mu[j + 2] - log_mu[j])
-        logs[count] += _speed_log(speed_grid, row, speeds, j)
-        count += 1
+    for j in range(n_cells + 1):
+        if j == len(log_mu) - 1 or (at_grid[j] < good and at_grid[min(j + 1, n_cells)] < good):
+            continue
+        # It leaves up to midway between the last friction at which it does and the next.
+        end = 1.0 if j < n_cells else 0.5
+        width = log_mu[j + 1] - log_mu[j]
+        for p in range(SPEED_PIECES):
+            share = end * (p + 0.5) / SPEED_PIECES
+            points[count] = log_mu[j] + share * width
+            logs[count] = np.log(end * width / SPEED_PIECES)
+            logs[count] += _speed_log(speed_grid, row, speeds, j + share)
+            count += 1
     return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
 def _speed_log(grid, row, speeds, j):  # type: ignore[no-untyped-def]
-    """Log density of one event's speeds at friction j of the grid.
+    """Log density of one event's speeds at place j (not a whole number) of the grid of frictions.
 
-    Speeds, not log densities, are interpolated between the coarse frictions: these fall steeply
-    where the block no longer reaches a place.
+    Squares of speed, not log densities, are interpolated between the coarse frictions: u² is
+    close to straight, while densities fall steeply where the block no longer reaches a place.
     """
-    n_coarse, n_places = grid.predicted.shape[1], grid.predicted.shape[2]
-    c = min(j // grid.stride, n_coarse - 2)
+    n_coarse, n_places = grid.square.shape[1], grid.square.shape[2]
+    c = min(int(j / grid.stride), n_coarse - 2)
     t = min(j / grid.stride - c, 1.0)
     misfit = np.empty(n_places)
     total = 0.0
     for a in range(n_places):
-        u = (1.0 - t) * grid.predicted[row, c, a] + t * grid.predicted[row, c + 1, a]
-        misfit[a] = speeds[a] - u
+        square = (1.0 - t) * grid.square[row, c, a] + t * grid.square[row, c + 1, a]
+        misfit[a] = speeds[a] - math.sqrt(max(square, 0.0))
         value = 0.0
         for b in range(a + 1):
             value += grid.whiten[row, a, b] * misfit[b]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import Predicted
 from avahazard.inference.predictive import draw_friction, look_up
-from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.speed_nodes import SPEED_CORRELATION_M, squares
 from avahazard.inference.study import LEFT
 from avahazard.inference.wrong_records import log_wrong, wrong_ranges
 from avahazard.physics.runout_table import MU
@@ -73,7 +73,8 @@ def make_world(
     widest = max((len(m.x) for m in study.speeds), default=1)
     speeds = np.zeros((max(1, len(study.speeds)), widest))
     for r, (m, table) in enumerate(zip(study.speeds, predicted.speeds, strict=True)):
-        true = np.array([np.interp(friction[m.event], MU, table[:, k]) for k in range(len(m.x))])
+        square = [np.interp(friction[m.event], MU, column) for column in squares(table).T]
+        true = np.sqrt(np.maximum(square, 0.0))
         correlation = np.exp(-np.abs(m.x[:, None] - m.x) / SPEED_CORRELATION_M)
         covariance = np.diag(m.sigma**2) + speed_scatter**2 * correlation
         noise = np.linalg.cholesky(covariance) @ rng.standard_normal(len(m.x))

@@ -17,7 +17,7 @@ from avahazard.inference.laws import LAWS, law
 from avahazard.inference.mode_search import thinned
 from avahazard.inference.posterior import Posterior
 from avahazard.inference.predicted import BlockRuns, Predicted, predict_records
-from avahazard.inference.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.speed_nodes import SPEED_CORRELATION_M, squares
 from avahazard.inference.study import Study
 from avahazard.inference.wrong_records import log_wrong
 from avahazard.physics.block import LEFT_PROFILE
@@ -146,7 +146,7 @@ def _speed_grid(study: Study, predicted: Predicted, scatter: float) -> SpeedGrid
     for r, (measured, speeds) in enumerate(zip(study.speeds, predicted.speeds, strict=True)):
         k = len(measured.x)
         row[measured.event] = r
-        coarse[r, :, :k] = speeds[::SPEED_STRIDE]
+        coarse[r, :, :k] = squares(speeds[::SPEED_STRIDE])
         correlation = np.exp(-np.abs(measured.x[:, None] - measured.x) / SPEED_CORRELATION_M)
         factor = np.linalg.cholesky(np.diag(measured.sigma**2) + scatter**2 * correlation)
         whiten[r, :k, :k] = np.linalg.inv(factor)

@@ -31,6 +31,18 @@ class Track(NamedTuple):
     speeds: Floats
 
 
+def squares(speeds: Floats) -> Floats:
+    """u² `[n_friction, n_places]`, carried on straight, below 0, to the first friction that stops
+    the block short of a place, so that the stop has its place between this and the one before."""
+    square = speeds**2
+    stops = np.flatnonzero(np.diff(speeds == 0.0, axis=0).any(axis=1)) + 1
+    for c in stops[stops > 1]:
+        short = (speeds[c] == 0.0) & (speeds[c - 1] > 0.0)
+        ahead = 2.0 * square[c - 1] - square[c - 2]
+        square[c] = np.where(short, np.minimum(ahead, 0.0), square[c])
+    return np.asarray(square)
+
+
 @njit(cache=True, nogil=True)
 def between(mu, record, left, speeds, log_likelihood, observed_left):  # type: ignore[no-untyped-def]
     """Tables of one event `[n_friction(, n_speeds)]` over finer frictions about the likely ones.

@@ -28,7 +28,7 @@ def brute_force(study: Study, tables: Tables, i: int) -> tuple[float, float, flo
     left = study.kind[i] == LEFT
     place = np.arange(max(tables.last_left[i], 0), len(LOG_MU) - 1, 1e-3)
     if left:
-        place = np.arange(0.0, tables.last_left[i], 1e-3)
+        place = np.arange(0.0, tables.last_left[i] + 0.5, 1e-3)
     index = np.arange(len(LOG_MU))
     nu = np.interp(place, index, LOG_MU)
     log_density = np.zeros(len(nu))
@@ -38,12 +38,11 @@ def brute_force(study: Study, tables: Tables, i: int) -> tuple[float, float, flo
     row = tables.speeds.row[i]
     if row >= 0:
         measured = study.speeds[row]
-        speeds = np.column_stack(
-            [
-                np.interp(place, index[::SPEED_STRIDE], column)
-                for column in tables.speeds.predicted[row, :, : len(measured.x)].T
-            ]
-        )
+        square = [
+            np.interp(place, index[::SPEED_STRIDE], column)
+            for column in tables.speeds.square[row, :, : len(measured.x)].T
+        ]
+        speeds = np.sqrt(np.maximum(np.column_stack(square), 0.0))
         correlation = np.exp(
             -np.abs(np.subtract.outer(measured.x, measured.x)) / SPEED_CORRELATION_M
         )
