@@ -105,6 +105,7 @@ def _requirements(nulls: list[Line], seen: list[Line], lines: Sequence[Line]) ->
         ("coverage of 90 % intervals", _mean(seen, lambda x: x["child"][1]), "87 to 93 %"),
         ("outside: right axis", _share(outside, in_set), "70 %"),
         ("outside: wrong catalogue name", _share(outside, _catalogue_name), "at most 10 %"),
+        ("seconds of a diagnosis, median and slowest", _seconds(lines), ""),
         (
             "confounded, once speeds are measured: right one",
             _share(later, lambda x: x["with_speeds"][1] == x["true"]),
@@ -182,6 +183,11 @@ def _mean(lines: Sequence[Line], value: Callable[[Line], float]) -> str:
 def _ratio(lines: Sequence[Line]) -> str:
     ratios = [x["child"][0] / x["oracle"][0] for x in lines if "oracle" in x]
     return f"{median(ratios):.3f} ({len(ratios)} worlds)" if ratios else "-"
+
+
+def _seconds(lines: Sequence[Line]) -> str:
+    times = [x["seconds"] for x in lines]
+    return f"{median(times):.0f}, {max(times):.0f}"
 
 
 def _crps(lines: Sequence[Line]) -> str:
