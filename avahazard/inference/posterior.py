@@ -162,7 +162,9 @@ class Posterior:
             log_scatter -= u[layout.scatter_slope] * volume / layout.reference_volume
         if not self._in_log:
             location = np.exp(location)
-        return location, np.exp(np.clip(log_scatter, -12.0, 4.0))
+        # Where it falls with volume it stops at the least that the nodes can bear.
+        least = layout.slots[layout.scatter].low if layout.scatter_slope is not None else -12.0
+        return location, np.exp(np.clip(log_scatter, least, 4.0))
 
     def nodes_at(self, u: Floats) -> Nodes:
         """Nodes at coordinates u, between those of the grids."""

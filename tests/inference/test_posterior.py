@@ -149,3 +149,12 @@ def test_a_spread_of_nothing_between_paths_is_approached() -> None:
     assert model.log_likelihood(u) == pytest.approx(without, abs=1e-3)
     u[place] = 0.0
     assert model.log_likelihood(u) == without
+
+
+def test_scatter_that_falls_with_volume_stays_where_nodes_bear_it() -> None:
+    model = posterior(study(), scatter="volume")
+    u = near(model)
+    u[model.layout.scatter_slope] = 1.5
+    volume = np.full((model.study.n_events, 1), 50.0 * model.layout.reference_volume)
+    _, scatter = model.location_and_scatter(u, volume)
+    assert np.exp(model.layout.slots[model.layout.scatter].low) == pytest.approx(scatter)
