@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.confounding import explained
+from avahazard.criticism.friction_variance import friction_variance
 from avahazard.criticism.refits import Refit
 from avahazard.criticism.speed_measurement import speed_gain
 
@@ -40,7 +41,7 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[s
     shifts = _column_shifts(first, second)
     if len(shifts) == 2:
         (a, shift_a), (b, shift_b) = shifts.items()
-        total = _variance(first)
+        total = friction_variance(first).total
         # The weaker must be missed: its rival then gives it up.
         apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / float(np.median(total))
         text = f"{N_EVENTS} events in which what {a} and {b} go by do not go together"
@@ -59,22 +60,7 @@ def record_gain(first: Refit, second: Refit) -> Floats:
     groups = first.posterior.study.columns.path_index
     for k in np.unique(groups[groups >= 0]):
         gap[groups == k] -= np.mean(gap[groups == k])
-    return np.asarray(0.5 * gap**2 / _variance(first))
-
-
-def _variance(fit: Refit) -> Floats:
-    """Variance of log friction of each event `[n_events]`: its scatter and its record's error."""
-    posterior = fit.posterior
-    location, scatter = posterior.location_and_scatter(fit.mode.u)
-    if not posterior.layout.log_scatter:
-        scatter = scatter / np.maximum(location, 1e-3)
-    nodes = posterior.nodes_at(fit.mode.u)
-    place = nodes.place if posterior.layout.log_scatter else np.log(np.maximum(nodes.place, 1e-3))
-    mean = np.sum(place * nodes.weight, axis=1, keepdims=True)
-    record = np.sum(nodes.weight * (place - mean) ** 2, axis=1)
-    return np.asarray(
-        np.mean(scatter**2, axis=1) + np.where(nodes.is_probability, 0.0, np.maximum(record, 0.0))
-    )
+    return np.asarray(0.5 * gap**2 / friction_variance(first).total)
 
 
 def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
