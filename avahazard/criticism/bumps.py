@@ -79,13 +79,14 @@ def bumps(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, 
     log_mass = np.zeros(n)
     points = np.empty(MOST_POINTS)
     logs = np.empty(MOST_POINTS)
+    misfit = np.empty(speed_grid.square.shape[2])
     for i in range(n):
         row = speed_grid.row[i]
         if left[i] and row < 0:
             continue
         if left[i]:
             count = _leaving_points(
-                last_left[i], log_mu, speed_grid, row, speeds[row], points, logs
+                last_left[i], log_mu, speed_grid, row, speeds[row], misfit, points, logs
             )
             log_norm = 0.0
         else:
@@ -99,6 +100,7 @@ def bumps(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, 
                 speed_grid,
                 row,
                 speeds[max(row, 0)],
+                misfit,
                 points,
                 logs,
             )
@@ -125,10 +127,11 @@ def bumps(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
 def _stop_points(  # type: ignore[no-untyped-def]
-    record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, points, logs
+    record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, misfit, points, logs
 ):
     """Points of the bump of a stop and their log masses; returns how many."""
     count = 0
+    best = -np.inf
     scale = 1.0 / sigma
     for stretch in range(first // STRETCH, len(bounds)):
         if bounds[stretch, 0] - observed > REACH * sigma:
@@ -162,18 +165,22 @@ def _stop_points(  # type: ignore[no-untyped-def]
                 points[count] = log_mu[j] + t * width
                 logs[count] = log_width - 0.5 * z * z
                 if row >= 0:
-                    logs[count] += _speed_log(speed_grid, row, speeds, j + t)
+                    room = logs[count] - best + DEPTH
+                    logs[count] += _speed_log(speed_grid, row, speeds, j + t, misfit, room)
+                    if logs[count] < best - DEPTH:
+                        continue
+                    best = max(best, logs[count])
                 count += 1
     return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _leaving_points(last_left, log_mu, speed_grid, row, speeds, points, logs):  # type: ignore[no-untyped-def]
+def _leaving_points(last_left, log_mu, speed_grid, row, speeds, misfit, points, logs):  # type: ignore[no-untyped-def]
     """As `_stop_points` for an event that left, of which only the speeds are known."""
     n_cells = max(last_left, 1)
     at_grid = np.empty(n_cells + 1)
     for j in range(n_cells + 1):
-        at_grid[j] = _speed_log(speed_grid, row, speeds, float(j))
+        at_grid[j] = _speed_log(speed_grid, row, speeds, float(j), misfit, np.inf)
     good = np.max(at_grid) - DEPTH
     count = 0
     for j in range(n_cells + 1):
@@ -186,14 +193,15 @@ def _leaving_points(last_left, log_mu, speed_grid, row, speeds, points, logs):  
             share = end * (p + 0.5) / SPEED_PIECES
             points[count] = log_mu[j] + share * width
             logs[count] = np.log(end * width / SPEED_PIECES)
-            logs[count] += _speed_log(speed_grid, row, speeds, j + share)
+            logs[count] += _speed_log(speed_grid, row, speeds, j + share, misfit, np.inf)
             count += 1
     return count
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _speed_log(grid, row, speeds, j):  # type: ignore[no-untyped-def]
-    """Log density of one event's speeds at place j (not a whole number) of the grid of frictions.
+def _speed_log(grid, row, speeds, j, misfit, room):  # type: ignore[no-untyped-def]
+    """Log density of one event's speeds at place j (not a whole number) of the grid of frictions;
+    -inf as soon as it must be below `-room`. `misfit` `[n_places]` is scratch.
 
     Squares of speed, not log densities, are interpolated between the coarse frictions: u² is
     close to straight, while densities fall steeply where the block no longer reaches a place.
@@ -201,7 +209,7 @@ def _speed_log(grid, row, speeds, j):  # type: ignore[no-untyped-def]
     n_coarse, n_places = grid.square.shape[1], grid.square.shape[2]
     c = min(int(j / grid.stride), n_coarse - 2)
     t = min(j / grid.stride - c, 1.0)
-    misfit = np.empty(n_places)
+    most = 2.0 * (room - grid.log_norm[row])
     total = 0.0
     for a in range(n_places):
         square = (1.0 - t) * grid.square[row, c, a] + t * grid.square[row, c + 1, a]
@@ -210,4 +218,6 @@ def _speed_log(grid, row, speeds, j):  # type: ignore[no-untyped-def]
         for b in range(a + 1):
             value += grid.whiten[row, a, b] * misfit[b]
         total += value * value
+        if total > most:
+            return -np.inf
     return -0.5 * total - grid.log_norm[row]

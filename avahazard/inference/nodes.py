@@ -19,9 +19,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.inference.bump_nodes import bump_nodes
+from avahazard.inference.gauss_quadrature import gauss_nodes
 from avahazard.inference.predicted import Predicted
-from avahazard.inference.speed_nodes import between, speed_log_likelihood
-from avahazard.inference.study import LEFT, SpeedRecord, Study
+from avahazard.inference.speed_nodes import fill_speed_nodes, measured_speeds
+from avahazard.inference.study import LEFT, Study
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.constants import KEEPS_NAN
 from avahazard.physics.runout_table import MU
@@ -29,10 +31,6 @@ from avahazard.physics.runout_table import MU
 Floats = NDArray[np.float64]
 
 N_NODES = 10
-REACH = 7.0
-"""Records farther than this many standard deviations from F(μ) say nothing about μ."""
-PIECE = 0.5
-"""Largest step of F, in standard deviations of the record, between two points of a bump."""
 
 
 class Nodes(NamedTuple):
@@ -105,52 +103,20 @@ def speed_nodes(
         weight=records.weight.copy(),
         log_scale=records.log_scale.copy(),
     )
-    for measured, speeds in zip(study.speeds, predicted.speeds, strict=True):
-        _bump_with_speeds(nodes, study, predicted, measured, speeds, speed_scatter, in_log)
-    return nodes
-
-
-def _bump_with_speeds(
-    nodes: Nodes,
-    study: Study,
-    predicted: Predicted,
-    measured: SpeedRecord,
-    speeds: Floats,
-    scatter: float,
-    in_log: bool,
-) -> None:
-    """Fill in the nodes of an event with speeds."""
-    i = measured.event
-    observed_left = bool(study.kind[i] == LEFT)
-    record, left = predicted.record[i], predicted.status[i] == LEFT_PROFILE
-
-    def log_likelihood(u: Floats) -> Floats:
-        return np.asarray(
-            speed_log_likelihood(measured.x, measured.speed, measured.sigma, u, scatter)
-        )
-
-    ends = log_likelihood(speeds)
-    best = np.maximum(ends[1:], ends[:-1])
-    if observed_left:
-        best = np.where(left[1:] | left[:-1], best, -np.inf)
-    else:
-        z = (record - study.observed[i]) / study.sigma[i]
-        nearest = np.where(z[1:] * z[:-1] <= 0.0, 0.0, np.minimum(np.abs(z[1:]), np.abs(z[:-1])))
-        best = np.where(left[1:] & left[:-1], -np.inf, best - 0.5 * nearest**2)
-    if not np.any(np.isfinite(best)):
-        best = np.zeros_like(best)
-    track = between(MU, record, left, speeds, best, observed_left)
-    nodes.log_scale[i] = _bump(
-        track.record,
-        track.left,
-        observed_left,
-        study.observed[i],
-        study.sigma[i],
-        log_likelihood(track.speeds),
-        np.log(track.grid) if in_log else track.grid,
-        nodes.place[i],
-        nodes.weight[i],
+    fill_speed_nodes(
+        measured_speeds(study.speeds),
+        np.concatenate(predicted.speeds, axis=1),
+        speed_scatter,
+        MU,
+        predicted.record,
+        predicted.status == LEFT_PROFILE,
+        study.kind == LEFT,
+        study.observed,
+        study.sigma,
+        in_log,
+        nodes,
     )
+    return nodes
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
@@ -173,7 +139,7 @@ def _build(  # type: ignore[no-untyped-def]
             is_probability[i] = True
             floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
         elif not has_speed[i]:
-            log_scale[i] = _bump(
+            log_scale[i] = bump_nodes(
                 record[i],
                 left[i],
                 observed_left[i],
@@ -231,127 +197,11 @@ def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type
             level = chance
             count += 1
     if count:
-        _gauss(points[:count], drops[:count], place, weight)
+        gauss_nodes(points[:count], drops[:count], place, weight)
         weight *= 1.0 - level
     return level
 
 
 @njit(cache=True, nogil=True)
-def _bump(record, left, observed_left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
-    """Nodes of p(record | μ); returns the log of its total mass."""
-    n = len(grid)
-    most = int(np.ceil(2.0 * REACH / PIECE)) + 2
-    points = np.empty(most * n)
-    logs = np.empty(most * n)
-    count = 0
-    for j in range(n - 1):
-        g0, g1 = grid[j], grid[j + 1]
-        l0, l1 = log_speed[j], log_speed[j + 1]
-        if observed_left:
-            if left[j] or left[j + 1]:
-                # The status changes midway between two frictions.
-                whole = left[j] and left[j + 1]
-                t = 0.5 if whole else (0.25 if left[j] else 0.75)
-                points[count] = g0 + t * (g1 - g0)
-                logs[count] = np.log((g1 - g0) * (1.0 if whole else 0.5)) + l0 + t * (l1 - l0)
-                count += 1
-            continue
-        if left[j] and left[j + 1]:
-            continue
-        f0, f1 = record[j], record[j + 1]
-        # Across a jump of F, or to the end of the profile, records are taken as spread evenly:
-        # real terrain and real avalanches have no such gaps.
-        z0, z1 = (f0 - observed) / sigma, (f1 - observed) / sigma
-        if min(z0, z1) > REACH or max(z0, z1) < -REACH:
-            continue
-        first, last = 0.0, 1.0
-        if abs(z1 - z0) > PIECE:
-            # Only the part of a jump that is within reach of the record counts.
-            first = max(0.0, min((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
-            last = min(1.0, max((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
-        if last <= first:
-            continue
-        pieces = int(np.ceil((last - first) * abs(z1 - z0) / PIECE)) + 1
-        step = (last - first) * (g1 - g0) / pieces
-        for p in range(pieces):
-            t = first + (last - first) * (p + 0.5) / pieces
-            z = z0 + t * (z1 - z0)
-            points[count] = g0 + t * (g1 - g0)
-            logs[count] = -0.5 * z * z - np.log(sigma) - HALF_LOG_2PI + np.log(step)
-            logs[count] += l0 + t * (l1 - l0)
-            count += 1
-    if count == 0:
-        return _nearest(record, left, observed, sigma, log_speed, grid, place, weight)
-    top = np.max(logs[:count])
-    masses = np.exp(logs[:count] - top)
-    total = np.sum(masses)
-    _gauss(points[:count], masses, place, weight)
-    return top + np.log(total)
-
-
-HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
-
-
-@njit(cache=True, nogil=True)
-def _nearest(record, left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
-    """A record that no friction reaches: the nearest friction, at its (tiny) density."""
-    best, value = 0, -np.inf
-    for j in range(len(grid) - 1):
-        if left[j]:
-            continue
-        z = (record[j] - observed) / sigma
-        candidate = -0.5 * z * z + log_speed[j]
-        if np.isnan(observed):
-            candidate = log_speed[j] - 1e3
-        if candidate > value:
-            best, value = j, candidate
-    place[:], weight[:] = grid[best], 0.0
-    weight[0] = 1.0
-    if value == -np.inf:
-        value = -1e4
-    return value - np.log(sigma) - HALF_LOG_2PI + np.log(grid[best + 1] - grid[best])
-
-
-@njit(cache=True, nogil=True)
 def _normal_cdf(z):  # type: ignore[no-untyped-def]
     return 0.5 * math.erfc(-z / np.sqrt(2.0))
-
-
-@njit(cache=True, nogil=True)
-def _gauss(points, masses, place, weight):  # type: ignore[no-untyped-def]
-    """Gauss nodes of a discrete measure, weights summing to 1 (Lanczos, reorthogonalised)."""
-    n, k_max = len(points), len(place)
-    total = np.sum(masses)
-    centre = np.sum(points * masses) / total
-    reach = np.max(np.abs(points - centre))
-    if n <= k_max or reach == 0.0:
-        place[:], weight[:] = centre, 0.0
-        if reach == 0.0:
-            weight[0] = 1.0
-        else:
-            place[:n], weight[:n] = points, masses / total
-        return
-    x = (points - centre) / reach
-    vectors = np.zeros((k_max + 1, n))
-    vectors[0] = np.sqrt(masses / total)
-    jacobi = np.zeros((k_max, k_max))
-    size = k_max
-    for k in range(k_max):
-        v = x * vectors[k]
-        jacobi[k, k] = np.sum(v * vectors[k])
-        for _ in range(2):
-            for j in range(k + 1):
-                v -= np.sum(v * vectors[j]) * vectors[j]
-        norm = np.sqrt(np.sum(v * v))
-        if k + 1 == k_max:
-            break
-        if norm < 1e-10:
-            size = k + 1
-            break
-        jacobi[k, k + 1] = jacobi[k + 1, k] = norm
-        vectors[k + 1] = v / norm
-    values, eigenvectors = np.linalg.eigh(jacobi[:size, :size])
-    place[:], weight[:] = centre, 0.0
-    for k in range(size):
-        place[k] = centre + reach * values[k]
-        weight[k] = eigenvectors[0, k] ** 2

@@ -64,7 +64,7 @@ def _slow(kind: int, true_mu: float, sigma: float) -> float:
     return float(np.log(np.sum(np.exp(logs - logs.max())) * (nu[1] - nu[0])) + logs.max())
 
 
-@pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0, 8.0])
 @pytest.mark.parametrize("true_mu", [0.3512, 0.45, 0.5237, 0.65])
 def test_a_record_with_speeds_has_its_likelihood(true_mu: float, sigma: float) -> None:
     assert _fast(ELEVATION, true_mu, sigma) == pytest.approx(
@@ -83,12 +83,21 @@ def test_between_keeps_the_frictions_of_the_table() -> None:
     assert track.grid[0] < 0.4
     assert track.grid[-1] > 0.45
     assert len(track.grid) < 40 * SPLIT
-    on_table = track.grid[::SPLIT]
-    assert on_table == pytest.approx(MU[np.isin(MU, on_table)])
+    inside = MU[(track.grid[0] <= MU) & (track.grid[-1] >= MU)]
+    assert np.all(np.isin(inside, track.grid))
     assert track.speeds == pytest.approx(_speed(track.grid), abs=1e-6)
     assert track.record == pytest.approx(_stop(track.grid))
     assert np.all(track.left[track.grid < 0.4174])
     assert not np.any(track.left[track.grid > 0.4226])
+
+
+def test_between_takes_fewer_parts_of_many_cells() -> None:
+    few = np.where((MU[1:] > 0.4) & (MU[1:] < 0.41), 0.0, -1e3)
+    many = np.zeros(len(MU) - 1)
+    fine = between(MU, _stop(MU), MU < LEAVES, _speed(MU), few, False).grid
+    coarse = between(MU, _stop(MU), MU < LEAVES, _speed(MU), many, False).grid
+    assert np.max(np.diff(fine)) < np.min(np.diff(coarse))
+    assert len(coarse) < len(fine) + 3 * len(MU)
 
 
 def test_events_without_speeds_are_untouched() -> None:
