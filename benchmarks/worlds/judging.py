@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from avahazard.inference.study import Study, build_study
 from avahazard.synth.making import make_world
 from avahazard.workflow.diagnosing import diagnosis_document
 from benchmarks.worlds.arms import Plan
+from benchmarks.worlds.measured import as_told, with_speeds
 from benchmarks.worlds.outside import EFFECTS, effect_file
 from benchmarks.worlds.rivals import best_bic, regression
 
@@ -61,11 +61,14 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
     }
     line |= _errors(plan, study, found)
     if plan.speeds_later:
-        measured = replace(plan, settings=replace(plan.settings, speeds=0.3))
-        again = diagnose(world(measured), base, {}, n_worlds=n_worlds)
+        again = diagnose(build_study(with_speeds(plan)), base, {}, n_worlds=n_worlds)
         line["with_speeds"] = [again.verdict, list(again.missing)]
     if found.verdict == "ambiguous":
         line["measure_next"] = diagnosis_document("", found, 0)["measure_next"][0]
+        told = as_told(plan, line["measure_next"]["measurement"])
+        if told is not None and len(plan.true) == 1:
+            again = diagnose(told, base, {}, n_worlds=n_worlds)
+            line["as_told"] = [again.verdict, list(again.missing)]
     line["all_seconds"] = round(time.perf_counter() - began, 1)
     return line
 

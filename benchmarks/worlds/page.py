@@ -96,6 +96,7 @@ def _requirements(nulls: list[Line], seen: list[Line], lines: Sequence[Line]) ->
         x for x in lines if x["arm"].startswith("outside") and x.get("oracle_gain", 0.0) > SEEN
     ]
     later = [x for x in lines if "with_speeds" in x]
+    told = [x for x in lines if "as_told" in x]
     rows = [
         ("right effect named or in the set", _share(seen, in_set), "95 %"),
         ("named alone and first", _share(seen, first_alone), "85 %"),
@@ -113,6 +114,11 @@ def _requirements(nulls: list[Line], seen: list[Line], lines: Sequence[Line]) ->
         (
             "confounded, once speeds are measured: right one",
             _share(later, lambda x: x["with_speeds"][1] == x["true"]),
+            "named",
+        ),
+        (
+            "ambiguous, once what is told is measured: right one",
+            _share(told, lambda x: x["as_told"][1] == x["true"]),
             "named",
         ),
     ]

@@ -10,9 +10,26 @@ from avahazard.criticism.where_it_fails import holm, where_it_fails
 
 
 def test_holm_by_hand() -> None:
-    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
-    assert holm([0.9, 0.8]) == [1.0, 1.0]
-    assert holm([]) == []
+    assert holm([0.01, 0.04, 0.03, 0.005], [1.0] * 4) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.9, 0.8], [1.0, 1.0]) == [1.0, 1.0]
+    assert holm([], []) == []
+    # Ordered by p / w: 0.01 (2.5 left), 0.04 (1.5), 0.06 (0.5 left).
+    by_weight = holm([0.03, 0.01, 0.04], [0.5, 1.0, 1.0])
+    assert by_weight == pytest.approx([0.06, 0.025, 0.06])
+
+
+def test_a_column_of_many_words_hides_no_other() -> None:
+    rng = np.random.default_rng(5)
+    path = np.repeat(np.arange(8), 30)
+    z = rng.standard_normal(240)
+    wet = np.arange(240) % 3 == 0
+    z[wet] += 0.6
+    wetness = {"snow_type": np.where(wet, "wet", "dry")}
+    observer = np.array([f"observer {k}" for k in rng.integers(0, 30, 240)])
+    alone = where_it_fails(wetness, z, ndtr(z), path)
+    joined = where_it_fails(wetness | {"observer": observer}, z, ndtr(z), path)
+    assert joined[0]["level"] == alone[0]["level"] == "wet"
+    assert joined[0]["p_value"] < 2.01 * alone[0]["p_value"]
 
 
 def test_a_level_that_is_off_is_found_first() -> None:
