@@ -72,7 +72,7 @@ def holm(p_values: list[float], weights: list[float]) -> list[float]:
     """
     adjusted = [1.0] * len(p_values)
     highest, left = 0.0, sum(weights)
-    order = np.argsort(np.divide(p_values, weights), kind="stable") if weights else []
+    order = np.argsort(np.divide(p_values, weights), kind="stable")
     for k in order:
         highest = max(highest, min(1.0, left * p_values[k] / weights[k]))
         adjusted[k] = highest
