@@ -20,7 +20,7 @@ def explained(fit: Refit, base: Refit) -> Floats:
 
 def _residual(fit: Refit) -> Floats:
     posterior = fit.posterior
-    nodes = posterior.nodes_at(fit.mode.u)
+    nodes = posterior.nodes.at(fit.mode.u)
     asked = np.log(np.maximum(likely_friction(nodes, posterior.layout.log_scatter), 1e-3))
     given, _ = posterior.location_and_scatter(fit.mode.u)
     mean = np.sum(given * posterior.study.volumes.weight, axis=1)

@@ -29,7 +29,7 @@ def friction_variance(fit: Refit) -> FrictionVariance:
     """The two parts at the mode of a fit; normal scatter is taken relative to its middle."""
     posterior = fit.posterior
     location, scatter = posterior.location_and_scatter(fit.mode.u)
-    nodes = posterior.nodes_at(fit.mode.u)
+    nodes = posterior.nodes.at(fit.mode.u)
     place = nodes.place
     if not posterior.layout.log_scatter:
         scatter = scatter / np.maximum(location, 1e-3)

@@ -102,7 +102,7 @@ def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     if not posterior.layout.log_scatter:
         here = location[event] * np.exp(offset)
     friction, chance = friction_given_record(
-        posterior, posterior.nodes_at(u), event, here, scatter[event]
+        posterior, posterior.nodes.at(u), event, here, scatter[event]
     )
     site = study.sites[study.columns.path_index[event]]
     resistance = posterior.resistance(site, posterior.layout.effect_values(u))

@@ -65,7 +65,7 @@ def matched_speeds(
     for k in chosen:
         u = coordinates[k]
         if shaped or not columns:
-            table = posterior.predicted_at(u)
+            table = posterior.nodes.predicted_at(u)
             nodes = _stop_nodes(posterior, table)
         location, scatter = posterior.location_and_scatter(u)
         location = _shifted(posterior, location, None if offsets is None else offsets[k])

@@ -15,7 +15,7 @@ def suspects(base: Refit) -> tuple[str, ...]:
     """Events whose friction lies more than `FAR` scatters off, worst first."""
     posterior = base.posterior
     location, scatter = posterior.location_and_scatter(base.mode.u)
-    friction = likely_friction(posterior.nodes_at(base.mode.u), posterior.layout.log_scatter)
+    friction = likely_friction(posterior.nodes.at(base.mode.u), posterior.layout.log_scatter)
     asked = np.log(friction) if posterior.layout.log_scatter else friction
     z = np.nan_to_num(np.abs(asked - location.mean(axis=1)) / scatter.mean(axis=1))
     order = np.argsort(-z, kind="stable")

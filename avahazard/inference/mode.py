@@ -40,7 +40,7 @@ def start_coordinates(posterior: Posterior) -> Floats:
             *(() if layout.speed_scatter is None else (layout.speed_scatter,)),
         )
     )
-    friction = likely_friction(posterior.nodes(index), layout.log_scatter)
+    friction = likely_friction(posterior.nodes.point(index), layout.log_scatter)
     middle = posterior.study.volumes.log_volume.shape[1] // 2
     volume = np.exp(posterior.study.volumes.log_volume[:, middle])
     n = len(layout.law.coordinates)

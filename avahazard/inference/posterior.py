@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from copy import copy
-from functools import reduce
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -12,28 +10,17 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.blend import blend, line_weights, stack
 from avahazard.inference.event_terms import EventTerms, event_terms
 from avahazard.inference.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
-from avahazard.inference.nodes import Nodes, build_nodes, record_nodes, speed_nodes
+from avahazard.inference.node_grid import NodeGrid
+from avahazard.inference.nodes import Nodes
 from avahazard.inference.path_newton import newton_offsets
-from avahazard.inference.predicted import (
-    BlockRuns,
-    Predicted,
-    Values,
-    predict_records,
-    resistance_of,
-    run_blocks,
-)
+from avahazard.inference.predicted import Values, resistance_of
 from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
-from avahazard.inference.wrong_records import log_wrong
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
-
-KEPT_STACKS = 64
-"""Neighbourhoods of grid points whose nodes are kept side by side."""
 
 
 class PathOffsets(NamedTuple):
@@ -46,10 +33,8 @@ class PathOffsets(NamedTuple):
 class Posterior:
     """Log likelihood and posterior of one model on one study.
 
-    Tables and nodes depend on the parameters of effects on the motion and the record (and on the
-    scatter of speeds) alone. They are built where needed on the grids of these parameters and
-    kept; between grid points nodes are interpolated. `grids` replaces the grids of parameters by
-    name (`refine`).
+    `nodes` holds what the records say of friction, on the grids of the parameters that shape the
+    tables; `grids` replaces these grids by the names of parameters (`refinement`).
     """
 
     def __init__(
@@ -73,16 +58,10 @@ class Posterior:
         grouping = [e.groups for e in effects if e.groups is not None]
         self.groups = grouping[0](study.columns) if grouping else None
         self._volume = np.exp(study.volumes.log_volume)
-        self._log_wrong = log_wrong(study)
         self._keep: NDArray[np.bool_] | None = None
-        self._axes = self.layout.tables + (
-            () if self.layout.speed_scatter is None else (self.layout.speed_scatter,)
+        self.nodes = NodeGrid(
+            study, effects, self.layout, float(specification.centrifugal), self._in_log
         )
-        self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
-        self._predicted: dict[tuple[int, ...], Predicted] = {}
-        self._record_nodes: dict[tuple[int, ...], Nodes] = {}
-        self._nodes: dict[tuple[int, ...], Nodes] = {}
-        self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
 
     def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
         """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
@@ -94,8 +73,7 @@ class Posterior:
         """The same posterior with other grids, and so ranges, of parameters by name."""
         other = copy(self)
         other.layout = regridded(self.layout, grids)
-        other._predicted, other._record_nodes = {}, {}
-        other._nodes, other._stacks = {}, {}
+        other.nodes = self.nodes.regridded(other.layout)
         return other
 
     def log_density(self, u: Floats) -> float:
@@ -106,16 +84,16 @@ class Posterior:
         """`log_density`, with the path offsets that it rests on where there are any."""
         if (u < self.layout.low).any() or (u > self.layout.high).any():
             return -np.inf, None
-        value, offsets = self._log_likelihood(u, self.nodes_at(u))
+        value, offsets = self._log_likelihood(u, self.nodes.at(u))
         return value + self.layout.log_prior(u), offsets
 
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, path offsets integrated out (Laplace's method)."""
-        return self._log_likelihood(u, self.nodes_at(u))[0]
+        return self._log_likelihood(u, self.nodes.at(u))[0]
 
     def exact_log_likelihood(self, u: Floats) -> float:
         """The same from tables made for just these coordinates, not blended."""
-        return self._log_likelihood(u, self._exact_nodes(u))[0]
+        return self._log_likelihood(u, self.nodes.exact(u))[0]
 
     def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, PathOffsets | None]:
         location, scatter = self.location_and_scatter(u)
@@ -136,12 +114,12 @@ class Posterior:
         """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`; 0 for those
         not in `keep` `[n_events]`."""
         location, scatter = self.location_and_scatter(u)
-        return self.terms(self.nodes_at(u), self._shifted(location, offsets), scatter, keep).value
+        return self.terms(self.nodes.at(u), self._shifted(location, offsets), scatter, keep).value
 
     def path_offsets(self, u: Floats) -> PathOffsets:
         """Mode and standard deviation of the path offsets given coordinates u."""
         location, scatter = self.location_and_scatter(u)
-        return self._offsets(u, self.nodes_at(u), location, scatter)[0]
+        return self._offsets(u, self.nodes.at(u), location, scatter)[0]
 
     def location_and_scatter(
         self, u: Floats, volume: Floats | None = None
@@ -166,26 +144,6 @@ class Posterior:
         least = layout.slots[layout.scatter].low if layout.scatter_slope is not None else -12.0
         return location, np.exp(np.clip(log_scatter, least, 4.0))
 
-    def nodes_at(self, u: Floats) -> Nodes:
-        """Nodes at coordinates u, between those of the grids."""
-        lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
-        if all(len(line.cubic) == 1 for line in lines):
-            return self.nodes(tuple(line.first for line in lines))
-        return blend(
-            reduce(np.multiply.outer, [np.array(line.cubic) for line in lines]).ravel(),
-            reduce(np.multiply.outer, [np.array(line.linear) for line in lines]).ravel(),
-            self._corners(tuple((line.first, len(line.cubic)) for line in lines)),
-        )
-
-    def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
-        """Nodes of all grid points in these windows (first index, width), stacked and kept."""
-        if windows not in self._stacks:
-            if len(self._stacks) == KEPT_STACKS:
-                del self._stacks[next(iter(self._stacks))]
-            ranges = [range(first, first + width) for first, width in windows]
-            self._stacks[windows] = stack([self.nodes(index) for index in product(*ranges)])
-        return self._stacks[windows]
-
     def terms(
         self,
         nodes: Nodes,
@@ -197,80 +155,12 @@ class Posterior:
         weight = self.study.volumes.weight
         return event_terms(nodes, location, scatter, weight, self._student, keep)
 
-    def nodes(self, index: tuple[int, ...]) -> Nodes:
-        """Nodes at one point of the grids of the table parameters."""
-        if index not in self._nodes:
-            values = self._values(index)
-            speed = self.layout.speed_scatter
-            speed_scatter = 0.0
-            if speed is not None:
-                speed_scatter = float(np.exp(self.layout.slots[speed].grid[index[-1]]))
-            predicted = self.predicted(index)
-            key = index[: len(self.layout.tables)]
-            if key not in self._record_nodes:
-                records = record_nodes(self.study, predicted, self._limit(values), self._in_log)
-                self._record_nodes[key] = records._replace(log_wrong=self._log_wrong)
-            self._nodes[index] = speed_nodes(
-                self._record_nodes[key], self.study, predicted, speed_scatter, self._in_log
-            )
-        return self._nodes[index]
-
-    def _exact_nodes(self, u: Floats) -> Nodes:
-        speed = self.layout.speed_scatter
-        nodes = build_nodes(
-            self.study,
-            self.predicted_at(u),
-            0.0 if speed is None else float(np.exp(u[speed])),
-            self._limit(self.layout.effect_values(u)),
-            self._in_log,
-        )
-        return nodes._replace(log_wrong=self._log_wrong)
-
-    def predicted(self, index: tuple[int, ...]) -> Predicted:
-        """Tables of expected records at one point of the grids."""
-        key = index[: len(self.layout.tables)]
-        if key not in self._predicted:
-            values = self._values(index)
-            curvature = float(self.specification.centrifugal)
-            runs = self._block_runs(values, curvature)
-            self._predicted[key] = predict_records(
-                self.study, self.effects, values, curvature, runs
-            )
-        return self._predicted[key]
-
-    def _block_runs(self, values: Values, curvature: float) -> BlockRuns:
-        """Runs of the block, kept: effects on the record alone leave them as they are."""
-        moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
-        if moving not in self._runs:
-            self._runs[moving] = run_blocks(self.study, self.effects, values, curvature)
-        return self._runs[moving]
-
     def resistance(self, site: Site, values: Values) -> Resistance:
         """The resistance on a site with this model's effects at these values."""
         return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
 
-    def predicted_at(self, u: Floats) -> Predicted:
-        """Tables of expected records at coordinates u, run afresh."""
-        values = self.layout.effect_values(u)
-        return predict_records(
-            self.study, self.effects, values, float(self.specification.centrifugal)
-        )
-
     def _scales(self, key: str) -> Floats:
         return np.array([slot.scale for slot in self.layout.slots[self.layout.places[key]]])
-
-    def _values(self, index: tuple[int, ...]) -> Values:
-        u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
-        for axis, k in zip(self._axes, index, strict=False):
-            u[axis] = self.layout.slots[axis].grid[k]
-        return self.layout.effect_values(u)
-
-    def _limit(self, values: Values) -> Floats:
-        limit = self.study.limit
-        for effect in self.effects:
-            if effect.limit is not None:
-                limit = effect.limit(self.study.columns, values[effect.key])
-        return limit
 
     def _shifted(self, location: Floats, offsets: Floats | None) -> Floats:
         if self.groups is None or offsets is None:

@@ -63,7 +63,7 @@ def predict_stops(
         # All draws of a group share the table parameters of the draw nearest to their mean.
         away = np.sum((tables_at[group] - tables_at[group].mean(axis=0)) ** 2, axis=1)
         middle = coordinates[chosen[group[np.argmin(away)]]]
-        tables = posterior.predicted_at(middle)
+        tables = posterior.nodes.predicted_at(middle)
         for k in group:
             u = coordinates[chosen[k]].copy()
             u[list(posterior.layout.tables)] = middle[list(posterior.layout.tables)]

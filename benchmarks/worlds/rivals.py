@@ -55,7 +55,7 @@ def regression(found: Diagnosis) -> str | None:
     """
     posterior = found.base.posterior
     study = posterior.study
-    friction = np.log(likely_friction(posterior.nodes_at(found.base.mode.u), True))
+    friction = np.log(likely_friction(posterior.nodes.at(found.base.mode.u), True))
     known = np.isfinite(friction)
     volume = np.exp(study.volumes.mean)
     nothing = np.column_stack([np.ones(len(volume)), volume / volume.mean()])

@@ -16,7 +16,7 @@ def many(
     model: Posterior, tau: float = 0.0, speed_scatter: float = 0.0, **values: float
 ) -> list[Measured]:
     u = studies.near(model, **values)
-    predicted = model.predicted_at(u)
+    predicted = model.nodes.predicted_at(u)
     return [
         make_world(model, predicted, u, tau, speed_scatter, generator(1, b))
         for b in range(N_WORLDS)
@@ -83,7 +83,7 @@ def test_speeds_err_as_said() -> None:
 def test_equal_seeds_make_equal_worlds() -> None:
     model = studies.posterior(studies.study())
     u = studies.near(model)
-    predicted = model.predicted_at(u)
+    predicted = model.nodes.predicted_at(u)
 
     def one(seed: int) -> Measured:
         return make_world(model, predicted, u, 0.1, 2.0, generator(seed, "a"))

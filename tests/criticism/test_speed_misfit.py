@@ -22,7 +22,7 @@ def test_friction_is_that_of_the_stop() -> None:
     u[:, posterior.layout.speed_scatter] = posterior.layout.slots[-1].low
     found = matched_speeds(posterior, u, None, np.random.default_rng(1))
     assert found is not None
-    table = posterior.predicted_at(mode.u)
+    table = posterior.nodes.predicted_at(mode.u)
     mu = np.interp(posterior.study.observed[0], table.record[0], MU)
     by_hand = [np.interp(mu, MU, column) for column in table.speeds[0].T]
     np.testing.assert_allclose(found.draws.mean(axis=1), by_hand, atol=0.4)

@@ -64,7 +64,7 @@ def _assert_same(model: Posterior, u: np.ndarray, base: Posterior, base_u: np.nd
     events = model.event_log_likelihood(u, offsets)
     assert np.array_equal(events, base.event_log_likelihood(base_u))
     assert model.log_likelihood(u) == base.log_likelihood(base_u)
-    tables, expected = model.predicted_at(u), base.predicted_at(base_u)
+    tables, expected = model.nodes.predicted_at(u), base.nodes.predicted_at(base_u)
     for name in ("record", "elevation", "status"):
         _assert_bits(getattr(tables, name), getattr(expected, name))
     for speeds, expected_speeds in zip(tables.speeds, expected.speeds, strict=True):

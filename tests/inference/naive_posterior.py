@@ -24,7 +24,7 @@ class NaivePosterior:
 
     def __init__(self, posterior: Posterior, u) -> None:
         self.posterior, self.u = posterior, u
-        self.tables = posterior.predicted_at(u)
+        self.tables = posterior.nodes.predicted_at(u)
         self.values = posterior.layout.effect_values(u)
         grid = np.log(MU) if posterior.layout.log_scatter else MU
         self.grid = grid

@@ -59,7 +59,7 @@ def _afresh(model: Posterior, u: np.ndarray) -> np.ndarray:
             limit = effect.limit(model.study.columns, values[effect.key])
     nodes = build_nodes(
         model.study,
-        model.predicted_at(u),
+        model.nodes.predicted_at(u),
         0.0 if speed is None else float(np.exp(u[speed])),
         limit,
         model.layout.log_scatter,

@@ -108,7 +108,7 @@ def _world(case: Case, rng: np.random.Generator) -> tuple[Study, np.ndarray]:
     given = build_study(Records(paths, profiles, bare))
     model = _narrowed(given, case)
     u = _from_prior(model, rng)
-    tables = model.predicted_at(u)
+    tables = model.nodes.predicted_at(u)
     law, layout = model.layout.law, model.layout
     nu = law.log_friction(u[: len(law.coordinates)], volume)
     nu = nu + np.exp(u[layout.scatter]) * rng.standard_normal(case.n_events)

@@ -31,7 +31,7 @@ def _histogram_log_density(train: np.ndarray, new: np.ndarray) -> float:
 def test_it_beats_a_histogram_on_held_out_records() -> None:
     """Thirty random halvings of the twin's apparent frictions; a few go the other way."""
     study = build_study(read_records([TWIN]))
-    nodes = assemble(study, Specification(), {}).nodes(())
+    nodes = assemble(study, Specification(), {}).nodes.point(())
     friction = likely_friction(nodes, in_log=True)
     friction = friction[np.isfinite(friction)]
     assert len(friction) > 150
