@@ -54,6 +54,7 @@ def refit(
     posterior = assemble(study, wider, facts, own)
     found = search_mode(posterior, None if start is None else _carried(start, posterior))
     posterior, mode = sharpened(*found)
+    posterior.nodes.forget_runs()
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_likelihood + _log_occam(posterior, mode)
     return Refit(wider, facts, posterior, mode, log_likelihood, evidence)

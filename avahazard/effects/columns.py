@@ -90,12 +90,3 @@ def _covariates(
         else:
             texts[column] = np.array(["" if v is None else str(v) for v in values])
     return numbers, texts
-
-
-def _of_path(path: Path) -> dict[str, float | str | None]:
-    """Covariates of a path, with those of its own fields that may matter to friction."""
-    return {
-        "orientation": path.orientation,
-        "catchment_ha": path.catchment_ha,
-        **path.covariates,
-    }

@@ -25,8 +25,9 @@ from avahazard.inference.wrong_records import log_wrong
 
 Floats = NDArray[np.float64]
 
-KEPT_STACKS = 64
-"""Neighbourhoods of grid points whose nodes are kept side by side."""
+KEPT_STACKS, KEPT_RUNS, KEPT_TABLES = 64, 64, 16
+"""Neighbourhoods of grid points whose nodes are kept side by side, runs of the block (several MB
+each) and tables made from them. Nodes themselves are small."""
 
 
 class NodeGrid:
@@ -63,6 +64,11 @@ class NodeGrid:
         self._nodes: dict[tuple[int, ...], Nodes] = {}
         self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
 
+    def forget_runs(self) -> None:
+        """Give back the memory of runs and tables; nodes stay, others are run anew if asked."""
+        self._runs = {}
+        self._predicted = {}
+
     def regridded(self, layout: Layout) -> NodeGrid:
         """The same on the grids of another layout; runs of the block are shared."""
         other = copy(self)
@@ -84,8 +90,7 @@ class NodeGrid:
     def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""
         if windows not in self._stacks:
-            if len(self._stacks) == KEPT_STACKS:
-                del self._stacks[next(iter(self._stacks))]
+            _make_room(self._stacks, KEPT_STACKS)
             ranges = [range(first, first + width) for first, width in windows]
             self._stacks[windows] = stack([self.point(index) for index in product(*ranges)])
         return self._stacks[windows]
@@ -126,6 +131,7 @@ class NodeGrid:
         if key not in self._predicted:
             values = self._values(index)
             runs = self._block_runs(values)
+            _make_room(self._predicted, KEPT_TABLES)
             self._predicted[key] = predict_records(
                 self.study, self.effects, values, self.curvature, runs
             )
@@ -140,6 +146,7 @@ class NodeGrid:
         """Runs of the block, kept: effects on the record alone leave them as they are."""
         moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
         if moving not in self._runs:
+            _make_room(self._runs, KEPT_RUNS)
             self._runs[moving] = run_blocks(self.study, self.effects, values, self.curvature)
         return self._runs[moving]
 
@@ -155,3 +162,9 @@ class NodeGrid:
             if effect.limit is not None:
                 limit = effect.limit(self.study.columns, values[effect.key])
         return limit
+
+
+def _make_room(kept: dict, most: int) -> None:  # type: ignore[type-arg]
+    """Drop the oldest of what is kept, so that one more stays within `most`."""
+    while len(kept) >= most:
+        del kept[next(iter(kept))]
