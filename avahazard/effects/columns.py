@@ -80,7 +80,10 @@ def _covariates(
     events: Sequence[Event], paths: Mapping[str, Path]
 ) -> tuple[dict[str, Floats], dict[str, NDArray[np.str_]]]:
     """Covariates by column; a column is of numbers where every value is a number."""
-    rows = [{**(paths[e.path_id].covariates if e.path_id else {}), **e.covariates} for e in events]
+    rows = [
+        {**(paths[e.path_id].covariates if e.path_id else _of_line(e)), **e.covariates}
+        for e in events
+    ]
     numbers: dict[str, Floats] = {}
     texts: dict[str, NDArray[np.str_]] = {}
     for column in dict.fromkeys(key for row in rows for key in row):
@@ -90,3 +93,8 @@ def _covariates(
         else:
             texts[column] = np.array(["" if v is None else str(v) for v in values])
     return numbers, texts
+
+
+def _of_line(event: Event) -> dict[str, float | str | None]:
+    """What an event without a profile has instead of a path's columns: how far it fell."""
+    return {} if event.fall_height_m is None else {"fall_height_m": event.fall_height_m}

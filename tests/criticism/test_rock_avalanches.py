@@ -45,3 +45,15 @@ def test_held_out_records_ask_for_confinement_alone(found: Diagnosis) -> None:
         gains[key] = held_out_log_density(child.posterior, groups, child.mode).sum() - before
     assert gains[CONFINEMENT] > 0.0
     assert gains[SUBSTRATE] < 0.0
+
+
+def test_the_fall_height_is_a_column_that_unmasks_it(found: Diagnosis) -> None:
+    base = found.base
+    study = base.posterior.study
+    height = "covariate:fall_height_m"
+    assert height in {c.key for c in found.candidates}
+    taller = refit(study, base.specification, base.facts, (height,), (), base)
+    both = refit(study, taller.specification, taller.facts, (CONFINEMENT,), (), taller)
+    by_itself = refit(study, base.specification, base.facts, (CONFINEMENT,), (), base)
+    gain = both.log_likelihood - taller.log_likelihood
+    assert gain > by_itself.log_likelihood - base.log_likelihood + 1.0
