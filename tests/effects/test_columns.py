@@ -66,7 +66,7 @@ def test_days_of_the_winter_count_from_november(date: str | None, day: float) ->
 
 def test_covariates_of_events_go_before_those_of_their_paths() -> None:
     columns = _columns()
-    assert columns.numbers.keys() == {"aspect"}
+    assert columns.numbers.keys() == {"aspect", "fall_height_m"}
     assert columns.numbers["aspect"] == pytest.approx([90.0, 45.0, np.nan, 10.0], nan_ok=True)
     assert columns.texts["zone"].tolist() == ["", "x", "", ""]
     assert columns.texts["snow_type"].tolist() == ["wet", "", "", ""]
@@ -74,3 +74,10 @@ def test_covariates_of_events_go_before_those_of_their_paths() -> None:
 
 def test_a_column_with_one_word_is_all_words() -> None:
     assert _columns().texts["wind"].tolist() == ["3.0", "calm", "", ""]
+
+
+def test_the_fall_height_of_an_event_without_a_profile_is_a_column() -> None:
+    columns = _columns()
+    assert columns.numbers["fall_height_m"] == pytest.approx(
+        [np.nan, np.nan, 500.0, np.nan], nan_ok=True
+    )
