@@ -1,0 +1,86 @@
+"""The published worlds keep what the page promises, and the page is theirs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import pytest
+
+from benchmarks.finished import finished
+from benchmarks.worlds.arms import plans
+from benchmarks.worlds.page import SEEN, alarm, first_alone, in_set, one_named, page
+
+ROOT = Path(__file__).resolve().parents[2]
+SIZE = 10
+
+
+@pytest.fixture(scope="module")
+def lines() -> list[dict[str, Any]]:
+    return finished(ROOT / "benchmarks" / "worlds.jsonl")
+
+
+def _share(lines: list[dict[str, Any]], is_so) -> float:  # type: ignore[no-untyped-def]
+    return sum(bool(is_so(x)) for x in lines) / len(lines)
+
+
+def _seen(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Single effects of the catalogue that an oracle detects in the larger worlds."""
+    return [
+        x
+        for x in lines
+        if " x " in x["arm"] and x["n_events"] >= 200 and x.get("oracle_gain", 0.0) > SEEN
+    ]
+
+
+def test_the_page_is_written_from_these_results(lines: list[dict[str, Any]]) -> None:
+    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)))
+    assert (ROOT / "docs" / "worlds.md").read_text(encoding="utf-8") == made
+
+
+def test_there_are_300_nulls_and_each_arm_keeps_its_alarms(lines: list[dict[str, Any]]) -> None:
+    nulls = [x for x in lines if x["arm"].startswith("null")]
+    assert len(nulls) >= 300
+    for arm in {x["arm"] for x in nulls}:
+        assert _share([x for x in nulls if x["arm"] == arm], alarm) <= 0.07
+
+
+def test_every_effect_has_ten_worlds_at_each_strength(lines: list[dict[str, Any]]) -> None:
+    for arm in {p.arm for p in plans(SIZE) if " x " in p.arm}:
+        assert sum(x["arm"] == arm for x in lines) >= 10
+
+
+def test_effects_are_found_and_rivals_are_worse(lines: list[dict[str, Any]]) -> None:
+    seen = _seen(lines)
+    assert _share(seen, in_set) >= 0.95
+    alone = _share(seen, first_alone)
+    assert alone >= 0.85
+    assert _share([x for x in seen if one_named(x)], first_alone) >= 0.95
+    for rival in ("bic", "regression"):
+        assert _share(seen, lambda x, who=rival: x[who] in x["true"]) < alone - 0.1
+
+
+def test_errors_fall_to_the_oracles_and_intervals_cover(lines: list[dict[str, Any]]) -> None:
+    seen = _seen(lines)
+    assert median(x["child"][0] / x["oracle"][0] for x in seen if "oracle" in x) <= 1.05
+    assert 0.87 <= sum(x["child"][1] for x in seen) / len(seen) <= 0.93
+    wrong = [x["wrong"][0] / x["base"][0] for x in lines if "wrong" in x]
+    assert median(wrong) >= 1.0
+
+
+def test_what_is_confounded_is_named_once_it_is_measured(lines: list[dict[str, Any]]) -> None:
+    for asked in ("with_speeds", "as_told"):
+        again = [x for x in lines if asked in x]
+        assert again
+        assert _share(again, lambda x, key=asked: x[key][1] == x["true"]) >= 0.9
+
+
+def test_outside_the_catalogue_the_axis_is_named(lines: list[dict[str, Any]]) -> None:
+    outside = [
+        x for x in lines if x["arm"].startswith("outside") and x.get("oracle_gain", 0.0) > SEEN
+    ]
+    assert _share(outside, in_set) >= 0.7
+    assert (
+        _share(outside, lambda x: any(not k.startswith("covariate:") for k in x["missing"])) <= 0.1
+    )
