@@ -12,7 +12,7 @@ REACH = 7.0
 PIECE = 0.5
 """Largest step of F, in standard deviations of the record, between two points of a bump."""
 DEPTH = 40.0
-"""Points whose log mass is that much below the best are left out."""
+"""Frictions whose log density is that much below the best are left out."""
 HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.inference.bump_nodes import bump_nodes
+from avahazard.inference.bump_nodes import DEPTH, bump_nodes
 from avahazard.inference.study import SpeedRecord
 
 Floats = NDArray[np.float64]
@@ -21,8 +21,6 @@ Floats = NDArray[np.float64]
 SPLIT, POINTS = 15, 256
 """Parts of each cell of the friction grid (odd: a block that leaves does so up to the middle of
 a cell); fewer where that many points are there without."""
-DEPTH = 40.0
-"""Frictions whose log likelihood is that much below the best are left out."""
 SPEED_CORRELATION_M = 100.0
 """Length over which the model's error of speed stays alike: about that of a terrain step."""
 
