@@ -13,6 +13,7 @@ w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop low enough was 
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.bump_nodes import bump_nodes
 from avahazard.inference.gauss_quadrature import gauss_nodes
-from avahazard.inference.predicted import Predicted
+from avahazard.inference.predicted import N_THREADS, Predicted
 from avahazard.inference.speed_nodes import fill_speed_nodes, measured_speeds
 from avahazard.inference.study import LEFT, Study
 from avahazard.physics.block import LEFT_PROFILE
@@ -103,19 +104,31 @@ def speed_nodes(
         weight=records.weight.copy(),
         log_scale=records.log_scale.copy(),
     )
-    fill_speed_nodes(
-        measured_speeds(study.speeds),
-        np.concatenate(predicted.speeds, axis=1),
-        speed_scatter,
-        MU,
-        predicted.record,
-        predicted.status == LEFT_PROFILE,
-        study.kind == LEFT,
-        study.observed,
-        study.sigma,
-        in_log,
-        nodes,
-    )
+    measured = measured_speeds(study.speeds)
+    speeds = np.concatenate(predicted.speeds, axis=1)
+    left, observed_left = predicted.status == LEFT_PROFILE, study.kind == LEFT
+
+    def fill(thread: int) -> None:
+        mine = slice(thread, None, N_THREADS)
+        fill_speed_nodes(
+            measured._replace(
+                event=measured.event[mine], first=measured.first[mine], end=measured.end[mine]
+            ),
+            speeds,
+            speed_scatter,
+            MU,
+            predicted.record,
+            left,
+            observed_left,
+            study.observed,
+            study.sigma,
+            in_log,
+            nodes,
+        )
+
+    # The kernel leaves Python's lock; each event's row is its own.
+    with ThreadPoolExecutor(N_THREADS) as pool:
+        list(pool.map(fill, range(N_THREADS)))
     return nodes
 
 

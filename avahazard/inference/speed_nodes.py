@@ -27,10 +27,11 @@ SPEED_CORRELATION_M = 100.0
 
 class Measured(NamedTuple):
     """Speeds of all tracks end to end: `x`, `speed`, `sigma` `[n_speeds]`; those of `event[k]`
-    begin at `first[k]` and end before `first[k + 1]`."""
+    begin at `first[k]` and end before `end[k]`."""
 
     event: NDArray[np.int64]
     first: NDArray[np.int64]
+    end: NDArray[np.int64]
     x: Floats
     speed: Floats
     sigma: Floats
@@ -47,9 +48,11 @@ class Track(NamedTuple):
 
 def measured_speeds(records: Sequence[SpeedRecord]) -> Measured:
     """The records of speeds end to end, as the kernels want them."""
+    bounds = np.cumsum([0, *(len(r.x) for r in records)])
     return Measured(
         event=np.array([r.event for r in records]),
-        first=np.cumsum([0, *(len(r.x) for r in records)]),
+        first=bounds[:-1],
+        end=bounds[1:],
         x=np.concatenate([r.x for r in records]),
         speed=np.concatenate([r.speed for r in records]),
         sigma=np.concatenate([r.sigma for r in records]),
@@ -115,7 +118,7 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
     with the model's own error `scatter`; the others `[n_events(, n_friction)]` as in `nodes`.
     """
     for k in range(len(measured.event)):
-        i, a, b = measured.event[k], measured.first[k], measured.first[k + 1]
+        i, a, b = measured.event[k], measured.first[k], measured.end[k]
         speed, mine = measured.speed[a:b], predicted[:, a:b]
         errors = _errors(measured.x[a:b], measured.sigma[a:b], scatter)
         ends = _log_density(speed, mine, errors)

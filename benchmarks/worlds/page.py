@@ -19,9 +19,10 @@ def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
     parts = [
         "# Worlds with a known truth",
         "",
-        f"Written by `{command}`: {len(lines)} of {n_planned} worlds so far, whose seeds stand",
-        "in `benchmarks/worlds/arms.py`; the next run goes on. They are made by an integrator of",
-        "their own, not by the product's. Counts stand beside every share; few say little.",
+        f"Written by `{command}`: {len(lines)} of {n_planned} worlds, whose seeds stand in",
+        "`benchmarks/worlds/arms.py` (a run that was cut short goes on). They are made by an",
+        "integrator of their own, not by the product's. Counts stand beside every share; few say",
+        "little.",
         "",
         "The level and the evidence that a name takes, and what counts as a false alarm, were",
         "settled after a look at the first 10 to 20 nulls of each arm, which are in these tables:",
