@@ -13,7 +13,13 @@ from avahazard.criticism.confounding import correlation, explained
 from avahazard.criticism.detectable import detectable
 from avahazard.criticism.expected import expected_records
 from avahazard.criticism.held_out import choose_groups, held_out_log_density
-from avahazard.criticism.refits import PATH_EFFECT, Refit, refit, without_path_effect
+from avahazard.criticism.refits import (
+    PATH_EFFECT,
+    Refit,
+    refit,
+    refit_each,
+    without_path_effect,
+)
 from avahazard.criticism.scores import crps
 from avahazard.criticism.screening import screen
 from avahazard.criticism.significance import LEVEL, PATH_LEVEL, Screened, Screening
@@ -117,11 +123,8 @@ def diagnose(
         progress=lambda share: progress(0.05 + 0.75 * share),
     )
     survivors = [c for c in screening.candidates if c.p_family <= LEVEL][:MAX_REFITS]
-    fits: dict[str, Refit] = {}
-    for k, survivor in enumerate(survivors):
-        key = survivor.definition.key
-        fits[key] = refit(study, base.specification, base.facts, (key,), own, base)
-        progress(0.8 + 0.15 * (k + 1) / len(survivors))
+    keys = [c.definition.key for c in survivors]
+    fits = refit_each(study, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
     evidence = {c.definition.key: evidence_gain(c, fits[c.definition.key], base) for c in survivors}
     ranked = sorted(survivors, key=lambda c: -evidence[c.definition.key])
     path_missing = grants and screening.path_p <= PATH_LEVEL

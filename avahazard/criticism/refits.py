@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from avahazard.inference.assemble import assemble, with_effects
 from avahazard.inference.mode import Mode
 from avahazard.inference.mode_search import search_mode
 from avahazard.inference.posterior import Posterior
+from avahazard.inference.predicted import N_THREADS
 from avahazard.inference.refinement import sharpened
 from avahazard.inference.specification import Specification
 from avahazard.inference.study import Study
@@ -58,6 +60,26 @@ def refit(
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_likelihood + _log_occam(posterior, mode)
     return Refit(wider, facts, posterior, mode, log_likelihood, evidence)
+
+
+def refit_each(
+    study: Study,
+    effects: Sequence[str],
+    own: Sequence[Definition],
+    base: Refit,
+    progress: Callable[[float], None],
+) -> dict[str, Refit]:
+    """The base model with each effect by itself, fitted in full, two at a time."""
+
+    def one(key: str) -> Refit:
+        return refit(study, base.specification, base.facts, (key,), own, base)
+
+    fits: dict[str, Refit] = {}
+    with ThreadPoolExecutor(N_THREADS) as pool:
+        for key, fit in zip(effects, pool.map(one, effects), strict=True):
+            fits[key] = fit
+            progress(len(fits) / len(effects))
+    return fits
 
 
 def without_path_effect(
