@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from avahazard.physics.constants import GRAVITY
-from avahazard.workflow.adding import add
-from avahazard.workflow.calibrating import calibrate
-from avahazard.workflow.comparing import compare
+from avahazard.workflow.add import add
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
-from avahazard.workflow.diagnosing import diagnose_model
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.import_files import import_files
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "avanodes.md"

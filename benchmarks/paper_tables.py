@@ -10,9 +10,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.import_files import import_files
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, README = ROOT / "docs" / "paper_tables.md", ROOT / "README.md"

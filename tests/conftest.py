@@ -112,8 +112,8 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     `base` that does not know it; do not write to it."""
     from avahazard.synth.making import make_world  # noqa: PLC0415
     from avahazard.synth.writing import write_world  # noqa: PLC0415
-    from avahazard.workflow.calibrating import calibrate  # noqa: PLC0415
-    from avahazard.workflow.importing import import_files  # noqa: PLC0415
+    from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
+    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
     folder = tmp_path_factory.mktemp("snow")
     records, truth = make_world(3, 120, 6, {"snow-type": 1.5})

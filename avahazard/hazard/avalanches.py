@@ -18,9 +18,9 @@ from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.posterior_draws import PosteriorDraws, posterior_draws
 from avahazard.hazard.rate_kernel import normal_rates
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.predicted import Predicted, Values
-from avahazard.inference.study import Study
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.model.observations import Study
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]

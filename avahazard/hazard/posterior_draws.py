@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.layout import PATH_SCATTER
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.predicted import Predicted, Values, predict_records
-from avahazard.inference.table_groups import table_groups
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import Predicted, Values, predict_records
+from avahazard.inference.model.layout import PATH_SCATTER
+from avahazard.inference.prediction.table_groups import table_groups
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]

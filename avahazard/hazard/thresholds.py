@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches, Thresholds
 from avahazard.hazard.runout_curve import broken_cells
-from avahazard.inference.predicted import Predicted
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU, MU_STEP
 

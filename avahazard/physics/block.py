@@ -8,11 +8,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.physics.batch import march, new_lanes, release
 from avahazard.physics.cell_motion import elevation_in_cell
 from avahazard.physics.cell_step import LANES
 from avahazard.physics.cells import Cells
 from avahazard.physics.constants import KERNEL
-from avahazard.physics.lanes import march, new_lanes, release
 
 Floats = NDArray[np.float64]
 

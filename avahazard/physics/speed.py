@@ -6,11 +6,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.physics.batch import Lanes, march, new_lanes, release
 from avahazard.physics.cell_motion import end_accelerations, hermite
 from avahazard.physics.cell_step import LANES
 from avahazard.physics.cells import Cells
 from avahazard.physics.constants import KERNEL
-from avahazard.physics.lanes import Lanes, march, new_lanes, release
 
 Floats = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from avahazard.store.models import load_model
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.one_path import find_path, find_profile
-from avahazard.workflow.viewing_path import stop_place
+from avahazard.workflow.path import stop_place
 
 Floats = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Facts
-from avahazard.inference.chains import Chains
-from avahazard.inference.specification import MethodName, Specification
+from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.samplers.chains import Chains
 
 Floats = NDArray[np.float64]
 

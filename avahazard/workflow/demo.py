@@ -10,14 +10,14 @@ from typing import Any
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.calibrating import calibrate
-from avahazard.workflow.comparing import compare
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
 from avahazard.workflow.drawing_bounds import draw_hazard
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.hazard_csv import write_hazard
-from avahazard.workflow.importing import import_files
-from avahazard.workflow.reporting import write_report
+from avahazard.workflow.import_files import import_files
+from avahazard.workflow.report import write_report
 
 MODEL, PAPERS_MODEL = "twin", "twin-gibbs"
 DATABASE, BOUNDS, PICTURE = "twin.db", "twin-bounds.csv", "twin-bounds.png"

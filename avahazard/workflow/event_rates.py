@@ -9,8 +9,8 @@ from avahazard.hazard.volume_frequency import N_DRAWS
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.frequencies import Frequencies
+from avahazard.workflow.future_events import ignores_volume
 from avahazard.workflow.one_path import find_path, find_profile
-from avahazard.workflow.prospects import ignores_volume
 from avahazard.workflow.stored_model import StoredFit
 
 ANY_VOLUME_M3 = 1e4

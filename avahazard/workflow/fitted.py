@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.layout import PATH_SCATTER
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.study import Study
-from avahazard.inference.volumes import VolumeNodes
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import PATH_SCATTER
+from avahazard.inference.model.observations import Study
+from avahazard.inference.model.volumes import VolumeNodes
 from avahazard.records.collection import Records
 from avahazard.workflow.stored_model import StoredFit, posterior_for
 

@@ -9,21 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.prospect import prospect_bounds
+from avahazard.hazard.future_events import prospect_bounds
 from avahazard.hazard.row import hazard_row
 from avahazard.hazard.runout_bounds import RunoutBounds, Spread
 from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency, return_volume
+from avahazard.inference.model.observations import build_study
 from avahazard.inference.seeds import generator
-from avahazard.inference.study import build_study
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.store.hazard import save_hazard
 from avahazard.store.session import writing
 from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.workflow.future_events import forecast, ignores_volume
 from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.one_path import find_path, find_profile
 from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.prospects import forecast, ignores_volume
 from avahazard.workflow.stored_model import (
     StoredFit,
     load_stored,

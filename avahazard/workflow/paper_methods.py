@@ -8,17 +8,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.chains import Chains
-from avahazard.inference.gibbs import gibbs
-from avahazard.inference.laws import Law, law
-from avahazard.inference.metropolis import metropolis
-from avahazard.inference.predicted import Predicted, predict_records
-from avahazard.inference.specification import MethodName, Specification
-from avahazard.inference.study import LEFT, LENGTH, PLACE, Study
+from avahazard.inference.likelihood.predicted import Predicted, predict_records
+from avahazard.inference.model.laws import Law, law
+from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Study
+from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.paper.gibbs import gibbs
+from avahazard.inference.paper.metropolis import metropolis
+from avahazard.inference.samplers.chains import Chains
 from avahazard.physics.runout_table import MU, MU_STEP
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.calibrated import Calibrated
-from avahazard.workflow.frictions import back_calculate
+from avahazard.workflow.friction import back_calculate
 
 Floats = NDArray[np.float64]
 

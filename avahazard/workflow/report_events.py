@@ -7,19 +7,19 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.criticism.expected import expected_records
-from avahazard.inference.apparent import STATUSES
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.predictive import predict_stops
+from avahazard.criticism.scoring.expected import expected_records
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Study
+from avahazard.inference.paper.apparent import STATUSES
+from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
-from avahazard.inference.study import ELEVATION, LEFT, LENGTH, PLACE, Study
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.event import Event
 from avahazard.report.html.content import EventView
-from avahazard.workflow.comparing import COORDINATES
+from avahazard.workflow.compare import COORDINATES
 from avahazard.workflow.paper_methods import recorded_elevation
+from avahazard.workflow.path import stop_place
 from avahazard.workflow.stored_model import StoredFit, coordinates_for
-from avahazard.workflow.viewing_path import stop_place
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.posterior import Posterior
+from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator
 from avahazard.report.html.content import FrictionView
 from avahazard.workflow.stored_model import StoredFit, coordinates_for

@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.site import release_place
-from avahazard.inference.predicted import resistance_of
-from avahazard.inference.study import Study
+from avahazard.inference.likelihood.predicted import resistance_of
+from avahazard.inference.model.observations import Study
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.records.terrain_crop import TerrainCrop
 from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLine
+from avahazard.workflow.path import describe_path
 from avahazard.workflow.report_events import event_view
-from avahazard.workflow.running import run_site
-from avahazard.workflow.running_model import median_friction
+from avahazard.workflow.runout import run_site
+from avahazard.workflow.runout_of_model import median_friction
 from avahazard.workflow.stored_model import StoredFit, coordinates_for, posterior_for
-from avahazard.workflow.viewing_path import describe_path
 
 Floats = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Definition, Facts
-from avahazard.inference.assemble import build_effects, find_definition
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.specification import MethodName, Specification
-from avahazard.inference.study import Study, build_study
+from avahazard.inference.likelihood.assemble import build_effects, find_definition
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.specification import MethodName, Specification
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint

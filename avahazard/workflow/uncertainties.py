@@ -21,11 +21,11 @@ from avahazard.hazard.exceedance import (
     runout_spread,
 )
 from avahazard.hazard.volume_frequency import N_DRAWS, ReturnVolume, VolumeFrequency
-from avahazard.inference.study import Study
+from avahazard.inference.model.observations import Study
 from avahazard.records.collection import Records
 from avahazard.workflow.frequencies import Frequencies
+from avahazard.workflow.future_events import ignores_volume, path_avalanches
 from avahazard.workflow.hazard_words import exceeded_words, natural_words, parameters_words
-from avahazard.workflow.prospects import ignores_volume, path_avalanches
 from avahazard.workflow.stored_model import StoredFit
 
 ANY_VOLUME_M3 = 1e4

@@ -16,8 +16,8 @@ from avahazard.hazard.zones.pressure import (
     DENSITY_SD_KG_M3,
     draw_densities,
 )
+from avahazard.inference.model.observations import build_study
 from avahazard.inference.seeds import generator
-from avahazard.inference.study import build_study
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
@@ -26,8 +26,8 @@ from avahazard.store.zones import save_zones
 from avahazard.workflow.drawing_zones import draw_zone_entries
 from avahazard.workflow.event_rates import extrapolation, volumes_by_path
 from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
+from avahazard.workflow.future_events import path_avalanches
 from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.prospects import path_avalanches
 from avahazard.workflow.stored_model import (
     StoredFit,
     load_stored,

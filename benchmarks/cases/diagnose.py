@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from statistics import median
 
-from avahazard.criticism.diagnosis import diagnose
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import Study, build_study
+from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
 from benchmarks.measuring import Result, seconds

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from avahazard.inference.gibbs import run_gibbs
+from avahazard.inference.paper.gibbs import run_gibbs
 from benchmarks.measuring import Result, alternate, seconds
 
 N = 1_000_000

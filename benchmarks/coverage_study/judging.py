@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from avahazard.hazard.exceedance import exceeded_runout, runout_spread
-from avahazard.hazard.prospect import prospect_bounds
+from avahazard.hazard.future_events import prospect_bounds
 from avahazard.hazard.volume_frequency import Family, return_volume
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import build_study
+from avahazard.workflow.calibrate import calibrate_study
 from avahazard.workflow.calibrated import Calibrated
-from avahazard.workflow.calibrating import calibrate_study
 from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
-from avahazard.workflow.prospects import forecast, path_avalanches
+from avahazard.workflow.future_events import forecast, path_avalanches
 from avahazard.workflow.stored_model import StoredFit
 from benchmarks.coverage_study.world import (
     TrueWorld,

@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.criticism.diagnosis import Diagnosis, diagnose
-from avahazard.criticism.expected import expected_records
-from avahazard.criticism.held_out import choose_groups
-from avahazard.criticism.refits import PATH_EFFECT, Refit, refit
-from avahazard.criticism.scores import crps, record_pit
-from avahazard.inference.mode import Mode, find_mode
-from avahazard.inference.posterior import Posterior
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.refits import PATH_EFFECT, Refit, refit
+from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.held_out import choose_groups
+from avahazard.criticism.scoring.scores import crps, record_pit
+from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import Study, build_study
 from avahazard.synth.making import make_world
-from avahazard.workflow.diagnosing import diagnosis_document
+from avahazard.workflow.diagnose import diagnosis_document
 from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.measured import as_told, with_speeds
 from benchmarks.worlds.outside import EFFECTS, effect_file

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from avahazard.criticism.measurements import N_MIDDLES, N_TRACKS
-from avahazard.inference.study import Study, build_study
+from avahazard.criticism.diagnosis.measurements import N_MIDDLES, N_TRACKS
+from avahazard.inference.model.observations import Study, build_study
 from avahazard.records.collection import Records
 from avahazard.records.event import Speed
 from avahazard.synth.making import make_world

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from avahazard.criticism.diagnosis import Diagnosis
-from avahazard.inference.mode import likely_friction
-from avahazard.inference.study import Study
+from avahazard.criticism.diagnosis.diagnose import Diagnosis
+from avahazard.inference.fitting.mode import likely_friction
+from avahazard.inference.model.observations import Study
 
 Floats = NDArray[np.float64]
 

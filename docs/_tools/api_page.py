@@ -18,10 +18,10 @@ a script can do whatever the command line does:
 ```python
 from pathlib import Path
 
-from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
-from avahazard.workflow.importing import import_files
-from avahazard.workflow.synthesising import synthesise
+from avahazard.workflow.import_files import import_files
+from avahazard.workflow.synth import synthesise
 
 synthesise(Path("made-up"), n_events=60, n_paths=3)
 init_database("script.db")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
-from avahazard.workflow.calibrating import calibrate
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.import_files import import_files
 from tests.criticism.lengths import as_csv, lengths
 
 PROGRAM = Path(sys.executable).with_name("avahazard")

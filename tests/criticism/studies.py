@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.inference.assemble import assemble, with_effects
-from avahazard.inference.mode import Mode, find_mode
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import build_study
+from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile

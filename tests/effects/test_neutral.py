@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avahazard.effects.catalogue import KEYS, definition
-from avahazard.inference.posterior import Posterior
+from avahazard.inference.likelihood.posterior import Posterior
 from tests.inference.studies import near, posterior, study
 
 ADDED = tuple(k for k in KEYS if definition(k).changes is None)

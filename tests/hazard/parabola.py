@@ -10,9 +10,9 @@ import numpy as np
 from avahazard.effects.effect import Effect
 from avahazard.hazard.avalanches import Avalanches, avalanches
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import Study, build_study
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance

@@ -18,7 +18,7 @@ from avahazard.hazard.avalanches import (
 )
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.passing import passing_rate
-from avahazard.inference.specification import Specification
+from avahazard.inference.model.specification import Specification
 from tests.hazard.parabola import LAW, TOP_M, draws, ready, stops, study
 
 VOLUMES = EventVolumes(

@@ -16,9 +16,9 @@ from avahazard.hazard.exceedance import (
     reach,
     runout_spread,
 )
-from avahazard.hazard.prospect import Prospect, forecaster, prospect_bounds
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.specification import Specification
+from avahazard.hazard.future_events import Prospect, forecaster, prospect_bounds
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.specification import Specification
 from tests.hazard.parabola import LAW, TOP_M, draws, ready, stop, stops, study
 
 VOLUME = 1e5

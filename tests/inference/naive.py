@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from avahazard.inference.laws import Law
+from avahazard.inference.model.laws import Law
 
 
 def squared_residuals(u, law: Law, volume, runout, table, stop_y, mu):

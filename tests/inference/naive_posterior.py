@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.study import ELEVATION, LEFT, LENGTH
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
 from tests.inference.naive_nodes import fine

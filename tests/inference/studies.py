@@ -8,10 +8,10 @@ from functools import cache
 import numpy as np
 
 from avahazard.effects.effect import Effect
-from avahazard.inference.assemble import assemble, with_effects
-from avahazard.inference.posterior import Posterior
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import Study, build_study
+from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.inference.laws import law
+from avahazard.inference.model.laws import law
 
 MU_MIN, MU_STEP = 0.025, 0.0025
 MU = MU_MIN + MU_STEP * np.arange(591)

@@ -16,7 +16,7 @@ from avahazard.store.hazard import save_hazard
 from avahazard.store.models import save_model
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.import_files import import_files
 
 Write = Callable[[str, str], Path]
 X = np.arange(0.0, 2401.0, 30.0)

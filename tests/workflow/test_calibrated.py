@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.inference.chains import chains
-from avahazard.inference.specification import Specification
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.samplers.chains import chains
 from avahazard.workflow.calibrated import Calibrated, mode, result_document, summary
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.inference.assemble import assemble, with_effects
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import build_study
+from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.records.event import Event
 from avahazard.workflow.fitted import exact_volumes, fitted_posterior, offset_array
 from avahazard.workflow.stored_model import load_stored

@@ -17,13 +17,13 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.store.hazard import latest_hazard
 from avahazard.store.session import reading
-from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.drawing_bounds import draw_hazard
 from avahazard.workflow.frequencies import VolumeSource
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.hazard_csv import write_hazard
 from avahazard.workflow.hazard_words import interval_words
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.import_files import import_files
 from avahazard.workflow.stored_model import load_stored
 from tests.workflow.twin import DATA, twin_records
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from avahazard.inference.laws import LAWS
-from avahazard.inference.predicted import predict_records
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import LEFT, build_study
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.laws import LAWS
+from avahazard.inference.model.observations import LEFT, build_study
+from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError

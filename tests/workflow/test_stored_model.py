@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from avahazard.effects.effect import Definition, Effect, Parameter
-from avahazard.inference.assemble import assemble, with_effects
-from avahazard.inference.chains import chains
-from avahazard.inference.specification import Specification
-from avahazard.inference.study import build_study
+from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed

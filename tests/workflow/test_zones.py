@@ -15,9 +15,9 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.store.session import reading
 from avahazard.store.zones import latest_zones
-from avahazard.workflow.calibrating import calibrate
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.import_files import import_files
 from avahazard.workflow.zones import load_limits, zones
 from tests.workflow.twin import DATA
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from avahazard.inference.study import Study, build_study
+from avahazard.inference.model.observations import Study, build_study
 from avahazard.records.collection import Records
 from avahazard.records.reading import read_records
 from avahazard.workflow.stored_model import only_paths

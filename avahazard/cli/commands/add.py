@@ -32,7 +32,7 @@ def add(
       avahazard add first forest-drag --as forest
       avahazard add first my-effect --as mine --effect-file mine.py
     """
-    from avahazard.workflow.adding import add as run  # noqa: PLC0415
+    from avahazard.workflow.add import add as run  # noqa: PLC0415
 
     with show_progress() as report:
         document = run(

@@ -11,7 +11,7 @@ from avahazard.cli.model_table import show_calibration
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
-from avahazard.inference.specification import (
+from avahazard.inference.model.specification import (
     DistributionName,
     LawName,
     MethodName,
@@ -68,7 +68,7 @@ def calibrate(
       avahazard calibrate voellmy --with turbulent-drag
       avahazard calibrate paper --method metropolis --path P01 --draws 10000
     """
-    from avahazard.workflow.calibrating import calibrate as run  # noqa: PLC0415
+    from avahazard.workflow.calibrate import calibrate as run  # noqa: PLC0415
 
     with show_progress() as report:
         document = run(

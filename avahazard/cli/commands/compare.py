@@ -30,7 +30,7 @@ def compare(
       avahazard compare first
       avahazard compare first --plot where.png
     """
-    from avahazard.workflow.comparing import compare as run  # noqa: PLC0415
+    from avahazard.workflow.compare import compare as run  # noqa: PLC0415
 
     with show_progress() as report:
         document = run(

@@ -37,7 +37,7 @@ def diagnose(
       avahazard diagnose first
       avahazard diagnose first --worlds 399 --plot candidates.png
     """
-    from avahazard.workflow.diagnosing import diagnose_model  # noqa: PLC0415
+    from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
     with show_progress() as report:
         document = diagnose_model(

@@ -27,7 +27,7 @@ def effect(
       avahazard effect forest-drag
       avahazard effect new mine.py
     """
-    from avahazard.workflow.catalogue import show_effect, write_template  # noqa: PLC0415
+    from avahazard.workflow.effects import show_effect, write_template  # noqa: PLC0415
 
     if (key == "new") != (file is not None):
         raise typer.BadParameter("it is either KEY or new FILE", ctx=context, param_hint="KEY")

@@ -16,7 +16,7 @@ def effects(context: typer.Context) -> None:
     Example:
       avahazard effects
     """
-    from avahazard.workflow.catalogue import list_effects  # noqa: PLC0415
+    from avahazard.workflow.effects import list_effects  # noqa: PLC0415
 
     document = list_effects(settings(context).database)
 

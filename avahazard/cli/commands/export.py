@@ -36,7 +36,7 @@ def export(
       avahazard export first -o first.geojson
       avahazard export first -o first.csv
     """
-    from avahazard.workflow.exporting import export as run  # noqa: PLC0415
+    from avahazard.workflow.export import export as run  # noqa: PLC0415
 
     document = run(settings(context).database, name, output)
 

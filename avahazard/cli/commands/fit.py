@@ -23,7 +23,7 @@ def fit(context: typer.Context) -> None:
     Example:
       avahazard fit
     """
-    from avahazard.workflow.fitting import fit_laws  # noqa: PLC0415
+    from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
 
     document = fit_laws(settings(context).database)
 

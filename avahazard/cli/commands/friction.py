@@ -51,7 +51,7 @@ def friction(
       avahazard friction
       avahazard friction P01 --kappa auto --plot density.png
     """
-    from avahazard.workflow.frictions import show_frictions  # noqa: PLC0415
+    from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
     document = show_frictions(
         settings(context).database, path, "auto" if kappa == "auto" else float(kappa), plot

@@ -48,7 +48,7 @@ def import_(
       avahazard import events.csv --update
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
-    from avahazard.workflow.importing import import_files  # noqa: PLC0415
+    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
     document = import_files(
         settings(context).database,

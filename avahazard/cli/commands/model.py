@@ -22,7 +22,7 @@ def model(
     Example:
       avahazard model first
     """
-    from avahazard.workflow.models_view import show_model  # noqa: PLC0415
+    from avahazard.workflow.models import show_model  # noqa: PLC0415
 
     document = show_model(settings(context).database, name)
 

@@ -16,7 +16,7 @@ def models(context: typer.Context) -> None:
     Example:
       avahazard models
     """
-    from avahazard.workflow.models_view import show_models  # noqa: PLC0415
+    from avahazard.workflow.models import show_models  # noqa: PLC0415
 
     document = show_models(settings(context).database)
 

@@ -26,7 +26,7 @@ def path(
       avahazard path P01
       avahazard path P01 --plot profile.png
     """
-    from avahazard.workflow.viewing_path import view_path  # noqa: PLC0415
+    from avahazard.workflow.path import view_path  # noqa: PLC0415
 
     document = view_path(settings(context).database, path, plot)
     fit = document["fit"]

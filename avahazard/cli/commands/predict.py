@@ -27,7 +27,7 @@ def predict(
     Example:
       avahazard predict first new-events.csv
     """
-    from avahazard.workflow.predicting import predict as run  # noqa: PLC0415
+    from avahazard.workflow.predict import predict as run  # noqa: PLC0415
 
     found = run(settings(context).database, name, events, effect_files=effect_file or ())
     rows, scores = found["events"], found["scores"]

@@ -36,7 +36,7 @@ def report(
       avahazard report first -o first.html
       avahazard --json report first -o first.html
     """
-    from avahazard.workflow.reporting import write_report  # noqa: PLC0415
+    from avahazard.workflow.report import write_report  # noqa: PLC0415
 
     with show_progress() as progress:
         document = write_report(

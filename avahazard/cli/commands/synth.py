@@ -40,7 +40,7 @@ def synth(
       avahazard synth my-records --events 90 --paths 5
       avahazard synth hidden --effect forest-drag --effect snow-type --seed 7
     """
-    from avahazard.workflow.synthesising import synthesise  # noqa: PLC0415
+    from avahazard.workflow.synth import synthesise  # noqa: PLC0415
 
     document = synthesise(
         folder,

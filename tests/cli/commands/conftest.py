@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from avahazard.store import upkeep
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.import_files import import_files
 
 ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = Path(sys.executable).with_name("avahazard")

@@ -10,7 +10,7 @@ from avahazard.hazard.avalanches import annual_rate
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.exceedance import exceeded_runout
 from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
-from avahazard.inference.specification import Specification
+from avahazard.inference.model.specification import Specification
 from tests.hazard.zones.parabola import (
     RATES,
     SHARES,

@@ -10,7 +10,7 @@ import pytest
 from avahazard.hazard.avalanches import Avalanches, rate_below
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
-from avahazard.inference.specification import Specification
+from avahazard.inference.model.specification import Specification
 from tests.hazard.zones.parabola import RATES, SHARES, VOLUMES, one, ready
 
 RELEASES = (2450.0, 2300.0)

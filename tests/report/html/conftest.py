@@ -8,7 +8,7 @@ import pytest
 
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
-from avahazard.workflow.reporting import gather
+from avahazard.workflow.report import gather
 
 
 @pytest.fixture(scope="session")

@@ -13,10 +13,10 @@ from avahazard.store import upkeep
 from avahazard.store.diagnoses import save_diagnosis
 from avahazard.store.session import writing
 from avahazard.store.terrain import save_terrain
-from avahazard.workflow.calibrating import calibrate
-from avahazard.workflow.comparing import compare
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.importing import import_files
+from avahazard.workflow.import_files import import_files
 from avahazard.workflow.zones import zones
 
 DATA = Path(__file__).resolve().parents[3] / "data"

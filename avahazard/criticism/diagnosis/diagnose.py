@@ -1,0 +1,195 @@
+"""Which physical effect is missing, if any: screening, full refits, held-out check, verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.diagnosis.confounding import correlation, explained
+from avahazard.criticism.diagnosis.detectable import detectable
+from avahazard.criticism.diagnosis.refits import (
+    PATH_EFFECT,
+    Refit,
+    refit,
+    refit_each,
+    without_path_effect,
+)
+from avahazard.criticism.diagnosis.still_needed import still_needed
+from avahazard.criticism.diagnosis.suspects import suspects
+from avahazard.criticism.diagnosis.verdict import (
+    MARGIN,
+    evidence_gain,
+    least_evidence,
+    path_comes_first,
+    verdict_of,
+)
+from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
+from avahazard.criticism.scoring.scores import crps
+from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.screen import screen
+from avahazard.criticism.screening.significance import LEVEL, PATH_LEVEL, Screened, Screening
+from avahazard.effects.catalogue import definition
+from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.model.observations import Study
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.seeds import generator
+
+Floats = NDArray[np.float64]
+
+MAX_REFITS = 6
+ERROR_DRAWS = 400
+ALIKE = 0.7
+"""Correlation above which two effects are called confounded."""
+HEAVY_TAILS = 3.0
+"""Gain (nats) above which scatter is taken with Student's tails."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """One candidate, screened; if it survived with its full refit, and the evidence (nats) that
+    it adds."""
+
+    screened: Screened
+    fit: Refit | None
+    evidence_gain: float | None
+    error_after_m: float | None
+    held_out_gain: float | None
+    confounded_with: tuple[str, ...]
+
+    @property
+    def key(self) -> str:
+        """The effect's key."""
+        return self.screened.definition.key
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """The verdict with all that it rests on; `base` is the model with the path nuisance."""
+
+    verdict: str
+    missing: tuple[str, ...]
+    candidates: tuple[Candidate, ...]
+    base: Refit
+    screening: Screening
+    error_before_m: float
+    still_needed: dict[str, float]
+    heavy_tails: bool
+    detectable_log_friction: float
+    detectable_m: float
+    suspects: tuple[str, ...]
+
+
+def diagnose(
+    study: Study,
+    specification: Specification,
+    facts: dict[str, Facts],
+    own: Sequence[Definition] = (),
+    *,
+    n_worlds: int = 199,
+    seed: int = 0,
+    progress: Callable[[float], None] = lambda _share: None,
+) -> Diagnosis:
+    """Ask which effect a model lacks on a study.
+
+    Paths may differ for reasons unknown in every fit (where there are enough of them), events
+    that left and limits of sight are in the likelihood, and where friction scatters with heavy
+    tails it is let to, before anything is blamed on physics.
+    """
+    plain = refit(study, specification, facts, (), own)
+    heavy = False
+    if specification.tails == "normal":
+        student = refit(study, replace(specification, tails="student"), facts, (), own)
+        heavy = student.log_likelihood - plain.log_likelihood > HEAVY_TAILS
+        if heavy:
+            plain, specification = student, replace(specification, tails="student")
+    base = plain
+    grants = PATH_EFFECT not in specification.effects and (
+        definition(PATH_EFFECT).lacking(study.columns, study.sites) is None
+    )
+    if grants:
+        base = refit(study, specification, facts, (PATH_EFFECT,), own, plain)
+    bare, u, tau = without_path_effect(base, study, own)
+    screening = screen(
+        bare,
+        u,
+        tau,
+        candidate_definitions(study, specification, own),
+        n_worlds=n_worlds,
+        seed=seed,
+        progress=lambda share: progress(0.05 + 0.75 * share),
+    )
+    survivors = [c for c in screening.candidates if c.p_family <= LEVEL][:MAX_REFITS]
+    keys = [c.definition.key for c in survivors]
+    fits = refit_each(study, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
+    evidence = {c.definition.key: evidence_gain(c, fits[c.definition.key], base) for c in survivors}
+    ranked = sorted(survivors, key=lambda c: -evidence[c.definition.key])
+    path_missing = grants and screening.path_p <= PATH_LEVEL
+    gains, named = {}, []
+    leader = ranked[0].definition.key if ranked else ""
+    if ranked and evidence[leader] > least_evidence(leader):
+        groups = choose_groups(study).groups
+        before = held_out_log_density(base.posterior, groups, base.mode)
+        for key in (c.definition.key for c in ranked):
+            if evidence[leader] - evidence[key] < MARGIN:
+                after = held_out_log_density(fits[key].posterior, groups, fits[key].mode)
+                gains[key] = float(np.sum(after - before))
+                if gains[key] > 0.0 and evidence[key] > 0.0:
+                    named.append(key)
+    verdict, missing = verdict_of(named)
+    if path_missing and (
+        not named
+        or all(
+            path_comes_first(study, specification, facts, own, plain, base, fit)
+            for fit in fits.values()
+        )
+    ):
+        verdict, missing = "missing-effect", (PATH_EFFECT,)
+    change = {key: explained(fit, base) for key, fit in fits.items()}
+    candidates = [
+        Candidate(
+            c,
+            fits.get(c.definition.key),
+            evidence.get(c.definition.key),
+            error_of(fits[c.definition.key]) if c.definition.key in fits else None,
+            gains.get(c.definition.key),
+            tuple(
+                other
+                for other in change
+                if c.definition.key in change
+                and other != c.definition.key
+                and abs(correlation(change[c.definition.key], change[other], base.posterior))
+                > ALIKE
+            ),
+        )
+        for c in [*ranked, *(c for c in screening.candidates if c not in survivors)]
+    ]
+    shift, metres = detectable(base, screening.critical_gain)
+    progress(1.0)
+    return Diagnosis(
+        verdict=verdict,
+        missing=missing,
+        candidates=tuple(candidates),
+        base=base,
+        screening=screening,
+        error_before_m=error_of(base),
+        still_needed=still_needed(study, specification, facts, own, plain),
+        heavy_tails=heavy,
+        detectable_log_friction=shift,
+        detectable_m=metres,
+        suspects=suspects(base),
+    )
+
+
+def error_of(fit: Refit) -> float:
+    """Mean CRPS (m) of the records with the parameters at their mode."""
+    offsets = {}
+    if fit.posterior.groups is not None:
+        mode = fit.posterior.path_offsets(fit.mode.u).mode
+        offsets = {p: np.array([mode[k]]) for k, p in enumerate(fit.posterior.study.columns.paths)}
+    rng = generator(0, "error of a fit")
+    records = expected_records(fit.posterior, fit.mode.u[None], offsets, ERROR_DRAWS, rng)
+    return float(np.mean(crps(records.draws, records.observed)))

@@ -1,0 +1,77 @@
+"""What to measure next: how many nats a measurement would part two explanations by."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.diagnosis.confounding import explained
+from avahazard.criticism.diagnosis.friction_variance import friction_variance
+from avahazard.criticism.diagnosis.refits import Refit
+from avahazard.criticism.diagnosis.speed_measurement import speed_gain
+
+Floats = NDArray[np.float64]
+
+N_MIDDLES, N_TRACKS, N_PLACES = 20, 5, 8
+"""Events with a speed at mid-track, or with that many along the whole track."""
+N_EVENTS = 50
+
+
+def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[str, object]]:
+    """Measurements that part two fits, best first, each with its expected gain (nats).
+
+    Without profiles only further events can be measured.
+    """
+    gain = record_gain(first, second)
+    text = f"runouts of {N_EVENTS} more events on paths like these"
+    found = {text: N_EVENTS * float(np.mean(gain))}
+    if first.posterior.study.sites:
+        groups = first.posterior.study.columns.path_index
+        best = max(float(np.mean(gain[groups == k])) for k in np.unique(groups))
+        found |= {
+            f"speeds at mid-track on {N_MIDDLES} events": speed_gain(
+                first, second, N_MIDDLES, 1, seed
+            ),
+            f"speeds along the whole track of {N_TRACKS} events": speed_gain(
+                first, second, N_TRACKS, N_PLACES, seed
+            ),
+            f"{N_EVENTS} events on a further path, like the one where they part most": N_EVENTS
+            * best,
+        }
+    shifts = _column_shifts(first, second)
+    if len(shifts) == 2:
+        (a, shift_a), (b, shift_b) = shifts.items()
+        total = friction_variance(first).total
+        # The weaker must be missed: its rival then gives it up.
+        apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / float(np.median(total))
+        text = f"{N_EVENTS} events in which what {a} and {b} go by do not go together"
+        found[text] = N_EVENTS * apart
+    ranked = sorted(found.items(), key=lambda item: -item[1])
+    return [{"measurement": text, "expected_gain": float(value)} for text, value in ranked]
+
+
+def record_gain(first: Refit, second: Refit) -> Floats:
+    """Expected log likelihood ratio (nats) of one more event like each `[n_events]`.
+
+    The fits ask for different frictions; what paths differ by is not known of new ones, so only
+    differences within a path tell.
+    """
+    gap = explained(first, second)
+    groups = first.posterior.study.columns.path_index
+    for k in np.unique(groups[groups >= 0]):
+        gap[groups == k] -= np.mean(gap[groups == k])
+    return np.asarray(0.5 * gap**2 / friction_variance(first).total)
+
+
+def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
+    """What the effects that only one fit has do to log friction `[n_events]`, where they go by a
+    column of the events."""
+    shifts = {}
+    for mine, other in ((first, second), (second, first)):
+        values = mine.posterior.layout.effect_values(mine.mode.u)
+        for effect in mine.posterior.effects:
+            if effect.key in other.specification.effects or effect.design is None:
+                continue
+            columns = effect.design(mine.posterior.study.columns)
+            shifts[effect.key] = np.asarray(columns @ values[effect.key])
+    return shifts

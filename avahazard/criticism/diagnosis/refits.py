@@ -1,0 +1,132 @@
+"""Candidates fitted in full: the model with the effect added, its mode, and its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.fitting.mode import Mode
+from avahazard.inference.fitting.mode_search import search_mode
+from avahazard.inference.fitting.refinement import sharpened
+from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import N_THREADS
+from avahazard.inference.model.observations import Study
+from avahazard.inference.model.specification import Specification
+
+Floats = NDArray[np.float64]
+
+PATH_EFFECT = "path-effect"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refit:
+    """A model at its mode. `evidence` is the log marginal likelihood by Laplace's method (nats),
+    in which needless parameters cost; `log_likelihood` is that of the mode."""
+
+    specification: Specification
+    facts: dict[str, Facts]
+    posterior: Posterior
+    mode: Mode
+    log_likelihood: float
+    evidence: float
+
+    def parameters(self, key: str) -> dict[str, float]:
+        """Readable values of the parameters of one effect (or of all) at the mode."""
+        values = self.posterior.layout.readable(self.mode.u)
+        return {k: float(v) for k, (v, _) in values.items() if k.startswith(key)}
+
+
+def refit(
+    study: Study,
+    specification: Specification,
+    facts: dict[str, Facts],
+    effects: Sequence[str] = (),
+    own: Sequence[Definition] = (),
+    start: Refit | None = None,
+) -> Refit:
+    """Fit a specification with `effects` added, from the mode of `start` where names agree."""
+    wider, more = with_effects(study, specification, effects, own)
+    facts = {**facts, **more}
+    posterior = assemble(study, wider, facts, own)
+    found = search_mode(posterior, None if start is None else _carried(start, posterior))
+    posterior, mode = sharpened(*found)
+    posterior.nodes.forget_runs()
+    log_likelihood = posterior.exact_log_likelihood(mode.u)
+    evidence = log_likelihood + _log_occam(posterior, mode)
+    return Refit(wider, facts, posterior, mode, log_likelihood, evidence)
+
+
+def refit_each(
+    study: Study,
+    effects: Sequence[str],
+    own: Sequence[Definition],
+    base: Refit,
+    progress: Callable[[float], None],
+) -> dict[str, Refit]:
+    """The base model with each effect by itself, fitted in full, two at a time."""
+
+    def one(key: str) -> Refit:
+        return refit(study, base.specification, base.facts, (key,), own, base)
+
+    fits: dict[str, Refit] = {}
+    with ThreadPoolExecutor(N_THREADS) as pool:
+        for key, fit in zip(effects, pool.map(one, effects), strict=True):
+            fits[key] = fit
+            progress(len(fits) / len(effects))
+    return fits
+
+
+def without_path_effect(
+    fit: Refit, study: Study, own: Sequence[Definition]
+) -> tuple[Posterior, Floats, float]:
+    """The model less its path effect, its coordinates at the mode, and the spread τ of paths."""
+    keys = tuple(k for k in fit.specification.effects if k != PATH_EFFECT)
+    bare = assemble(study, replace(fit.specification, effects=keys), fit.facts, own)
+    slot = fit.posterior.layout.path_scatter
+    tau = 0.0
+    if slot is not None:
+        tau = float(fit.posterior.layout.readable(fit.mode.u)["path-effect.tau"][0])
+    return bare, _carried(fit, bare), tau
+
+
+def _carried(start: Refit, posterior: Posterior) -> Floats:
+    """Coordinates of `start` by slot name; slots that it lacks stand at neutral."""
+    known = {s.name: start.mode.u[k] for k, s in enumerate(start.posterior.layout.slots)}
+    u = np.empty(len(posterior.layout.slots))
+    for k, slot in enumerate(posterior.layout.slots):
+        rest = slot.mean if np.isnan(slot.neutral) else slot.neutral
+        if k == posterior.layout.path_scatter:
+            rest = 0.5
+        u[k] = known.get(slot.name, rest)
+    if posterior.layout.law.name != start.posterior.layout.law.name:
+        # Another law: its coordinates mean something else; start at the data.
+        return _law_from_data(posterior, u)
+    return u
+
+
+def _law_from_data(posterior: Posterior, u: Floats) -> Floats:
+    from avahazard.inference.fitting.mode import start_coordinates  # noqa: PLC0415 (only here)
+
+    n = len(posterior.layout.law.coordinates)
+    fresh = start_coordinates(posterior)
+    return np.concatenate([fresh[:n], u[n:]])
+
+
+def _log_occam(posterior: Posterior, mode: Mode) -> float:
+    """What a Laplace approximation adds to the log likelihood at the mode."""
+    layout = posterior.layout
+    log_prior = layout.log_prior(mode.u)
+    for slot in layout.slots:
+        # Normalise the cut normal priors; a bound at the centre halves the room.
+        log_prior -= np.log(slot.sd) + 0.5 * np.log(2.0 * np.pi)
+        if slot.low >= slot.mean - 1e-9 or slot.high <= slot.mean + 1e-9:
+            log_prior += np.log(2.0)
+    _, log_det = np.linalg.slogdet(mode.covariance)
+    d = len(layout.slots)
+    return float(log_prior + 0.5 * log_det + 0.5 * d * np.log(2.0 * np.pi))

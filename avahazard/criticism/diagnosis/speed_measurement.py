@@ -1,0 +1,113 @@
+"""What speeds, not yet measured, would tell: how far they would part two fits, by simulation."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from avahazard.criticism.diagnosis.refits import Refit
+from avahazard.criticism.scoring.friction_given_record import friction_given_record
+from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.model.layout import SPEED_SCATTER_M_S
+from avahazard.inference.model.observations import ELEVATION, Study
+from avahazard.inference.seeds import generator
+from avahazard.physics.cells import build_cells
+from avahazard.physics.speed import speeds_along
+
+Floats = NDArray[np.float64]
+
+SPEED_SIGMA_M_S = 1.5
+N_SIMULATIONS = 50
+
+
+class _Expected(NamedTuple):
+    """Speeds `[n_nodes, n_places]` of one event at each friction, with the chance of each."""
+
+    speeds: Floats
+    chance: Floats
+
+
+def speed_gain(first: Refit, second: Refit, n_events: int, n_places: int, seed: int) -> float:
+    """Mean log likelihood ratio (nats) of speeds at `n_places` along each of `n_events` tracks.
+
+    Either fit is true in half of the simulations. Friction is known as closely as each fit knows
+    it from the record; the errors are the measurement's and the model's own.
+    """
+    study = first.posterior.study
+    stopped = np.flatnonzero(np.isfinite(study.observed) & (study.columns.path_index >= 0))
+    if len(stopped) == 0:
+        return 0.0
+    chosen = stopped[np.linspace(0, len(stopped) - 1, n_events).round().astype(int)]
+    rng = generator(seed, "speed gain", n_places)
+    return float(sum(_event_gain(first, second, int(i), n_places, rng) for i in chosen))
+
+
+def _event_gain(
+    first: Refit, second: Refit, event: int, n_places: int, rng: np.random.Generator
+) -> float:
+    x = _places(first.posterior.study, event, n_places)
+    pair = (_expected(first, event, x), _expected(second, event, x))
+    own = max(_own_error(first), _own_error(second))
+    apart = np.abs(x[:, None] - x)
+    own_part = own**2 * np.exp(-apart / SPEED_CORRELATION_M)
+    factor = np.asarray(np.linalg.cholesky(SPEED_SIGMA_M_S**2 * np.eye(n_places) + own_part))
+    gains: list[Floats] = []
+    for true, other in (pair, pair[::-1]):
+        drawn = rng.choice(len(true.chance), N_SIMULATIONS, p=true.chance)
+        noise = rng.standard_normal((N_SIMULATIONS, n_places)) @ factor.T
+        speeds = true.speeds[drawn] + noise
+        gains.append(_log_density(speeds, true, factor) - _log_density(speeds, other, factor))
+    return float(np.mean(gains))
+
+
+def _log_density(speeds: Floats, expected: _Expected, factor: Floats) -> Floats:
+    """Log density `[n_simulations]`, up to a constant."""
+    misfit = speeds[:, None, :] - expected.speeds
+    z = np.linalg.solve(factor, misfit.reshape(-1, len(factor)).T).T.reshape(misfit.shape)
+    with np.errstate(divide="ignore"):
+        log_chance = np.log(expected.chance)
+    return np.asarray(logsumexp(log_chance - 0.5 * np.sum(z**2, axis=2), axis=1))
+
+
+def _own_error(fit: Refit) -> float:
+    """The model's own error of speed, as found or as thought of before (m/s)."""
+    place = fit.posterior.layout.speed_scatter
+    return SPEED_SCATTER_M_S if place is None else float(np.exp(fit.mode.u[place]))
+
+
+def _places(study: Study, event: int, n_places: int) -> Floats:
+    """Places x (m) spread evenly between the release and the stop of an event."""
+    site = study.sites[study.columns.path_index[event]]
+    release, stop = float(site.release_x[study.release[event]]), float(study.observed[event])
+    if study.kind[event] == ELEVATION:
+        x = site.terrain.x
+        below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
+        stop = float(x[below[0]]) if len(below) else float(x[-1])
+    return np.asarray(
+        release + (stop - release) * (np.arange(n_places) + 1.0) / (n_places + 1.0), np.float64
+    )
+
+
+def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
+    posterior = fit.posterior
+    study, u = posterior.study, fit.mode.u
+    location, scatter = posterior.location_and_scatter(u)
+    offset = 0.0
+    if posterior.groups is not None and posterior.groups[event] >= 0:
+        offset = posterior.path_offsets(u).mode[posterior.groups[event]]
+    here = location[event] + offset
+    if not posterior.layout.log_scatter:
+        here = location[event] * np.exp(offset)
+    friction, chance = friction_given_record(
+        posterior, posterior.nodes.at(u), event, here, scatter[event]
+    )
+    site = study.sites[study.columns.path_index[event]]
+    resistance = posterior.resistance(site, posterior.layout.effect_values(u))
+    terrain = site.terrain_for(resistance)
+    start = terrain.node(float(site.release_x[study.release[event]]))
+    kept = chance > 1e-6
+    speeds = speeds_along(build_cells(terrain, resistance), start, friction[kept], x)
+    return _Expected(speeds, chance[kept] / np.sum(chance[kept]))

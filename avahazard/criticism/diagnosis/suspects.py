@@ -1,0 +1,22 @@
+"""Events whose record is hard to believe."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avahazard.criticism.diagnosis.refits import Refit
+from avahazard.inference.fitting.mode import likely_friction
+
+FAR = 4.0
+"""Scatters off, from which on a record is suspect."""
+
+
+def suspects(base: Refit) -> tuple[str, ...]:
+    """Events whose friction lies more than `FAR` scatters off, worst first."""
+    posterior = base.posterior
+    location, scatter = posterior.location_and_scatter(base.mode.u)
+    friction = likely_friction(posterior.nodes.at(base.mode.u), posterior.layout.log_scatter)
+    asked = np.log(friction) if posterior.layout.log_scatter else friction
+    z = np.nan_to_num(np.abs(asked - location.mean(axis=1)) / scatter.mean(axis=1))
+    order = np.argsort(-z, kind="stable")
+    return tuple(posterior.study.columns.event_id[i] for i in order if z[i] > FAR)

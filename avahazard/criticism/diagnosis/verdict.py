@@ -1,0 +1,66 @@
+"""What the evidence for candidates amounts to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.screening.significance import Screened
+from avahazard.effects.covariate import PREFIX
+from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.model.observations import Study
+from avahazard.inference.model.specification import Specification
+
+MARGIN = 3.0
+"""Evidence (nats) by which a candidate must lead the model without it to be named, and the next
+candidate to be named alone: odds of 20 to 1."""
+
+
+def verdict_of(named: list[str]) -> tuple[str, tuple[str, ...]]:
+    """What the leading candidates amount to."""
+    if not named:
+        return "adequate", ()
+    if all(key.startswith(PREFIX) for key in named):
+        return "unexplained", tuple(named)
+    if len(named) == 1:
+        return "missing-effect", tuple(named)
+    return "ambiguous", tuple(named)
+
+
+def least_evidence(key: str) -> float:
+    """Evidence (nats) over the model without it that a candidate must have to be named: for the
+    smooth of a column none, which names no cause, and whose many free bends have cost it dear."""
+    return 0.0 if key.startswith(PREFIX) else MARGIN
+
+
+def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
+    """Evidence (nats) that a candidate adds.
+
+    The estimated limit of sight is that of the highest stop seen on each path: its likelihood
+    rises with every path where nothing is hidden, which no price of one parameter makes good.
+    What it gains on average in made worlds does, in the measure of the full fit.
+    """
+    key = screened.definition.key
+    gain = fit.evidence - base.evidence
+    if any(e.key == key and e.limit is not None for e in fit.posterior.effects):
+        share = (fit.log_likelihood - base.log_likelihood) / max(screened.gain, 1e-9)
+        gain -= screened.null_mean * min(max(share, 0.0), 1.0)
+    return gain
+
+
+def path_comes_first(
+    study: Study,
+    specification: Specification,
+    facts: dict[str, Facts],
+    own: Sequence[Definition],
+    plain: Refit,
+    base: Refit,
+    rival: Refit,
+) -> bool:
+    """Whether unrecorded differences of paths explain more, given a rival, than the rival does
+    given them. A rival that differs by path alone, as the section, may explain all of them."""
+    keys = tuple(k for k in rival.specification.effects if k not in base.specification.effects)
+    alone = refit(study, specification, facts, keys, own, plain) if keys else plain
+    by_path = rival.log_likelihood - alone.log_likelihood
+    by_rival = rival.log_likelihood - base.log_likelihood
+    return by_path > by_rival

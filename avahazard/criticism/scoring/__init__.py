@@ -1,0 +1,1 @@
+"""Predictions against records: scores, held-out scores, and where a model fails."""

@@ -1,0 +1,149 @@
+"""The records to be expected: stops drawn from the model, with the error of the record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Study
+from avahazard.inference.prediction.stops import predict_stops
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+SPARE = 4
+"""Draws for each one that is needed, where some would not be seen."""
+FEWEST_SEEN = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExpectedRecords:
+    """Records `observed` `[n_events]` (m) and `draws` `[n_events, n_draws]` of what they might be.
+
+    Both are in the coordinate of each record (elevation, x or runout length); `sigma`
+    `[n_events]` is its measurement error. What left its profile, in the records or in the draws
+    (`left` `[n_events, n_draws]`), counts as reaching the profile's end. `x` `[n_events, n_draws]`
+    is the place of the stops, nan without a profile. `sign` `[n_events]` is -1 where an x or a
+    length stands among elevations, so that errors of either point the same way.
+    """
+
+    observed: Floats
+    sigma: Floats
+    draws: Floats
+    left: Bools
+    x: Floats
+    sign: Floats
+
+    @property
+    def error(self) -> Floats:
+        """Predicted mean less record `[n_events]` (m), the other way round where `sign` is -1."""
+        return np.asarray(self.sign * (self.draws.mean(axis=1) - self.observed))
+
+
+def expected_records(
+    posterior: Posterior,
+    coordinates: Floats,
+    offsets: Mapping[str, Floats],
+    n_draws: int,
+    rng: np.random.Generator,
+) -> ExpectedRecords:
+    """Draw records of every event of the posterior's study.
+
+    `coordinates` `[n_posterior, n_slots]` and path `offsets` `[n_posterior]` are draws of the
+    posterior. On paths where stops above an elevation are not seen, only draws that would be
+    seen are kept.
+    """
+    study = posterior.study
+    limited = bool(np.any(np.isfinite(_limits(posterior, coordinates[:1]))))
+    n_stops = SPARE * n_draws if limited else n_draws
+    stops = predict_stops(posterior, coordinates, offsets, n_stops, rng)
+    end = profile_end(study)[:, None]
+    noise = study.sigma[:, None] * rng.standard_normal(stops.record.shape)
+    draws = np.where(stops.left, end, stops.record + noise)
+    left, x = stops.left, stops.x
+    if limited:
+        used = _used(len(coordinates), n_stops)
+        first, place = np.unique(used, return_inverse=True)
+        limit = _limits(posterior, coordinates[first])[:, place]
+        excess = np.where(stops.left, -np.inf, stops.elevation + noise - limit)
+        kept = _seen_first(np.nan_to_num(excess, nan=-np.inf, neginf=-np.inf), n_draws, rng)
+        rows = np.arange(study.n_events)[:, None]
+        # A draw that came nearest without being seen stands for one that just was.
+        short = np.maximum(excess[rows, kept], 0.0)
+        in_elevation = (study.kind == ELEVATION)[:, None] & np.isfinite(short)
+        draws, left, x = draws[rows, kept], left[rows, kept], x[rows, kept]
+        draws = np.where(in_elevation, draws - short, draws)
+    return ExpectedRecords(
+        observed=observed_records(study),
+        sigma=study.sigma,
+        draws=draws,
+        left=left,
+        x=x,
+        sign=error_sign(study),
+    )
+
+
+def observed_records(study: Study) -> Floats:
+    """The records `[n_events]` (m); an event that left its profile reached its end."""
+    return np.where(study.kind == LEFT, profile_end(study), study.observed)
+
+
+def error_sign(study: Study) -> Floats:
+    """-1 for an x or a length where elevations were recorded too, else 1, `[n_events]`."""
+    farther_is_more = (study.kind == PLACE) | (study.kind == LENGTH)
+    if np.all(farther_is_more | (study.kind == LEFT)):
+        return np.ones(study.n_events)
+    return np.where(farther_is_more, -1.0, 1.0)
+
+
+def profile_end(study: Study) -> Floats:
+    """The profile's end in the coordinate of each record, `[n_events]`; nan without a profile."""
+    end = np.full(study.n_events, np.nan)
+    for k, site in enumerate(study.sites):
+        mine = study.columns.path_index == k
+        end[mine] = np.where(study.kind[mine] == PLACE, site.smooth.x_max, site.terrain.y[-1])
+    return end
+
+
+def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
+    """Elevation above which a stop is not seen, `[n_events, n_posterior]`; nan where all are."""
+    study = posterior.study
+    effects = [e for e in posterior.effects if e.limit is not None]
+    if not effects:
+        return np.repeat(study.limit[:, None], len(coordinates), axis=1)
+    effect = effects[-1]
+    assert effect.limit is not None
+    columns = []
+    for u in coordinates:
+        values = posterior.layout.effect_values(u)[effect.key]
+        columns.append(effect.limit(study.columns, values))
+    return np.column_stack(columns)
+
+
+def _used(n_posterior: int, n_draws: int) -> NDArray[np.int64]:
+    """The draws of the posterior that `predict_stops` uses."""
+    return np.linspace(0, n_posterior - 1, n_draws).round().astype(np.int64)
+
+
+def _seen_first(excess: Floats, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Index `[n_events, n_draws]` of draws that are seen; where too few are, some come twice.
+
+    `excess` `[n_events, n_stops]` is by how much (m) each draw stops above the limit of sight.
+    Where hardly any is seen, those that come nearest count too.
+    """
+    chosen = np.empty((len(excess), n_draws), dtype=np.int64)
+    for i, row in enumerate(excess):
+        found = np.flatnonzero(row <= 0.0)
+        if len(found) < FEWEST_SEEN:
+            found = np.sort(np.argsort(row, kind="stable")[:FEWEST_SEEN])
+        # Evenly over the posterior, which the draws run through in order.
+        chosen[i] = (
+            found[np.linspace(0, len(found) - 1, n_draws).round().astype(np.int64)]
+            if len(found) >= n_draws
+            else rng.choice(found, n_draws)
+        )
+    return chosen

@@ -1,0 +1,37 @@
+"""The friction that an event's own record asks for, in the light of the model."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.physics.runout_table import MU
+
+Floats = NDArray[np.float64]
+
+
+def friction_given_record(
+    posterior: Posterior, nodes: Nodes, event: int, location: Floats, scatter: Floats
+) -> tuple[Floats, Floats]:
+    """Frictions `[n_nodes]` and their chances (which sum to 1) given the record of one event.
+
+    `nodes` are those of all events; `location` and `scatter` `[n_volumes]` are of this one.
+    """
+    in_log = posterior.layout.log_scatter
+    place, weight = nodes.place[event], nodes.weight[event]
+    if nodes.is_probability[event]:
+        # It left the profile: any friction below the highest that lets it.
+        place = np.log(MU) if in_log else MU
+        edge = np.max(nodes.place[event][weight != 0.0], initial=place[0])
+        weight = np.where(place <= edge, np.gradient(place), 0.0)
+    z2 = ((place[:, None] - location) / scatter) ** 2
+    kernel = -2.5 * np.log1p(0.25 * z2) if posterior.specification.tails == "student" else -0.5 * z2
+    kernel = kernel + np.log(posterior.study.volumes.weight[event] / scatter)
+    log_p = np.logaddexp.reduce(kernel, axis=1)
+    top = np.max(log_p[weight > 0.0], initial=-np.inf)
+    p = weight * np.exp(np.minimum(log_p - top, 0.0))
+    if not np.sum(p) > 0.0:
+        p = np.ones(len(place))
+    return (np.exp(place) if in_log else place), p / np.sum(p)

@@ -1,0 +1,142 @@
+"""Events held out: the model is fitted to the others and says how likely these were.
+
+Every fit is a true one: the posterior mode without the events held out, and draws about it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
+from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
+from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
+from avahazard.inference.fitting.mode import Mode
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import Study
+from avahazard.inference.seeds import generator
+
+Floats = NDArray[np.float64]
+Groups = NDArray[np.int64]
+
+MIN_PATHS = 3
+N_FOLDS = 5
+DENSITY_DRAWS = 240
+RECORD_DRAWS = 300
+
+
+class HeldOut(NamedTuple):
+    """What is held out together: a group for each event `[n_events]`, made by path or fold."""
+
+    by: Literal["path", "fold"]
+    groups: Groups
+
+
+class HeldOutPredictions(NamedTuple):
+    """For each event, by the fit to the other groups: the log density of its record `[n_events]`,
+    the records to be expected, and the speeds along measured tracks (None without)."""
+
+    log_density: Floats
+    records: ExpectedRecords
+    speeds: MatchedSpeeds | None
+
+
+def choose_groups(study: Study) -> HeldOut:
+    """Whole paths where there are three or more, else five folds of events drawn at random."""
+    path = study.columns.path_index
+    if len(np.unique(path[path >= 0])) >= MIN_PATHS:
+        return HeldOut("path", path)
+    order = generator(0, "folds").permutation(study.n_events)
+    groups = np.empty(study.n_events, dtype=np.int64)
+    groups[order] = np.arange(study.n_events) % min(N_FOLDS, study.n_events)
+    return HeldOut("fold", groups)
+
+
+def held_out_log_density(
+    posterior: Posterior, groups: Groups, start: Mode, around: Floats | None = None
+) -> Floats:
+    """Log density of each record given the events of all other groups, `[n_events]`.
+
+    `groups` `[n_events]` says which events are held out together; `start` is the mode given all
+    events, `around` draws of the posterior given all (see `fit_draws`).
+    """
+    result = np.empty(len(groups))
+    for group in np.unique(groups):
+        out = groups == group
+        result[out] = left_out_log_density(posterior, out, start, around)[out]
+    return result
+
+
+def left_out_log_density(
+    posterior: Posterior, out: NDArray[np.bool_], start: Mode, around: Floats | None = None
+) -> Floats:
+    """Log density of the records `out` given the events that are not, `[n_events]` (others 0).
+
+    The mean over draws of the density given the parameters and the path offsets; a path all of
+    whose events are out has an offset from the spread between paths.
+    """
+    rest = posterior.restricted(~out)
+    draws = fit_draws(rest, start, DENSITY_DRAWS, _key(out), around)
+    return mean_log_density(rest, draws, out)
+
+
+def mean_log_density(posterior: Posterior, draws: FitDraws, out: NDArray[np.bool_]) -> Floats:
+    """Log of the weighted mean over draws of the density of each record in `out`, `[n_events]`."""
+    given = [
+        posterior.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k], out)
+        for k, u in enumerate(draws.coordinates)
+    ]
+    return np.asarray(logsumexp(np.array(given) + draws.log_weight[:, None], axis=0))
+
+
+def held_out_predictions(
+    posterior: Posterior,
+    groups: Groups,
+    start: Mode,
+    around: Floats | None = None,
+    progress: Callable[[float], None] = lambda _share: None,
+) -> HeldOutPredictions:
+    """What the fits without each group say of it; see `fit_draws`. One fit a group.
+
+    `start` is the mode given all events, `around` draws of the posterior given all.
+    """
+    n = len(groups)
+    log_density = np.empty(n)
+    draws, x = (np.empty((n, RECORD_DRAWS)) for _ in range(2))
+    left = np.empty((n, RECORD_DRAWS), dtype=np.bool_)
+    speeds = None
+    names = np.unique(groups)
+    for done, group in enumerate(names):
+        out = groups == group
+        rest = posterior.restricted(~out)
+        fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out), around), RECORD_DRAWS)
+        rng = generator(0, "held out records", _key(out))
+        by_path = offsets_by_path(rest, fit.offsets)
+        found = expected_records(rest, fit.coordinates, by_path, RECORD_DRAWS, rng)
+        draws[out], left[out], x[out] = found.draws[out], found.left[out], found.x[out]
+        log_density[out] = mean_log_density(rest, fit, out)[out]
+        tracks = matched_speeds(rest, fit.coordinates, fit.offsets, rng)
+        if tracks is not None:
+            speeds = tracks if speeds is None else speeds
+            mine = out[speeds.event]
+            speeds.draws[mine] = tracks.draws[mine]
+        progress((done + 1) / len(names))
+    records = ExpectedRecords(found.observed, found.sigma, draws, left, x, found.sign)
+    return HeldOutPredictions(log_density, records, speeds)
+
+
+def offsets_by_path(posterior: Posterior, offsets: Floats | None) -> dict[str, Floats]:
+    """Draws of path offsets `[n_draws]` by path."""
+    if offsets is None:
+        return {}
+    paths = posterior.study.columns.paths
+    return {paths[k]: offsets[:, k] for k in range(offsets.shape[1])}
+
+
+def _key(out: NDArray[np.bool_]) -> str:
+    """A text for the events held out, to key random numbers by."""
+    return np.packbits(out).tobytes().hex()

@@ -1,0 +1,200 @@
+"""Predicted against measured speeds along the tracks, and the force that the speeds tell of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.scoring.axes import terciles
+from avahazard.criticism.scoring.friction_given_record import friction_given_record
+from avahazard.inference.likelihood.nodes import Nodes, build_nodes
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.model.observations import SpeedRecord, Study
+from avahazard.physics.constants import GRAVITY
+from avahazard.physics.runout_table import MU, MU_STEP
+
+Floats = NDArray[np.float64]
+
+N_TABLES = 24
+DRAWS_A_TABLE = 25
+JUMP = 4.0
+"""Neighbouring stops that many errors of the record apart are a jump."""
+MIN_PIECE_M = 20.0
+"""Shortest stretch over which a deceleration is taken: over less, errors of speed drown it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MatchedSpeeds:
+    """Speeds at every measured place of all tracks, m/s.
+
+    `draws` `[n_places, n_draws]` hold the model's and the measurement's error; `event`, `x` (m),
+    `observed` and `sigma` are `[n_places]`.
+    """
+
+    event: NDArray[np.int64]
+    x: Floats
+    observed: Floats
+    sigma: Floats
+    draws: Floats
+
+
+def matched_speeds(
+    posterior: Posterior,
+    coordinates: Floats,
+    offsets: Floats | None,
+    rng: np.random.Generator,
+) -> MatchedSpeeds | None:
+    """Draw speeds of each track with the friction that its own stop asks for; None without tracks.
+
+    The friction of an event is drawn given its recorded stop and its volume, not its speeds, so
+    that the misfit is that of the motion alone. `coordinates` `[n_draws, n_slots]` and
+    `offsets` `[n_draws, n_groups]` are draws of the posterior.
+    """
+    study = posterior.study
+    if not study.speeds:
+        return None
+    chosen = np.linspace(0, len(coordinates) - 1, N_TABLES).round().astype(np.int64)
+    shaped = bool(posterior.layout.tables)
+    columns: list[Floats] = []
+    for k in chosen:
+        u = coordinates[k]
+        if shaped or not columns:
+            table = posterior.nodes.predicted_at(u)
+            nodes = _stop_nodes(posterior, table)
+        location, scatter = posterior.location_and_scatter(u)
+        location = _shifted(posterior, location, None if offsets is None else offsets[k])
+        tracks = []
+        for j, track in enumerate(study.speeds):
+            i = track.event
+            places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
+            mu = rng.choice(places, DRAWS_A_TABLE, p=chance)
+            speed = _speeds_at(table, j, i, study.sigma[i], mu)
+            tracks.append(speed + _error(posterior, u, track, rng))
+        columns.append(np.concatenate(tracks, axis=0))
+    return MatchedSpeeds(
+        event=np.concatenate([np.full(len(t.x), t.event) for t in study.speeds]),
+        x=np.concatenate([t.x for t in study.speeds]),
+        observed=np.concatenate([t.speed for t in study.speeds]),
+        sigma=np.concatenate([t.sigma for t in study.speeds]),
+        draws=np.concatenate(columns, axis=1),
+    )
+
+
+def _stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
+    """Nodes over friction of the stops alone, without the speeds."""
+    return build_nodes(
+        replace(posterior.study, speeds=()),
+        replace(table, speeds=()),
+        in_log=posterior.layout.log_scatter,
+    )
+
+
+def _shifted(posterior: Posterior, location: Floats, offsets: Floats | None) -> Floats:
+    """Locations with the path offsets added to log friction."""
+    if posterior.groups is None or offsets is None:
+        return location
+    shift = np.where(posterior.groups >= 0, offsets[posterior.groups], 0.0)[:, None]
+    return location + shift if posterior.layout.log_scatter else location * np.exp(shift)
+
+
+def _speeds_at(table: Predicted, track: int, event: int, sigma: float, mu: Floats) -> Floats:
+    """Speeds at frictions `mu`, `[n_speeds, n_draws]`, between those of the table.
+
+    Where the record lies in a jump of the stops, or at the profile's end, the block that came
+    that far counts, not the one that stopped before.
+    """
+    grid = np.clip((mu - MU[0]) / MU_STEP, 0.0, len(MU) - 1.0)
+    j = np.minimum(grid.astype(np.int64), len(MU) - 2)
+    record, status = table.record[event], table.status[event]
+    jumps = (np.abs(record[j + 1] - record[j]) > JUMP * sigma) | (status[j] != status[j + 1])
+    share = np.where(jumps, 0.0, grid - j)[:, None]
+    speeds = table.speeds[track]
+    return np.asarray(speeds[j] * (1.0 - share) + speeds[j + 1] * share).T
+
+
+def _error(posterior: Posterior, u: Floats, track: SpeedRecord, rng: np.random.Generator) -> Floats:
+    """Draws of the model's and the measurement's error, `[n_speeds, DRAWS_A_TABLE]`."""
+    place = posterior.layout.speed_scatter
+    scatter = 0.0 if place is None else float(np.exp(u[place]))
+    apart = np.abs(track.x[:, None] - track.x[None, :])
+    covariance = scatter**2 * np.exp(-apart / SPEED_CORRELATION_M) + np.diag(track.sigma**2)
+    noise = rng.standard_normal((len(track.x), DRAWS_A_TABLE))
+    return np.asarray(np.linalg.cholesky(covariance) @ noise)
+
+
+def measured_force(study: Study) -> list[dict[str, Any]]:
+    """What resisted each track, g sinθ - u du/dξ, by stretches of at least 20 m.
+
+    As Ancey and Meunier (2004): against speed, Coulomb friction is flat and a force of Voellmy's
+    kind rises with its square. Rows `{"event_id", "x_m", "speed_m_s", "force_m_s2", "sd_m_s2",
+    "slope_deg"}`; `sd_m_s2` comes from the errors of the speeds.
+    """
+    return [row for track in study.speeds for row in _forces(study, track)]
+
+
+def _forces(study: Study, track: SpeedRecord) -> list[dict[str, Any]]:
+    terrain = study.sites[int(study.columns.path_index[track.event])].terrain
+    s, y = np.interp(track.x, terrain.x, terrain.s), np.interp(track.x, terrain.x, terrain.y)
+    rows = []
+    first = 0
+    for last in range(1, len(s)):
+        length = s[last] - s[first]
+        if length < MIN_PIECE_M:
+            continue
+        u0, u1 = track.speed[first], track.speed[last]
+        sine = (y[first] - y[last]) / length
+        error = np.hypot(u0 * track.sigma[first], u1 * track.sigma[last]) / length
+        rows.append(
+            {
+                "event_id": study.columns.event_id[track.event],
+                "x_m": float(0.5 * (track.x[first] + track.x[last])),
+                "speed_m_s": float(0.5 * (u0 + u1)),
+                "force_m_s2": float(GRAVITY * sine - (u1**2 - u0**2) / (2.0 * length)),
+                "sd_m_s2": float(error),
+                "slope_deg": float(np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))),
+            }
+        )
+        first = last
+    return rows
+
+
+def speed_misfit(study: Study, matched: MatchedSpeeds) -> list[dict[str, Any]]:
+    """Rows `{"axis", "level", "n", "bias_m_s", "rmse_m_s"}` by place and by predicted speed.
+
+    Thirds of the measured places. No p-value: speeds along a track go together.
+    """
+    error = matched.draws.mean(axis=1) - matched.observed
+    rows = []
+    for axis, levels in _levels(study, matched).items():
+        for level in np.unique(levels[levels != ""]):
+            mine = levels == level
+            rows.append(
+                {
+                    "axis": axis,
+                    "level": str(level),
+                    "n": int(np.sum(mine)),
+                    "bias_m_s": float(np.mean(error[mine])),
+                    "rmse_m_s": float(np.sqrt(np.mean(error[mine] ** 2))),
+                }
+            )
+    return rows
+
+
+def _levels(study: Study, matched: MatchedSpeeds) -> Mapping[str, NDArray[np.str_]]:
+    share = np.empty(len(matched.x))
+    for event in np.unique(matched.event):
+        mine = matched.event == event
+        site = study.sites[int(study.columns.path_index[event])]
+        span = site.smooth.x_max - site.smooth.x_min
+        share[mine] = (matched.x[mine] - site.smooth.x_min) / span
+    return {
+        "place_along_path": terciles(share, lambda v: f"{v:.0%}"),
+        # The predicted speed: the measured one would be high where its error is.
+        "predicted_speed_m_s": terciles(matched.draws.mean(axis=1), lambda v: f"{v:.1f} m/s"),
+    }

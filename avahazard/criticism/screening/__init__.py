@@ -1,0 +1,1 @@
+"""Which candidate effects the data ask for, against what chance alone would show."""

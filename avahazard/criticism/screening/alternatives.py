@@ -1,0 +1,271 @@
+"""Candidate effects spelled out for the screening: tables and designs that do not change between
+made worlds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from avahazard.criticism.screening.laplace_fit import Design, Edges
+from avahazard.criticism.screening.record_moments import SpeedGrid, record_bounds
+from avahazard.effects.effect import Definition, Effect, Floats
+from avahazard.inference.fitting.mode_search import thinned
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predict_records
+from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M, squares
+from avahazard.inference.likelihood.wrong_records import log_wrong
+from avahazard.inference.model.laws import LAWS, law
+from avahazard.inference.model.observations import Study
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_table import MU
+
+LOG_MU = np.log(MU)
+SPEED_STRIDE = 4
+GRID_POINTS, OTHER_POINTS = 6, 4
+"""Values tried of the first parameter of an effect that needs tables, and of each other one."""
+SLOW_POINTS = 3, 3
+"""The same where friction depends on speed, whose runs cost ten times as much."""
+SCATTER_SLOPES = (-1.5, -0.8, -0.4, 0.4, 0.8, 1.5)
+"""Slopes of log scatter over the reference volume that are tried."""
+SPEED_SHARES = (1.0, 0.4)
+"""Shares of the model's present error of speed that are tried with an effect: it may fall."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tables:
+    """What one set of tables says of every event: `record` `[n_events, n_friction]` (float32) and
+    its `record_bounds`, `last_left` `[n_events]`, edges of leaving and of sight, and speeds."""
+
+    record: NDArray[np.float32]
+    bounds: NDArray[np.float32]
+    last_left: NDArray[np.int64]
+    edges: Edges
+    speeds: SpeedGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Variant:
+    """One value of a candidate: its key, tables, design, and log prior against neutral.
+
+    `margin` (m): stops this far above the highest one of their path are not seen; the limit
+    moves with each world's own stops.
+    """
+
+    key: str
+    tables: Tables
+    design: Design
+    log_prior: float
+    margin: float | None = None
+
+
+def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
+    """Design of the model itself: its law, linear about u, and its effects on friction."""
+    study, layout = posterior.study, posterior.layout
+    # Effects on the tables and on the scatter keep their values.
+    inner = list(range(len(layout.law.coordinates)))
+    for effect in posterior.effects:
+        if effect.design is not None:
+            place = layout.places[effect.key]
+            inner += list(range(place.start, place.stop))
+    mean = _mean_log_friction(posterior, u)
+    x = np.empty((study.n_events, len(inner)))
+    for c, k in enumerate(inner):
+        step = np.zeros(len(u))
+        step[k] = 1e-4
+        up, down = _mean_log_friction(posterior, u + step), _mean_log_friction(posterior, u - step)
+        x[:, c] = (up - down) / 2e-4
+    slots = [layout.slots[k] for k in inner]
+    groups = study.columns.path_index
+    _, scatter = posterior.location_and_scatter(u)
+    middle = np.exp(np.average(np.log(scatter), axis=1, weights=study.volumes.weight[0]))
+    return Design(
+        x=x,
+        constant=mean - x @ u[inner],
+        prior_mean=np.array([s.mean for s in slots]),
+        prior_precision=np.array([s.sd**-2.0 for s in slots]),
+        path=groups,
+        n_paths=len(study.columns.paths) if path_offsets else 0,
+        extra=_volume_variance(posterior, u),
+        multiplier=middle / np.exp(np.mean(np.log(middle))),
+        log_wrong=log_wrong(study),
+    )
+
+
+def base_coordinates(posterior: Posterior, u: Floats) -> Floats:
+    """The values at u of the coefficients of `base_design`."""
+    inner = list(range(len(posterior.layout.law.coordinates)))
+    for effect in posterior.effects:
+        if effect.design is not None:
+            place = posterior.layout.places[effect.key]
+            inner += list(range(place.start, place.stop))
+    return np.asarray(u[inner])
+
+
+def make_tables(study: Study, predicted: Predicted, limit: Floats, speed_scatter: float) -> Tables:
+    """Tables in the screening's form; `limit` `[n_events]` as in `Study`."""
+    left = predicted.status == LEFT_PROFILE
+    n = len(left)
+    last_left = np.where(left.any(axis=1), left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), -1)
+    leave = np.where(
+        last_left >= 0, LOG_MU[np.clip(last_left, 0, None)] + 0.5 * 0.0025 / MU[last_left], -9.0
+    )
+    has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
+    seen, seen_sd = np.full(n, 9.0), np.zeros(n)
+    for i in np.flatnonzero(has_limit):
+        chance = ndtr((limit[i] - predicted.elevation[i]) / study.sigma[i])
+        chance = np.minimum.accumulate(np.where(left[i], 1.0, chance))
+        drop = -np.diff(chance)
+        total = float(np.sum(drop))
+        if total < 1e-6:
+            has_limit[i] = False
+            continue
+        middle = 0.5 * (LOG_MU[1:] + LOG_MU[:-1])
+        seen[i] = float(np.sum(drop * middle)) / total
+        seen_sd[i] = np.sqrt(max(float(np.sum(drop * (middle - seen[i]) ** 2)) / total, 0.0))
+    record = predicted.record.astype(np.float32)
+    return Tables(
+        record=record,
+        bounds=record_bounds(record),
+        last_left=last_left.astype(np.int64),
+        edges=Edges(leave, seen, seen_sd, has_limit),
+        speeds=_speed_grid(study, predicted, speed_scatter),
+    )
+
+
+def _speed_grid(study: Study, predicted: Predicted, scatter: float) -> SpeedGrid:
+    row = np.full(study.n_events, -1, dtype=np.int64)
+    widest = max((len(m.x) for m in study.speeds), default=1)
+    n_rows = max(1, len(study.speeds))
+    coarse = np.zeros((n_rows, len(MU[::SPEED_STRIDE]), widest), dtype=np.float32)
+    whiten = np.zeros((n_rows, widest, widest))
+    log_norm = np.zeros(n_rows)
+    for r, (measured, speeds) in enumerate(zip(study.speeds, predicted.speeds, strict=True)):
+        k = len(measured.x)
+        row[measured.event] = r
+        coarse[r, :, :k] = squares(speeds[::SPEED_STRIDE])
+        correlation = np.exp(-np.abs(measured.x[:, None] - measured.x) / SPEED_CORRELATION_M)
+        factor = np.linalg.cholesky(np.diag(measured.sigma**2) + scatter**2 * correlation)
+        whiten[r, :k, :k] = np.linalg.inv(factor)
+        log_norm[r] = np.sum(np.log(np.diag(factor))) + 0.919 * k
+    return SpeedGrid(row, coarse, whiten, log_norm, SPEED_STRIDE)
+
+
+def variants_of(
+    definition: Definition,
+    posterior: Posterior,
+    u: Floats,
+    base: Tables,
+    design: Design,
+    coefficients: Floats,
+    speed_scatter: float,
+    runs: BlockRuns,
+) -> list[Variant]:
+    """Every value of one candidate that the screening tries."""
+    study = posterior.study
+    if definition.changes == "centrifugal":
+        predicted = predict_records(
+            study, posterior.effects, posterior.layout.effect_values(u), curvature=1.0
+        )
+        tables = make_tables(study, predicted, study.limit, speed_scatter)
+        return [Variant(definition.key, tables, design, 0.0)]
+    if definition.changes == "law":
+        others = [name for name in LAWS if name not in (posterior.specification.law, "constant")]
+        return [
+            Variant(definition.key, base, _law_design(posterior, name, design, coefficients), 0.0)
+            for name in others
+        ]
+    if definition.changes == "scatter":
+        volume = np.exp(study.volumes.mean)
+        share = volume / np.quantile(volume, 0.9)
+        return [
+            Variant(
+                definition.key,
+                base,
+                design._replace(multiplier=design.multiplier * np.exp(-g * (share - share.mean()))),
+                -0.5 * g * g,
+            )
+            for g in SCATTER_SLOPES
+        ]
+    effect = definition.build(definition.facts(study.columns, study.sites))
+    if effect.design is not None:
+        columns = effect.design(study.columns)
+        sd = np.array([p.prior_sd for p in effect.parameters])
+        wider = design._replace(
+            x=np.column_stack([design.x, columns]),
+            prior_mean=np.append(design.prior_mean, np.zeros(len(sd))),
+            prior_precision=np.append(design.prior_precision, sd**-2.0),
+        )
+        return [Variant(definition.key, base, wider, 0.0)]
+    values_of_model = posterior.layout.effect_values(u)
+    result = []
+    for values, log_prior in _values_tried(effect):
+        limit = study.limit if effect.limit is None else effect.limit(study.columns, values)
+        predicted = predict_records(
+            study,
+            (*posterior.effects, effect),
+            {**values_of_model, effect.key: values},
+            float(posterior.specification.centrifugal),
+            runs if effect.motion is None else None,
+        )
+        margin = float(values[0]) if effect.limit is not None else None
+        for share in SPEED_SHARES if study.speeds else (1.0,):
+            tables = make_tables(study, predicted, limit, share * speed_scatter)
+            result.append(Variant(definition.key, tables, design, log_prior, margin))
+    return result
+
+
+def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
+    """Values of the parameters on a thinned grid, and their log prior against neutral."""
+    first, *others = effect.parameters
+    away = [g for g in first.grid if g != first.neutral]
+    n_first, n_other = SLOW_POINTS if effect.speed_dependent else (GRID_POINTS, OTHER_POINTS)
+    tried = []
+    for corner in product(thinned(away, n_first), *(thinned(p.grid, n_other) for p in others)):
+        z = (corner[0] - first.prior_mean) / first.prior_sd
+        z0 = (first.neutral - first.prior_mean) / first.prior_sd
+        tried.append((np.array(corner), 0.5 * (z0 * z0 - z * z)))
+    return tried
+
+
+def _law_design(posterior: Posterior, name: str, design: Design, coefficients: Floats) -> Design:
+    """The design with another law, linear about its least-squares fit to the present one."""
+    study = posterior.study
+    other = law(name)
+    n_old = len(posterior.layout.law.coordinates)
+    volume = np.exp(study.volumes.log_volume)
+    weight = study.volumes.weight
+    mu = np.exp(design.constant + design.x[:, :n_old] @ coefficients[:n_old])
+    u = other.start(np.exp(study.volumes.mean), mu)
+    if name == "power":
+        u = np.array([np.log(np.median(mu)), 0.05])
+
+    def mean(v: Floats) -> Floats:
+        values = other.log_friction(v, volume.ravel()).reshape(volume.shape)
+        return np.asarray(np.sum(values * weight, axis=1))
+
+    columns = [(mean(u + step) - mean(u - step)) / 2e-3 for step in 1e-3 * np.eye(len(u))]
+    x = np.column_stack([*columns, design.x[:, n_old:]])
+    return design._replace(
+        x=x,
+        constant=mean(u) - np.column_stack(columns) @ u,
+        prior_mean=np.append(other.prior_mean, design.prior_mean[n_old:]),
+        prior_precision=np.append(other.prior_sd**-2.0, design.prior_precision[n_old:]),
+    )
+
+
+def _mean_log_friction(posterior: Posterior, u: Floats) -> Floats:
+    location, _ = posterior.location_and_scatter(u)
+    if not posterior.layout.log_scatter:
+        location = np.log(np.maximum(location, 1e-3))
+    return np.asarray(np.sum(location * posterior.study.volumes.weight, axis=1))
+
+
+def _volume_variance(posterior: Posterior, u: Floats) -> Floats:
+    location, _ = posterior.location_and_scatter(u)
+    weight = posterior.study.volumes.weight
+    mean = np.sum(location * weight, axis=1, keepdims=True)
+    return np.asarray(np.sum((location - mean) ** 2 * weight, axis=1))

@@ -1,0 +1,100 @@
+"""Worlds made from a fitted model on the user's own design: the parametric bootstrap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M, squares
+from avahazard.inference.likelihood.wrong_records import log_wrong, wrong_ranges
+from avahazard.inference.model.observations import LEFT
+from avahazard.inference.prediction.stops import draw_friction, look_up
+from avahazard.physics.runout_table import MU
+
+Floats = NDArray[np.float64]
+
+MAX_REDRAWS = 200
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """What was measured of each event: `observed` (m), `left` `[n_events]`, and speeds
+    `[n_rows, n_places]` of the events that have any."""
+
+    observed: Floats
+    left: NDArray[np.bool_]
+    speeds: Floats
+
+
+def real_world(posterior: Posterior) -> Measured:
+    """The records themselves."""
+    study = posterior.study
+    widest = max((len(m.x) for m in study.speeds), default=1)
+    speeds = np.zeros((max(1, len(study.speeds)), widest))
+    for r, m in enumerate(study.speeds):
+        speeds[r, : len(m.x)] = m.speed
+    left = study.kind == LEFT
+    return Measured(np.where(left, 0.0, study.observed), left, speeds)
+
+
+def make_world(
+    posterior: Posterior,
+    predicted: Predicted,
+    u: Floats,
+    tau: float,
+    speed_scatter: float,
+    rng: np.random.Generator,
+) -> Measured:
+    """Records of the same events in a world where the model at u is true.
+
+    Paths have offsets of spread `tau`; where a limit of sight stands, events are drawn again
+    until they are seen. With Student's tails a record is wrong here as likely as it is in truth.
+    """
+    study = posterior.study
+    groups = study.columns.path_index
+    offsets = np.append(tau * rng.standard_normal(len(study.columns.paths)), 0.0)
+    shift = offsets[groups]
+    friction = draw_friction(posterior, u, shift, rng)
+    observed, elevation, left = _record(predicted, study.sigma, friction, rng)
+    for _ in range(MAX_REDRAWS):
+        hidden = ~left & (elevation > study.limit)
+        if not np.any(hidden):
+            break
+        again = draw_friction(posterior, u, shift, rng)
+        friction = np.where(hidden, again, friction)
+        fresh = _record(predicted, study.sigma, again, rng)
+        observed = np.where(hidden, fresh[0], observed)
+        elevation = np.where(hidden, fresh[1], elevation)
+        left = np.where(hidden, fresh[2], left)
+    widest = max((len(m.x) for m in study.speeds), default=1)
+    speeds = np.zeros((max(1, len(study.speeds)), widest))
+    for r, (m, table) in enumerate(zip(study.speeds, predicted.speeds, strict=True)):
+        square = [np.interp(friction[m.event], MU, column) for column in squares(table).T]
+        true = np.sqrt(np.maximum(square, 0.0))
+        correlation = np.exp(-np.abs(m.x[:, None] - m.x) / SPEED_CORRELATION_M)
+        covariance = np.diag(m.sigma**2) + speed_scatter**2 * correlation
+        noise = np.linalg.cholesky(covariance) @ rng.standard_normal(len(m.x))
+        speeds[r, : len(m.x)] = true + noise
+    if posterior.specification.tails == "student":
+        low, high = wrong_ranges(study)
+        wrong = ~left & (rng.random(study.n_events) < wrong_chance(posterior, u))
+        observed = np.where(wrong, low + (high - low) * rng.random(study.n_events), observed)
+    return Measured(observed, left, speeds)
+
+
+def wrong_chance(posterior: Posterior, u: Floats) -> Floats:
+    """Chance of each record to be grossly wrong `[n_events]`, given the model at u."""
+    chance = np.exp(log_wrong(posterior.study) - posterior.event_log_likelihood(u))
+    return np.asarray(chance)
+
+
+def _record(
+    predicted: Predicted, sigma: Floats, friction: Floats, rng: np.random.Generator
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    record, _, elevation, left = look_up(predicted, friction[:, None])
+    error = sigma * rng.standard_normal(len(sigma))
+    return record[:, 0] + error, elevation[:, 0] + error, left[:, 0]

@@ -1,0 +1,1 @@
+"""The posterior mode, sought and made sure of."""

@@ -1,0 +1,98 @@
+"""A model put together: the named effects built on a study, and the posterior over it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from avahazard.effects.catalogue import definition, require
+from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.inference.fitting.mode import find_mode
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.laws import LAWS
+from avahazard.inference.model.observations import Study
+from avahazard.inference.model.specification import Specification
+from avahazard.records.errors import AvahazardError
+
+
+def with_effects(
+    study: Study,
+    specification: Specification,
+    keys: Sequence[str],
+    own: Sequence[Definition] = (),
+) -> tuple[Specification, dict[str, Facts]]:
+    """The specification with these effects added, and what they take from the study.
+
+    `own` are definitions from the user's file. `volume-law` becomes the most likely other law,
+    `volume-scatter` and `centrifugal` their settings. Raises `AvahazardError` where an effect is
+    unknown, already there, or cannot be told from the data.
+    """
+    facts: dict[str, Facts] = {}
+    for key in keys:
+        entry = find_definition(key, own)
+        if key in specification.effects:
+            raise AvahazardError(f"The model already has the effect '{key}'.")
+        require(entry, study.columns, study.sites)
+        if entry.changes == "centrifugal":
+            specification = replace(specification, centrifugal=True)
+            continue
+        if entry.changes == "scatter":
+            specification = replace(specification, scatter="volume")
+        elif entry.changes == "law":
+            specification = _other_law(study, specification, own)
+        else:
+            facts[key] = entry.facts(study.columns, study.sites)
+        specification = replace(specification, effects=(*specification.effects, key))
+    if specification.scatter == "volume":
+        large = float(np.exp(np.quantile(study.volumes.mean, 0.9)))
+        specification = replace(specification, reference_volume_m3=large)
+    return specification, facts
+
+
+def find_definition(key: str, own: Sequence[Definition] = ()) -> Definition:
+    """The definition of that key, the user's own first."""
+    for entry in own:
+        if entry.key == key:
+            return entry
+    return definition(key)
+
+
+def build_effects(
+    specification: Specification, facts: dict[str, Facts], own: Sequence[Definition] = ()
+) -> tuple[Effect, ...]:
+    """The effects of a specification, ready for use, from what they took from the data."""
+    entries = [find_definition(key, own) for key in specification.effects]
+    return tuple(e.build(facts.get(e.key, {})) for e in entries if e.changes is None)
+
+
+def assemble(
+    study: Study,
+    specification: Specification,
+    facts: dict[str, Facts],
+    own: Sequence[Definition] = (),
+) -> Posterior:
+    """The posterior of a model on a study (which may be another than the facts are from)."""
+    if not study.volumes.known and specification.law != "constant":
+        raise AvahazardError(
+            f"No event has a volume, so the {specification.law} law has nothing to go by.",
+            "Use --law constant.",
+        )
+    return Posterior(study, specification, build_effects(specification, facts, own))
+
+
+def _other_law(
+    study: Study, specification: Specification, own: Sequence[Definition]
+) -> Specification:
+    """The specification with the most likely of the other laws (by its posterior mode)."""
+    others = [
+        replace(specification, law=name)  # type: ignore[arg-type]
+        for name in LAWS
+        if name not in (specification.law, "constant")
+    ]
+    facts = {
+        key: find_definition(key, own).facts(study.columns, study.sites)
+        for key in specification.effects
+    }
+    return max(others, key=lambda s: find_mode(assemble(study, s, facts, own)).log_density)

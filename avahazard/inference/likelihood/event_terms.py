@@ -1,0 +1,229 @@
+"""Log likelihood of each event, and its derivatives in location and scatter of friction."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.physics.constants import KEEPS_NAN
+
+Floats = NDArray[np.float64]
+
+
+class EventTerms(NamedTuple):
+    """Per event: log likelihood `value` `[n_events]` and its derivatives.
+
+    `by_location`, `by_scatter` `[n_events, n_volumes]` are derivatives in m and log σ at each
+    volume node; `curvature` `[n_events]` is the second derivative in a shift common to all m.
+    """
+
+    value: Floats
+    by_location: Floats
+    by_scatter: Floats
+    curvature: Floats
+
+
+def event_terms(
+    nodes: Nodes,
+    location: Floats,
+    scatter: Floats,
+    volume_weight: Floats,
+    student: bool = False,
+    keep: NDArray[np.bool_] | None = None,
+) -> EventTerms:
+    """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
+
+    `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
+    `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t with
+    4 degrees of freedom, a few records being grossly wrong (`wrong_records`).
+    Terms of events not in `keep` `[n_events]` are 0.
+    """
+    keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
+    return EventTerms(*event_terms_kernel(nodes, location, scatter, volume_weight, student, keep))
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep):  # type: ignore[no-untyped-def]
+    """The arrays of `EventTerms`, 0 for events not in `keep` `[n_events]`."""
+    n, n_volumes = location.shape
+    value = np.zeros(n)
+    by_location = np.zeros((n, n_volumes))
+    by_scatter = np.zeros((n, n_volumes))
+    curvature = np.zeros(n)
+    part = np.empty((n_volumes, 4))
+    for i in range(n):
+        if not keep[i]:
+            continue
+        lift = 0.0
+        for q in range(n_volumes):
+            if nodes.is_probability[i]:
+                _probability(
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], student, part[q]
+                )
+            elif student:
+                _student_density(
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], part[q]
+                )
+            else:
+                _density(
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], 0.0, part[q]
+                )
+        if not student and not nodes.is_probability[i] and np.max(part[:, 0]) < UNDERFLOW:
+            # Far off, the exponents are lifted by the largest.
+            lift = _lift(nodes.place[i], nodes.weight[i], location[i], scatter[i])
+            for q in range(n_volumes):
+                _density(
+                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], lift, part[q]
+                )
+        total = _gather(part, volume_weight[i], nodes.floor[i], by_location[i], by_scatter[i])
+        value[i] = np.log(max(total[0], TINY)) + nodes.log_scale[i] - lift
+        curvature[i] = total[1]
+        if nodes.has_limit[i]:
+            for q in range(n_volumes):
+                _probability(
+                    nodes.seen_place[i],
+                    nodes.seen_weight[i],
+                    location[i, q],
+                    scatter[i, q],
+                    student,
+                    part[q],
+                )
+            seen_location = np.zeros(n_volumes)
+            seen_scatter = np.zeros(n_volumes)
+            seen = _gather(part, volume_weight[i], nodes.seen_floor[i], seen_location, seen_scatter)
+            value[i] -= np.log(max(seen[0], TINY))
+            curvature[i] -= seen[1]
+            by_location[i] -= seen_location
+            by_scatter[i] -= seen_scatter
+        if student:
+            value[i], curvature[i] = _or_wrong(
+                nodes.log_wrong[i], value[i], by_location[i], by_scatter[i], curvature[i]
+            )
+    return value, by_location, by_scatter, curvature
+
+
+TINY = 1e-290
+UNDERFLOW = 1e-200
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _lift(place, weight, location, scatter):  # type: ignore[no-untyped-def]
+    """The least z²/2 of all nodes that count."""
+    lift = np.inf
+    for q in range(len(location)):
+        for k in range(len(place)):
+            if weight[k] > 0.0:
+                z = (place[k] - location[q]) / scatter[q]
+                lift = min(lift, 0.5 * z * z)
+    return lift
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _or_wrong(log_wrong, value, by_location, by_scatter, curvature):  # type: ignore[no-untyped-def]
+    """log(exp(value) + exp(log_wrong)) and its derivatives; returns it and its curvature."""
+    if log_wrong < value - 700.0:
+        return value, curvature
+    top = max(value, log_wrong)
+    total = top + np.log(np.exp(value - top) + np.exp(log_wrong - top))
+    right = np.exp(value - total)
+    slope = np.sum(by_location)
+    by_location *= right
+    by_scatter *= right
+    return total, right * (curvature + (1.0 - right) * slope * slope)
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-untyped-def]
+    """Sum over volume nodes; log derivatives; returns the sum and the second log derivative."""
+    total, first, second = floor, 0.0, 0.0
+    for q in range(len(weight)):
+        total += weight[q] * part[q, 0]
+        first += weight[q] * part[q, 1]
+        second += weight[q] * part[q, 3]
+    safe = max(total, TINY)
+    for q in range(len(weight)):
+        by_location[q] = weight[q] * part[q, 1] / safe
+        by_scatter[q] = weight[q] * part[q, 2] / safe
+    return total, second / safe - (first / safe) ** 2
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _density(place, weight, m, sigma, lift, out):  # type: ignore[no-untyped-def]
+    """Σ w p(ν | m, σ) and its derivatives in m, log σ, and twice in m."""
+    value, first, second = 0.0, 0.0, 0.0
+    per_sigma = 1.0 / sigma
+    for k in range(len(place)):
+        if weight[k] == 0.0:
+            continue
+        z = (place[k] - m) * per_sigma
+        a = weight[k] * np.exp(lift - 0.5 * z * z)
+        value += a
+        a *= z
+        first += a
+        second += a * z
+    second -= value
+    scale = ONE_OVER_ROOT_2PI * per_sigma
+    out[0] = value * scale
+    out[1] = first * scale * per_sigma
+    out[2] = second * scale
+    out[3] = second * scale * per_sigma * per_sigma
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _student_density(place, weight, m, sigma, out):  # type: ignore[no-untyped-def]
+    """The same for Student's t with 4 degrees of freedom, 3/8 (1 + z²/4)^(-5/2)."""
+    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(place)):
+        if weight[k] == 0.0:
+            continue
+        z = (place[k] - m) / sigma
+        shape = 1.0 / (1.0 + 0.25 * z * z)
+        a = weight[k] * 0.375 * shape * shape * np.sqrt(shape)
+        slope = 1.25 * z * shape
+        value += a
+        first += a * slope
+        second += a * (slope * slope * 1.4 - 1.25 * shape)
+        by_scatter += a * (z * slope - 1.0)
+    out[0] = value / sigma
+    out[1] = first / (sigma * sigma)
+    out[2] = by_scatter / sigma
+    out[3] = second / (sigma * sigma * sigma)
+
+
+ONE_OVER_ROOT_2PI = 1.0 / np.sqrt(2.0 * np.pi)
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _probability(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
+    """Σ w P(ν < ν_k | m, σ) and its derivatives in m, log σ, and twice in m."""
+    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(place)):
+        if weight[k] == 0.0:
+            continue
+        z = (place[k] - m) / sigma
+        if student:
+            shape = 1.0 / (1.0 + 0.25 * z * z)
+            root = z * np.sqrt(shape)
+            cdf = 0.5 + 0.375 * root * (1.0 - root * root / 12.0)
+            pdf = 0.375 * shape * shape * np.sqrt(shape)
+            slope = -1.25 * z * shape * pdf
+        else:
+            cdf = 0.5 * math.erfc(-z / ROOT_2)
+            pdf = ONE_OVER_ROOT_2PI * np.exp(-0.5 * z * z)
+            slope = -z * pdf
+        value += weight[k] * cdf
+        first -= weight[k] * pdf
+        second += weight[k] * slope
+        by_scatter -= weight[k] * z * pdf
+    out[0] = value
+    out[1] = first / sigma
+    out[2] = by_scatter
+    out[3] = second / (sigma * sigma)
+
+
+ROOT_2 = math.sqrt(2.0)

@@ -1,0 +1,170 @@
+"""Nodes at the grid points of the parameters that shape the tables, and between them."""
+
+from __future__ import annotations
+
+from copy import copy
+from functools import reduce
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.effect import Effect
+from avahazard.inference.likelihood.interpolation import blend, line_weights, stack
+from avahazard.inference.likelihood.nodes import Nodes, build_nodes, record_nodes, speed_nodes
+from avahazard.inference.likelihood.predicted import (
+    BlockRuns,
+    Predicted,
+    Values,
+    predict_records,
+    run_blocks,
+)
+from avahazard.inference.likelihood.wrong_records import log_wrong
+from avahazard.inference.model.layout import Layout
+from avahazard.inference.model.observations import Study
+
+Floats = NDArray[np.float64]
+
+KEPT_STACKS, KEPT_RUNS, KEPT_TABLES = 64, 64, 16
+"""Neighbourhoods of grid points whose nodes are kept side by side, runs of the block (several MB
+each) and tables made from them. Nodes themselves are small."""
+
+
+class NodeGrid:
+    """What the records say of friction, for every value of the parameters that shape the tables.
+
+    These are the parameters of effects on the motion and on the record, and the scatter of
+    speeds. Tables and nodes are built where needed on the grids of `layout` and kept.
+    `curvature` is that of `run_blocks`, `in_log` that of `build_nodes`.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        effects: tuple[Effect, ...],
+        layout: Layout,
+        curvature: float,
+        in_log: bool,
+    ) -> None:
+        self.study = study
+        self.effects = effects
+        self.layout = layout
+        self.curvature = curvature
+        self.in_log = in_log
+        self._log_wrong = log_wrong(study)
+        self._axes = layout.tables + (
+            () if layout.speed_scatter is None else (layout.speed_scatter,)
+        )
+        self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
+        self._forget()
+
+    def _forget(self) -> None:
+        self._predicted: dict[tuple[int, ...], Predicted] = {}
+        self._record_nodes: dict[tuple[int, ...], Nodes] = {}
+        self._nodes: dict[tuple[int, ...], Nodes] = {}
+        self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
+
+    def forget_runs(self) -> None:
+        """Give back the memory of runs and tables; nodes stay, others are run anew if asked."""
+        self._runs = {}
+        self._predicted = {}
+
+    def regridded(self, layout: Layout) -> NodeGrid:
+        """The same on the grids of another layout; runs of the block are shared."""
+        other = copy(self)
+        other.layout = layout
+        other._forget()
+        return other
+
+    def at(self, u: Floats) -> Nodes:
+        """Nodes at coordinates u, blended between those of the grid points."""
+        lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
+        if all(len(line.cubic) == 1 for line in lines):
+            return self.point(tuple(line.first for line in lines))
+        return blend(
+            reduce(np.multiply.outer, [np.array(line.cubic) for line in lines]).ravel(),
+            reduce(np.multiply.outer, [np.array(line.linear) for line in lines]).ravel(),
+            self._corners(tuple((line.first, len(line.cubic)) for line in lines)),
+        )
+
+    def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
+        """Nodes of all grid points in these windows (first index, width), stacked and kept."""
+        if windows not in self._stacks:
+            _make_room(self._stacks, KEPT_STACKS)
+            ranges = [range(first, first + width) for first, width in windows]
+            self._stacks[windows] = stack([self.point(index) for index in product(*ranges)])
+        return self._stacks[windows]
+
+    def point(self, index: tuple[int, ...]) -> Nodes:
+        """Nodes at one point of the grids, that of the scatter of speeds last."""
+        if index not in self._nodes:
+            values = self._values(index)
+            speed = self.layout.speed_scatter
+            speed_scatter = 0.0
+            if speed is not None:
+                speed_scatter = float(np.exp(self.layout.slots[speed].grid[index[-1]]))
+            predicted = self.predicted(index)
+            key = index[: len(self.layout.tables)]
+            if key not in self._record_nodes:
+                records = record_nodes(self.study, predicted, self._limit(values), self.in_log)
+                self._record_nodes[key] = records._replace(log_wrong=self._log_wrong)
+            self._nodes[index] = speed_nodes(
+                self._record_nodes[key], self.study, predicted, speed_scatter, self.in_log
+            )
+        return self._nodes[index]
+
+    def exact(self, u: Floats) -> Nodes:
+        """Nodes from tables made for just these coordinates."""
+        speed = self.layout.speed_scatter
+        nodes = build_nodes(
+            self.study,
+            self.predicted_at(u),
+            0.0 if speed is None else float(np.exp(u[speed])),
+            self._limit(self.layout.effect_values(u)),
+            self.in_log,
+        )
+        return nodes._replace(log_wrong=self._log_wrong)
+
+    def predicted(self, index: tuple[int, ...]) -> Predicted:
+        """Tables of expected records at one point of the grids."""
+        key = index[: len(self.layout.tables)]
+        if key not in self._predicted:
+            values = self._values(index)
+            runs = self._block_runs(values)
+            _make_room(self._predicted, KEPT_TABLES)
+            self._predicted[key] = predict_records(
+                self.study, self.effects, values, self.curvature, runs
+            )
+        return self._predicted[key]
+
+    def predicted_at(self, u: Floats) -> Predicted:
+        """Tables of expected records at coordinates u, run afresh."""
+        values = self.layout.effect_values(u)
+        return predict_records(self.study, self.effects, values, self.curvature)
+
+    def _block_runs(self, values: Values) -> BlockRuns:
+        """Runs of the block, kept: effects on the record alone leave them as they are."""
+        moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
+        if moving not in self._runs:
+            _make_room(self._runs, KEPT_RUNS)
+            self._runs[moving] = run_blocks(self.study, self.effects, values, self.curvature)
+        return self._runs[moving]
+
+    def _values(self, index: tuple[int, ...]) -> Values:
+        u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
+        for axis, k in zip(self._axes, index, strict=False):
+            u[axis] = self.layout.slots[axis].grid[k]
+        return self.layout.effect_values(u)
+
+    def _limit(self, values: Values) -> Floats:
+        limit = self.study.limit
+        for effect in self.effects:
+            if effect.limit is not None:
+                limit = effect.limit(self.study.columns, values[effect.key])
+        return limit
+
+
+def _make_room(kept: dict, most: int) -> None:  # type: ignore[type-arg]
+    """Drop the oldest of what is kept, so that one more stays within `most`."""
+    while len(kept) >= most:
+        del kept[next(iter(kept))]

@@ -1,0 +1,220 @@
+"""Quadrature nodes over friction: what a record says about the friction of its event.
+
+For each event, p(record | μ) is a narrow bump over friction. It is summed up by the nodes of the
+Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
+
+    p(record | m, σ) = ∫ p(record | μ) p(ν | m, σ) dν ≈ Σ_k w_k p(ν_k | m, σ),  ν = log μ,
+
+costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
+bump has two parts. Events that left the profile give a probability instead,
+w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop low enough was seen.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+from avahazard.inference.likelihood.predicted import N_THREADS, Predicted
+from avahazard.inference.likelihood.record_density import bump_nodes
+from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measured_speeds
+from avahazard.inference.model.observations import LEFT, Study
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.constants import KEEPS_NAN
+from avahazard.physics.runout_table import MU
+
+Floats = NDArray[np.float64]
+
+N_NODES = 10
+
+
+class Nodes(NamedTuple):
+    """Nodes of all events, `[n_events, N_NODES]`; `place` is ν, or μ for normal scatter.
+
+    `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
+    probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by,
+    `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` as in `wrong_records` (or -inf).
+    `seen_place`, `seen_weight`, `seen_floor` give the chance to be seen, where `has_limit`.
+    """
+
+    place: Floats
+    weight: Floats
+    log_scale: Floats
+    is_probability: NDArray[np.bool_]
+    floor: Floats
+    seen_place: Floats
+    seen_weight: Floats
+    seen_floor: Floats
+    has_limit: NDArray[np.bool_]
+    log_wrong: Floats
+
+
+def build_nodes(
+    study: Study,
+    predicted: Predicted,
+    speed_scatter: float = 0.0,
+    limit: Floats | None = None,
+    in_log: bool = True,
+) -> Nodes:
+    """Nodes of every event for one set of tables.
+
+    `speed_scatter` (m/s) is the standard deviation of the model's own error of speed, correlated
+    along the track; `limit` `[n_events]` replaces the study's elevations above which a stop is
+    not seen; `in_log` gives nodes in log μ, else in μ.
+    """
+    records = record_nodes(study, predicted, limit, in_log)
+    return speed_nodes(records, study, predicted, speed_scatter, in_log)
+
+
+def record_nodes(
+    study: Study, predicted: Predicted, limit: Floats | None = None, in_log: bool = True
+) -> Nodes:
+    """Nodes of the events without speeds; those of the others are left blank."""
+    has_speed = np.zeros(study.n_events, dtype=np.bool_)
+    has_speed[[m.event for m in study.speeds]] = True
+    seen_limit = study.limit if limit is None else limit
+    built = _build(
+        predicted.record,
+        np.nan_to_num(predicted.elevation, nan=0.0),
+        predicted.status == LEFT_PROFILE,
+        study.kind == LEFT,
+        study.observed,
+        study.sigma,
+        np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
+        has_speed,
+        np.log(MU) if in_log else MU,
+    )
+    return Nodes(*built, np.full(study.n_events, -np.inf))  # type: ignore[call-arg]
+
+
+def speed_nodes(
+    records: Nodes, study: Study, predicted: Predicted, speed_scatter: float, in_log: bool = True
+) -> Nodes:
+    """`record_nodes` with those of the events with speeds filled in."""
+    if not study.speeds:
+        return records
+    nodes = records._replace(
+        place=records.place.copy(),
+        weight=records.weight.copy(),
+        log_scale=records.log_scale.copy(),
+    )
+    measured = measured_speeds(study.speeds)
+    speeds = np.concatenate(predicted.speeds, axis=1)
+    left, observed_left = predicted.status == LEFT_PROFILE, study.kind == LEFT
+
+    def fill(thread: int) -> None:
+        mine = slice(thread, None, N_THREADS)
+        fill_speed_nodes(
+            measured._replace(
+                event=measured.event[mine], first=measured.first[mine], end=measured.end[mine]
+            ),
+            speeds,
+            speed_scatter,
+            MU,
+            predicted.record,
+            left,
+            observed_left,
+            study.observed,
+            study.sigma,
+            in_log,
+            nodes,
+        )
+
+    # The kernel leaves Python's lock; each event's row is its own.
+    with ThreadPoolExecutor(N_THREADS) as pool:
+        list(pool.map(fill, range(N_THREADS)))
+    return nodes
+
+
+@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+def _build(  # type: ignore[no-untyped-def]
+    record, elevation, left, observed_left, observed, sigma, limit, has_speed, grid
+):
+    n = len(record)
+    place = np.zeros((n, N_NODES))
+    weight = np.zeros((n, N_NODES))
+    log_scale = np.zeros(n)
+    is_probability = np.zeros(n, dtype=np.bool_)
+    seen_place = np.zeros((n, N_NODES))
+    seen_weight = np.zeros((n, N_NODES))
+    floor = np.zeros(n)
+    seen_floor = np.ones(n)
+    has_limit = np.zeros(n, dtype=np.bool_)
+    no_speed = np.zeros(len(grid))
+    for i in range(n):
+        if observed_left[i] and not has_speed[i]:
+            is_probability[i] = True
+            floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
+        elif not has_speed[i]:
+            log_scale[i] = bump_nodes(
+                record[i],
+                left[i],
+                observed_left[i],
+                observed[i],
+                sigma[i],
+                no_speed,
+                grid,
+                place[i],
+                weight[i],
+            )
+        if not np.isnan(limit[i]):
+            has_limit[i] = True
+            seen_floor[i] = _edges_of_sight(
+                elevation[i], left[i], limit[i], sigma[i], grid, seen_place[i], seen_weight[i]
+            )
+    return (
+        place,
+        weight,
+        log_scale,
+        is_probability,
+        floor,
+        seen_place,
+        seen_weight,
+        seen_floor,
+        has_limit,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def]
+    """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀."""
+    k = 0
+    for j in range(len(left) - 1, 0, -1):
+        if left[j - 1] != left[j] and k < len(place):
+            place[k] = 0.5 * (grid[j - 1] + grid[j])
+            weight[k] = 1.0 if left[j - 1] else -1.0
+            k += 1
+    return 1.0 if left[len(left) - 1] else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type: ignore[no-untyped-def]
+    """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀."""
+    n = len(grid)
+    points = np.empty(n)
+    drops = np.empty(n)
+    count = 0
+    level = 1.0
+    for j in range(n):
+        chance = 1.0 if left[j] else _normal_cdf((limit - elevation[j]) / sigma)
+        # Steps of the terrain may raise it again; the running minimum keeps weights positive.
+        if level - chance > 1e-9:
+            points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
+            drops[count] = level - chance
+            level = chance
+            count += 1
+    if count:
+        gauss_nodes(points[:count], drops[:count], place, weight)
+        weight *= 1.0 - level
+    return level
+
+
+@njit(cache=True, nogil=True)
+def _normal_cdf(z):  # type: ignore[no-untyped-def]
+    return 0.5 * math.erfc(-z / np.sqrt(2.0))

@@ -1,0 +1,190 @@
+"""The marginal likelihood and posterior density of a model on a study (DESIGN section 3)."""
+
+from __future__ import annotations
+
+from copy import copy
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.effect import Effect
+from avahazard.effects.site import Site
+from avahazard.inference.likelihood.event_terms import EventTerms, event_terms
+from avahazard.inference.likelihood.node_grid import NodeGrid
+from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.inference.likelihood.path_offsets import newton_offsets
+from avahazard.inference.likelihood.predicted import Values, resistance_of
+from avahazard.inference.model.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
+from avahazard.inference.model.observations import Study
+from avahazard.inference.model.specification import Specification
+from avahazard.physics.resistance import Resistance
+
+Floats = NDArray[np.float64]
+
+
+class PathOffsets(NamedTuple):
+    """Offsets of log friction by path: mode and standard deviation `[n_groups]`."""
+
+    mode: Floats
+    sd: Floats
+
+
+class Posterior:
+    """Log likelihood and posterior of one model on one study.
+
+    `nodes` holds what the records say of friction, on the grids of the parameters that shape the
+    tables; `grids` replaces these grids by the names of parameters (`refinement`).
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        specification: Specification,
+        effects: tuple[Effect, ...],
+        grids: Grids | None = None,
+    ) -> None:
+        self.study = study
+        self.specification = specification
+        self.effects = effects
+        self.layout: Layout = build_layout(specification, effects, study, grids or {})
+        self._student = specification.tails == "student"
+        self._in_log = specification.distribution == "lognormal"
+        self._design = [
+            (self.layout.places[e.key], e.design(study.columns) * self._scales(e.key))
+            for e in effects
+            if e.design is not None
+        ]
+        grouping = [e.groups for e in effects if e.groups is not None]
+        self.groups = grouping[0](study.columns) if grouping else None
+        self._volume = np.exp(study.volumes.log_volume)
+        self._keep: NDArray[np.bool_] | None = None
+        self.nodes = NodeGrid(
+            study, effects, self.layout, float(specification.centrifugal), self._in_log
+        )
+
+    def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
+        """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
+        part = copy(self)
+        part._keep = keep
+        return part
+
+    def regridded(self, grids: Grids) -> Posterior:
+        """The same posterior with other grids, and so ranges, of parameters by name."""
+        other = copy(self)
+        other.layout = regridded(self.layout, grids)
+        other.nodes = self.nodes.regridded(other.layout)
+        return other
+
+    def log_density(self, u: Floats) -> float:
+        """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
+        return self.density_and_offsets(u)[0]
+
+    def density_and_offsets(self, u: Floats) -> tuple[float, PathOffsets | None]:
+        """`log_density`, with the path offsets that it rests on where there are any."""
+        if (u < self.layout.low).any() or (u > self.layout.high).any():
+            return -np.inf, None
+        value, offsets = self._log_likelihood(u, self.nodes.at(u))
+        return value + self.layout.log_prior(u), offsets
+
+    def log_likelihood(self, u: Floats) -> float:
+        """Log likelihood at u, path offsets integrated out (Laplace's method)."""
+        return self._log_likelihood(u, self.nodes.at(u))[0]
+
+    def exact_log_likelihood(self, u: Floats) -> float:
+        """The same from tables made for just these coordinates, not blended."""
+        return self._log_likelihood(u, self.nodes.exact(u))[0]
+
+    def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, PathOffsets | None]:
+        location, scatter = self.location_and_scatter(u)
+        place = self.layout.path_scatter
+        if self.groups is None or place is None or u[place] == 0.0:
+            value = self.terms(nodes, location, scatter).value
+            return float(np.sum(value if self._keep is None else value[self._keep])), None
+        offsets, value_there = self._offsets(u, nodes, location, scatter)
+        tau = PATH_SCATTER * u[place]
+        penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
+        with np.errstate(divide="ignore"):  # -inf where the curvature overflows, far off
+            widths = float(np.sum(np.log(offsets.sd / tau)))
+        return float(value_there - penalty) + widths, offsets
+
+    def event_log_likelihood(
+        self, u: Floats, offsets: Floats | None = None, keep: NDArray[np.bool_] | None = None
+    ) -> Floats:
+        """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`; 0 for those
+        not in `keep` `[n_events]`."""
+        location, scatter = self.location_and_scatter(u)
+        return self.terms(self.nodes.at(u), self._shifted(location, offsets), scatter, keep).value
+
+    def path_offsets(self, u: Floats) -> PathOffsets:
+        """Mode and standard deviation of the path offsets given coordinates u."""
+        location, scatter = self.location_and_scatter(u)
+        return self._offsets(u, self.nodes.at(u), location, scatter)[0]
+
+    def location_and_scatter(
+        self, u: Floats, volume: Floats | None = None
+    ) -> tuple[Floats, Floats]:
+        """Location m (log μ, or μ for normal) and scatter σ, each `[n_events, n_volumes]`.
+
+        They are given at the volume nodes, or at `volume` (m3) `[n_events, n_volumes]`.
+        """
+        layout = self.layout
+        volume = self._volume if volume is None else volume
+        law = layout.law
+        shape = volume.shape
+        location = law.log_friction(u[: len(law.coordinates)], volume.ravel()).reshape(shape)
+        for place, design in self._design:
+            location = location + (design @ u[place])[:, None]
+        log_scatter = np.full(shape, u[layout.scatter])
+        if layout.scatter_slope is not None:
+            log_scatter -= u[layout.scatter_slope] * volume / layout.reference_volume
+        if not self._in_log:
+            location = np.exp(location)
+        # Where it falls with volume it stops at the least that the nodes can bear.
+        least = layout.slots[layout.scatter].low if layout.scatter_slope is not None else -12.0
+        return location, np.exp(np.clip(log_scatter, least, 4.0))
+
+    def terms(
+        self,
+        nodes: Nodes,
+        location: Floats,
+        scatter: Floats,
+        keep: NDArray[np.bool_] | None = None,
+    ) -> EventTerms:
+        """Terms of every event (or of those in `keep`) at given nodes, location and scatter."""
+        weight = self.study.volumes.weight
+        return event_terms(nodes, location, scatter, weight, self._student, keep)
+
+    def resistance(self, site: Site, values: Values) -> Resistance:
+        """The resistance on a site with this model's effects at these values."""
+        return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
+
+    def _scales(self, key: str) -> Floats:
+        return np.array([slot.scale for slot in self.layout.slots[self.layout.places[key]]])
+
+    def _shifted(self, location: Floats, offsets: Floats | None) -> Floats:
+        if self.groups is None or offsets is None:
+            return location
+        shift = np.where(self.groups >= 0, offsets[self.groups], 0.0)[:, None]
+        return location + shift if self._in_log else location * np.exp(shift)
+
+    def _offsets(
+        self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
+    ) -> tuple[PathOffsets, float]:
+        """Mode and spread of the path offsets, and the log likelihood given the mode."""
+        assert self.groups is not None
+        assert self.layout.path_scatter is not None
+        keep = np.ones(len(location), dtype=np.bool_) if self._keep is None else self._keep
+        offsets, bend, value = newton_offsets(
+            nodes,
+            location,
+            scatter,
+            self.study.volumes.weight,
+            self._student,
+            self._in_log,
+            self.groups,
+            keep,
+            int(np.max(self.groups)) + 1,
+            (PATH_SCATTER * u[self.layout.path_scatter]) ** -2.0,
+        )
+        return PathOffsets(offsets, 1.0 / np.sqrt(bend)), float(np.sum(value))

@@ -1,0 +1,142 @@
+"""What the model says would be recorded, for every event and friction of the grid."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.effect import Effect
+from avahazard.effects.site import Site
+from avahazard.inference.model.observations import LENGTH, PLACE, SpeedRecord, Study
+from avahazard.physics.block import LEFT_PROFILE, STOPPED
+from avahazard.physics.resistance import Resistance, no_resistance
+from avahazard.physics.runout_table import MU, RunoutTable
+
+Floats = NDArray[np.float64]
+Values = dict[str, Floats]
+"""Parameter values by effect key."""
+
+N_THREADS = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Predicted:
+    """The record to be expected, `[n_events, n_friction]` over `runout_table.MU`.
+
+    `record` is in the coordinate of each event's record; `x`, `elevation` (m) are its place in
+    any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
+    are those of the profile's end. `speeds`: for each
+    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`.
+    """
+
+    record: Floats
+    x: Floats
+    elevation: Floats
+    status: NDArray[np.int8]
+    speeds: tuple[Floats, ...]
+
+
+def resistance_of(
+    site: Site, effects: tuple[Effect, ...], values: Values, curvature: float
+) -> Resistance:
+    """The resistance on a site with the effects on the motion at these values.
+
+    An effect at its neutral value is left out, so that the result is the base model's bit for
+    bit.
+    """
+    active = [
+        e for e in effects if e.motion is not None and not np.array_equal(values[e.key], e.neutral)
+    ]
+    fine = any(e.speed_dependent for e in active)
+    base = no_resistance(site.fine_terrain if fine else site.terrain)
+    resistance = Resistance(base.factor, base.offset, base.constant, base.drag, curvature)
+    for effect in active:
+        assert effect.motion is not None
+        resistance = effect.motion(site, resistance, values[effect.key])
+    return resistance
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockRuns:
+    """Tables of every site, and the speeds of each `SpeedRecord` `[n_friction, n_speeds]`."""
+
+    tables: tuple[RunoutTable, ...]
+    speeds: tuple[Floats, ...]
+
+
+def run_blocks(
+    study: Study, effects: tuple[Effect, ...], values: Values, curvature: float = 1.0
+) -> BlockRuns:
+    """Run every site's block; only effects on the motion matter here."""
+    resistances = [resistance_of(site, effects, values, curvature) for site in study.sites]
+
+    def speeds(measured: SpeedRecord) -> Floats:
+        k = int(study.columns.path_index[measured.event])
+        release_x = study.sites[k].release_x[study.release[measured.event]]
+        return study.sites[k].speeds(resistances[k], release_x, measured.x)
+
+    # The kernels leave Python's lock.
+    with ThreadPoolExecutor(N_THREADS) as pool:
+        tables = pool.map(Site.table, study.sites, resistances)
+        return BlockRuns(tuple(tables), tuple(pool.map(speeds, study.speeds)))
+
+
+def predict_records(
+    study: Study,
+    effects: tuple[Effect, ...],
+    values: Values,
+    curvature: float = 1.0,
+    runs: BlockRuns | None = None,
+) -> Predicted:
+    """Gather what each event would have left as its record, from runs of every site's block.
+
+    `runs` may be given where the effects on the motion are those of an earlier call.
+    """
+    n = study.n_events
+    x = np.full((n, len(MU)), np.nan)
+    y = np.full((n, len(MU)), np.nan)
+    status = np.full((n, len(MU)), STOPPED, dtype=np.int8)
+    runs = run_blocks(study, effects, values, curvature) if runs is None else runs
+    advance = _sum_of(study, effects, values, "advance")
+    for k, site in enumerate(study.sites):
+        mine = np.flatnonzero(study.columns.path_index == k)
+        table = runs.tables[k]
+        left = table.left[study.release[mine]]
+        # What left the profile passed its end at least.
+        x[mine] = np.where(left, site.smooth.x_max, table.x[study.release[mine]])
+        y[mine] = np.where(left, site.terrain.y[-1], table.y[study.release[mine]])
+        status[mine] = table.status[study.release[mine]]
+        ahead = mine[advance[mine] != 0.0]
+        if len(ahead):
+            front = _ahead(site, x[ahead], advance[ahead])
+            # The front may have passed the end of the profile where the block did not.
+            status[ahead] = np.where(front > site.smooth.x_max, LEFT_PROFILE, status[ahead])
+            x[ahead] = np.minimum(front, site.smooth.x_max)
+            y[ahead] = site.smooth.height(x[ahead])
+    y += _sum_of(study, effects, values, "shift")[:, None]
+    record = np.where(study.kind[:, None] == PLACE, x, y)
+    straight = study.kind == LENGTH
+    # Without a profile the block runs on the energy line: L = H / μ.
+    record[straight] = study.fall_height[straight, None] / MU
+    return Predicted(record=record, x=x, elevation=y, status=status, speeds=runs.speeds)
+
+
+def _sum_of(study: Study, effects: tuple[Effect, ...], values: Values, action: str) -> Floats:
+    """Sum over effects of their metres on the record, `[n_events]`."""
+    total = np.zeros(study.n_events)
+    for effect in effects:
+        move = getattr(effect, action)
+        if move is not None:
+            total = total + move(study.columns, values[effect.key])
+    return total
+
+
+def _ahead(site: Site, x: Floats, distance: Floats) -> Floats:
+    """x of places `distance` metres along the path ahead of x `[n, n_friction]`."""
+    terrain = site.terrain
+    s = np.interp(x, terrain.x, terrain.s) + distance[:, None]
+    beyond = np.maximum(s - terrain.s[-1], 0.0)
+    return np.asarray(np.interp(s, terrain.s, terrain.x) + beyond)

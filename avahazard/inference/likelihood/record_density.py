@@ -1,0 +1,94 @@
+"""The bump p(record | μ) of one event over friction, as Gauss nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+
+REACH = 7.0
+"""Records farther than this many standard deviations from F(μ) say nothing about μ."""
+PIECE = 0.5
+"""Largest step of F, in standard deviations of the record, between two points of a bump."""
+DEPTH = 40.0
+"""Frictions whose log density is that much below the best are left out."""
+HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
+
+
+@njit(cache=True, nogil=True)
+def bump_nodes(record, left, observed_left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
+    """Nodes of p(record | μ); returns the log of its total mass."""
+    n = len(grid)
+    most = int(np.ceil(2.0 * REACH / PIECE)) + 2
+    points = np.empty(most * n)
+    logs = np.empty(most * n)
+    count = 0
+    for j in range(n - 1):
+        g0, g1 = grid[j], grid[j + 1]
+        l0, l1 = log_speed[j], log_speed[j + 1]
+        if observed_left:
+            if left[j] or left[j + 1]:
+                # The status changes midway between two frictions.
+                whole = left[j] and left[j + 1]
+                t = 0.5 if whole else (0.25 if left[j] else 0.75)
+                points[count] = g0 + t * (g1 - g0)
+                logs[count] = np.log((g1 - g0) * (1.0 if whole else 0.5)) + l0 + t * (l1 - l0)
+                count += 1
+            continue
+        if left[j] and left[j + 1]:
+            continue
+        f0, f1 = record[j], record[j + 1]
+        # Across a jump of F, or to the end of the profile, records are taken as spread evenly:
+        # real terrain and real avalanches have no such gaps.
+        z0, z1 = (f0 - observed) / sigma, (f1 - observed) / sigma
+        if min(z0, z1) > REACH or max(z0, z1) < -REACH:
+            continue
+        first, last = 0.0, 1.0
+        if abs(z1 - z0) > PIECE:
+            # Only the part of a jump that is within reach of the record counts.
+            first = max(0.0, min((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
+            last = min(1.0, max((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
+        if last <= first:
+            continue
+        pieces = int(np.ceil((last - first) * abs(z1 - z0) / PIECE)) + 1
+        step = (last - first) * (g1 - g0) / pieces
+        for p in range(pieces):
+            t = first + (last - first) * (p + 0.5) / pieces
+            z = z0 + t * (z1 - z0)
+            points[count] = g0 + t * (g1 - g0)
+            logs[count] = -0.5 * z * z - np.log(sigma) - HALF_LOG_2PI + np.log(step)
+            logs[count] += l0 + t * (l1 - l0)
+            count += 1
+    if count == 0:
+        return _nearest(record, left, observed, sigma, log_speed, grid, place, weight)
+    top = np.max(logs[:count])
+    kept = 0
+    for c in range(count):
+        if logs[c] > top - DEPTH:
+            points[kept], logs[kept] = points[c], logs[c]
+            kept += 1
+    masses = np.exp(logs[:kept] - top)
+    total = np.sum(masses)
+    gauss_nodes(points[:kept], masses, place, weight)
+    return top + np.log(total)
+
+
+@njit(cache=True, nogil=True)
+def _nearest(record, left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
+    """A record that no friction reaches: the nearest friction, at its (tiny) density."""
+    best, value = 0, -np.inf
+    for j in range(len(grid) - 1):
+        if left[j]:
+            continue
+        z = (record[j] - observed) / sigma
+        candidate = -0.5 * z * z + log_speed[j]
+        if np.isnan(observed):
+            candidate = log_speed[j] - 1e3
+        if candidate > value:
+            best, value = j, candidate
+    place[:], weight[:] = grid[best], 0.0
+    weight[0] = 1.0
+    if value == -np.inf:
+        value = -1e4
+    return value - np.log(sigma) - HALF_LOG_2PI + np.log(grid[best + 1] - grid[best])

@@ -1,0 +1,45 @@
+"""Grossly wrong records, which heavy tails of friction alone cannot bear.
+
+A wrong record may lie where no friction stops a block, on a steep slope: it then costs as many
+nats as its distance in record errors asks for, and any effect that moves it a little gains most of
+them. With Student's tails a record is therefore a mixture (Box and Tiao 1968, Biometrika 55, 119):
+a few in a hundred lie anywhere on their path.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Study
+
+Floats = NDArray[np.float64]
+
+WRONG_SHARE = 0.02
+"""Chance of a record to be grossly wrong."""
+LONGEST_LENGTH = 10.0
+"""Reach of recorded lengths, in fall heights."""
+
+
+def wrong_ranges(study: Study) -> tuple[Floats, Floats]:
+    """Lowest and highest record (m) that each event could have had `[n_events]`; nan for those
+    that left, and for those with speeds, whose record the speeds bear out."""
+    low, high = np.full(study.n_events, np.nan), np.full(study.n_events, np.nan)
+    has_speed = {m.event for m in study.speeds}
+    for i, kind in enumerate(study.kind):
+        if kind == LEFT or i in has_speed:
+            continue
+        if kind == LENGTH:
+            low[i], high[i] = 0.0, LONGEST_LENGTH * study.fall_height[i]
+            continue
+        site = study.sites[study.columns.path_index[i]]
+        line = site.terrain.y if kind == ELEVATION else site.terrain.x
+        low[i], high[i] = np.min(line), np.max(line)
+    return low, high
+
+
+def log_wrong(study: Study) -> Floats:
+    """Log density (1/m) of each record as a wrong one, its chance included; -inf for none."""
+    low, high = wrong_ranges(study)
+    density = np.log(WRONG_SHARE / (high - low))
+    return np.where(np.isnan(density), -np.inf, density)

@@ -1,0 +1,1 @@
+"""The model and the data it is held against: laws, parameters, observations."""

@@ -1,0 +1,218 @@
+"""The parameters of a model: the order in which samplers see them, and what people read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.effect import Effect, Parameter
+from avahazard.inference.model.laws import Law, law
+from avahazard.inference.model.observations import Study
+from avahazard.inference.model.specification import Specification
+
+Floats = NDArray[np.float64]
+Grids = Mapping[str, tuple[float, ...]]
+"""Grids of coordinates by slot name."""
+
+SCATTER_CENTRE = 0.15
+"""Prior centre of the scatter of log friction: the paper's Gibbs fit has 0.158."""
+MIN_SCATTER_SHARE = 0.15
+"""Least scatter against that centre: below, the nodes of flat run-outs lie too far apart."""
+PATH_SCATTER = 0.2
+"""Scale of the half-normal prior of the spread between paths, on log friction."""
+MIN_PATH_SCATTER = 1e-3
+SPEED_SCATTER_M_S = 3.0
+"""Prior centre of the model's own error of speed; its log has standard deviation 1."""
+SPEED_GRID = tuple(float(v) for v in np.log([0.3, 0.6, 1.2, 2.0, 3.3, 5.5, 9.0, 15.0, 25.0]))
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One coordinate: a normal prior cut to [low, high], and the grid if it shapes the tables.
+
+    The parameter that people read is the coordinate times `scale`, so that samplers move in
+    coordinates of order one; at `neutral` it is `neutral_value` to the last bit.
+    """
+
+    name: str
+    unit: str
+    mean: float
+    sd: float
+    low: float = -np.inf
+    high: float = np.inf
+    grid: tuple[float, ...] = ()
+    neutral: float = np.nan
+    scale: float = 1.0
+    neutral_value: float = np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Coordinates `[n_slots]`: law, log scatter (and its slope), effects, path, speed.
+
+    `places` maps an effect's key to its slots; `tables` are the slots that shape the tables.
+    """
+
+    law: Law
+    slots: tuple[Slot, ...]
+    scatter: int
+    scatter_slope: int | None
+    reference_volume: float
+    path_scatter: int | None
+    speed_scatter: int | None
+    places: dict[str, slice]
+    tables: tuple[int, ...]
+    log_scatter: bool
+
+    @cached_property
+    def low(self) -> Floats:
+        """Lower bounds `[n_slots]`."""
+        return np.array([s.low for s in self.slots])
+
+    @cached_property
+    def high(self) -> Floats:
+        """Upper bounds `[n_slots]`."""
+        return np.array([s.high for s in self.slots])
+
+    def log_prior(self, u: Floats) -> float:
+        """Log density of the prior at coordinates u `[n_slots]`, up to a constant."""
+        z = (u - self._mean) / self._sd
+        return -0.5 * float(z @ z)
+
+    def effect_values(self, u: Floats) -> dict[str, Floats]:
+        """Parameter values by effect key; exactly neutral where the coordinate is."""
+        return {
+            key: np.array([self._value(k, float(u[k])) for k in range(place.start, place.stop)])
+            for key, place in self.places.items()
+        }
+
+    def _value(self, k: int, u: float) -> float:
+        slot = self.slots[k]
+        return slot.neutral_value if u == slot.neutral else u * slot.scale
+
+    @cached_property
+    def _mean(self) -> Floats:
+        return np.array([s.mean for s in self.slots])
+
+    @cached_property
+    def _sd(self) -> Floats:
+        return np.array([s.sd for s in self.slots])
+
+    def readable(self, u: Floats) -> dict[str, tuple[Floats, str]]:
+        """Values and unit by name of coordinates u `[..., n_slots]` (contract, section 3)."""
+        natural = self.law.to_natural(u[..., : len(self.law.coordinates)])
+        result = {
+            name: (natural[..., k], unit)
+            for k, (name, unit) in enumerate(zip(self.law.names, self.law.units, strict=True))
+        }
+        result["sigma"] = (np.exp(u[..., self.scatter]), "" if self.log_scatter else "friction")
+        if self.scatter_slope is not None:
+            result["sigma_n"] = (u[..., self.scatter_slope] / self.reference_volume, "1/m3")
+        for place in self.places.values():
+            for k in range(place.start, place.stop):
+                slot = self.slots[k]
+                result[slot.name] = (u[..., k] * slot.scale, slot.unit)
+        if self.path_scatter is not None:
+            result["path-effect.tau"] = (u[..., self.path_scatter] * PATH_SCATTER, "log friction")
+        if self.speed_scatter is not None:
+            result["speed_sigma"] = (np.exp(u[..., self.speed_scatter]), "m/s")
+        return result
+
+
+def build_layout(
+    specification: Specification, effects: tuple[Effect, ...], study: Study, grids: Grids
+) -> Layout:
+    """The coordinates of a model on a study; `grids` replaces grids, and so ranges, by name."""
+    chosen = law(specification.law)
+    slots = [
+        Slot(name, "", float(mean), float(sd))
+        for name, mean, sd in zip(
+            chosen.coordinates, chosen.prior_mean, chosen.prior_sd, strict=True
+        )
+    ]
+    log_scatter = specification.distribution == "lognormal"
+    centre = SCATTER_CENTRE if log_scatter else 0.5 * SCATTER_CENTRE
+    scatter = len(slots)
+    slots.append(
+        Slot(
+            "log sigma",
+            "",
+            float(np.log(centre)),
+            1.0,
+            float(np.log(centre * MIN_SCATTER_SHARE)),
+            2.0,
+        )
+    )
+    slope = None
+    if specification.scatter == "volume":
+        slope = len(slots)
+        slots.append(Slot("sigma_n", "", 0.0, 1.0))
+    places: dict[str, slice] = {}
+    path_scatter = None
+    for effect in effects:
+        if effect.groups is not None:
+            path_scatter = len(slots)
+            slots.append(Slot("tau", "", 0.0, 1.0, MIN_PATH_SCATTER / PATH_SCATTER, 10.0))
+            continue
+        places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
+        slots += [_slot(effect, p) for p in effect.parameters]
+    tables = tuple(k for k, s in enumerate(slots) if s.grid)
+    speed_scatter = None
+    if study.speeds:
+        speed_scatter = len(slots)
+        slots.append(
+            Slot(
+                "log speed sigma",
+                "",
+                float(np.log(SPEED_SCATTER_M_S)),
+                1.0,
+                SPEED_GRID[0],
+                SPEED_GRID[-1],
+                SPEED_GRID,
+            )
+        )
+    layout = Layout(
+        law=chosen,
+        slots=tuple(slots),
+        scatter=scatter,
+        scatter_slope=slope,
+        reference_volume=specification.reference_volume_m3,
+        path_scatter=path_scatter,
+        speed_scatter=speed_scatter,
+        places=places,
+        tables=tables,
+        log_scatter=log_scatter,
+    )
+    return regridded(layout, grids)
+
+
+def regridded(layout: Layout, grids: Grids) -> Layout:
+    """The layout with the grids, and so the ranges, of some slots replaced by name."""
+    slots = [
+        replace(s, grid=grids[s.name], low=grids[s.name][0], high=grids[s.name][-1])
+        if s.name in grids
+        else s
+        for s in layout.slots
+    ]
+    return replace(layout, slots=tuple(slots))
+
+
+def _slot(effect: Effect, p: Parameter) -> Slot:
+    name = effect.key if p.name == "" else f"{effect.key}.{p.name}"
+    scale = p.prior_sd
+    return Slot(
+        name,
+        p.unit,
+        p.prior_mean / scale,
+        1.0,
+        p.low / scale,
+        p.high / scale,
+        tuple(g / scale for g in p.grid),
+        p.neutral / scale,
+        scale,
+        p.neutral,
+    )

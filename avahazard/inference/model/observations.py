@@ -1,0 +1,159 @@
+"""Records in the form that the likelihood runs over: sites, columns, and what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.columns import EventColumns, build_columns
+from avahazard.effects.site import Site, build_site, release_place
+from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event, Speed
+
+Floats = NDArray[np.float64]
+
+ELEVATION, PLACE, LENGTH, LEFT = 0, 1, 2, 3
+"""What was recorded: the elevation of the stop, its x, a runout length, or that it left."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpeedRecord:
+    """Speeds measured along one event: `x`, `speed`, `sigma`, each `[n_speeds]`."""
+
+    event: int
+    x: Floats
+    speed: Floats
+    sigma: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Study:
+    """Events `[n_events]` with the sites that they ran on.
+
+    `kind` says what `observed` (m) is, `sigma` (m) is its measurement error; `release` indexes
+    `site.release_x` of the event's site; `fall_height` (m) is set for events without a profile;
+    `limit` (m) is the elevation above which a stop is not seen, nan where all are.
+    """
+
+    sites: tuple[Site, ...]
+    columns: EventColumns
+    kind: NDArray[np.int64]
+    observed: Floats
+    sigma: Floats
+    release: NDArray[np.int64]
+    fall_height: Floats
+    limit: Floats
+    volumes: VolumeNodes
+    speeds: tuple[SpeedRecord, ...]
+
+    @property
+    def n_events(self) -> int:
+        """Number of events."""
+        return len(self.observed)
+
+
+def build_study(records: Records, prior: Study | None = None) -> Study:
+    """Arrange the records for the likelihood.
+
+    With `prior`, volumes are read in the light of the volumes of that study (prediction).
+    Raises `AvahazardError` where an event's path has no profile.
+    """
+    events = records.events
+    if not events:
+        raise AvahazardError(
+            "There are no events to work on.", "Import some: avahazard import FOLDER."
+        )
+    paths = {p.path_id: p for p in records.paths}
+    profiles = {p.path_id: p for p in records.profiles}
+    used = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
+    lacking = [name for name in used if name not in profiles]
+    if lacking:
+        raise AvahazardError(
+            f"No profile is stored for path {', '.join(lacking)}.",
+            "Import profiles.csv with the points of this path.",
+        )
+    sites, release, elevation = (
+        [],
+        np.zeros(len(events), dtype=np.int64),
+        np.full(len(events), np.nan),
+    )
+    for name in used:
+        smooth = smooth_profile(profiles[name].x_m, profiles[name].y_m)
+        mine = [i for i, e in enumerate(events) if e.path_id == name]
+        place = {
+            i: release_place(smooth, _release_elevation(events[i], paths[name].release_elevation_m))
+            for i in mine
+        }
+        site = build_site(paths[name], profiles[name], smooth, list(place.values()))
+        sites.append(site)
+        for i in mine:
+            release[i] = np.searchsorted(site.release_x, place[i])
+            elevation[i] = float(smooth.height(place[i]))
+    columns = build_columns(events, paths, elevation)
+    kinds = [_observation(e) for e in events]
+    index = {e.event_id: i for i, e in enumerate(events)}
+    return Study(
+        sites=tuple(sites),
+        columns=columns,
+        kind=np.array([k for k, _ in kinds], dtype=np.int64),
+        observed=np.array([v for _, v in kinds]),
+        sigma=np.array([e.runout_sigma_m for e in events]),
+        release=release,
+        fall_height=np.array([e.fall_height_m or np.nan for e in events]),
+        limit=np.array(
+            [_or_nan(paths[e.path_id].observed_below_m) if e.path_id else np.nan for e in events]
+        ),
+        volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
+        speeds=_speed_records(records.speeds, index, events, {s.path.path_id: s for s in sites}),
+    )
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def _release_elevation(event: Event, default: float | None) -> float | None:
+    return default if event.release_elevation_m is None else event.release_elevation_m
+
+
+def _observation(event: Event) -> tuple[int, float]:
+    if event.left_profile:
+        return LEFT, np.nan
+    if event.path_id is None:
+        return LENGTH, _or_nan(event.runout_length_m)
+    if event.runout_x_m is not None:
+        return PLACE, event.runout_x_m
+    return ELEVATION, _or_nan(event.runout_elevation_m)
+
+
+def _speed_records(
+    speeds: Sequence[Speed], index: dict[str, int], events: Sequence[Event], sites: dict[str, Site]
+) -> tuple[SpeedRecord, ...]:
+    """Speeds by event, in the order of the events; elevations become the first place there."""
+    of_event: dict[int, list[Speed]] = {}
+    for speed in speeds:
+        if speed.event_id in index:
+            of_event.setdefault(index[speed.event_id], []).append(speed)
+    result = []
+    for i, measured in sorted(of_event.items()):
+        path_id = events[i].path_id
+        if path_id is None:
+            continue
+        smooth = sites[path_id].smooth
+        x = [s.x_m if s.x_m is not None else release_place(smooth, s.elevation_m) for s in measured]
+        order = np.argsort(x, kind="stable")
+        result.append(
+            SpeedRecord(
+                event=i,
+                x=np.array(x)[order],
+                speed=np.array([s.speed_m_s for s in measured])[order],
+                sigma=np.array([s.speed_sigma_m_s for s in measured])[order],
+            )
+        )
+    return tuple(result)

@@ -1,0 +1,1 @@
+"""The methods of Ancey (2005): apparent friction, its density, least squares, two samplers."""

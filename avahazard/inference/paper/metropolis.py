@@ -1,0 +1,182 @@
+"""Random-walk Metropolis-Hastings for a friction law and σ in metres (section 2c of Ancey 2005).
+
+The posterior is prior(Θ) prior(σ) Π_i N(y_i | F_k(G(V_i; Θ)), σ), a product over events with σ^-N.
+σ² has an inverse-gamma prior, so it is integrated out of the acceptance ratio and drawn exactly
+from its full conditional: the same posterior as a walk over (Θ, σ), in fewer steps. A candidate is
+accepted if u < r, r the posterior at the candidate over the posterior at the present point.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avahazard.inference.model.laws import Law
+from avahazard.inference.paper.runout_fit import Records, runout_records, squared_residuals
+from avahazard.inference.samplers.chains import Chains, chains
+from avahazard.inference.seeds import generator
+
+Array = NDArray[np.float64]
+
+FLAT_ON_SIGMA = (-0.5, 0.0)  # inverse-gamma shape and scale of σ² whose limit is flat on σ
+TARGET_ACCEPTANCE = 0.35
+WINDOWS = 12  # of the warm-up; the shape of the proposal is frozen in the last third
+LOG_SCATTER = 0.2  # of log friction, for the first proposals only
+
+
+def metropolis(
+    law: Law,
+    volume: Array,
+    runout: Array,
+    table: NDArray[np.int64],
+    stop_y: Array,
+    mu_min: float,
+    mu_step: float,
+    start: Array,
+    *,
+    seed: int,
+    prior_mean: Array | None = None,
+    prior_sd: Array | None = None,
+    sigma_prior: tuple[float, float] = FLAT_ON_SIGMA,
+    n_chains: int = 4,
+    n_draws: int = 5000,
+    n_warmup: int = 2400,
+) -> Chains:
+    """Posterior draws of the law's natural parameters and of sigma, m.
+
+    `volume` [n_events] in m3, `runout` [n_events] the recorded elevations in m, `table` [n_events]
+    the row of `stop_y` [n_tables, n_mu] of each event, `start` [n_coordinates] from `Law.start`.
+    Priors are independent normals on the law's coordinates (by default the law's own; an infinite
+    sd is flat) and inverse gamma (shape, scale) on σ². Raises `AvahazardError` on gaps in the data.
+    """
+    records = runout_records(law, volume, runout, table, stop_y, mu_min, mu_step)
+    mean = law.prior_mean if prior_mean is None else prior_mean
+    sd = law.prior_sd if prior_sd is None else prior_sd
+    spread = _first_spread(law, volume, start, sd)
+    draws, sigma, acceptance = walk(
+        records, mean, sd, sigma_prior, start, spread, seed, n_chains, n_draws, n_warmup
+    )
+    natural = np.concatenate([law.to_natural(draws), sigma[..., None]], axis=2)
+    return chains((*law.names, "sigma"), (*law.units, "m"), natural, acceptance)
+
+
+def walk(
+    records: Records,
+    prior_mean: Array,
+    prior_sd: Array,
+    sigma_prior: tuple[float, float],
+    start: Array,
+    spread: Array,
+    seed: int,
+    n_chains: int,
+    n_draws: int,
+    n_warmup: int,
+) -> tuple[Array, Array, Array]:
+    """Draws [n_chains, n_draws, n_coordinates], sigma [n_chains, n_draws], acceptance [n_chains].
+
+    `spread` [n_coordinates, n_coordinates] is the lower Cholesky factor of a guess of the
+    posterior's covariance; the chains start three such sds around `start`.
+    """
+    draws = np.empty((n_chains, n_draws, start.size))
+    sigma = np.empty((n_chains, n_draws))
+    acceptance = np.empty(n_chains)
+    prior = (np.asarray(prior_mean, np.float64), 1.0 / np.square(np.asarray(prior_sd, np.float64)))
+    for c in range(n_chains):
+        rng = generator(seed, "metropolis", c)
+        u = start + 3.0 * spread @ rng.standard_normal(start.size)
+        u, proposal = _warm_up(rng, u, spread, records, prior, sigma_prior, n_warmup)
+        _, acceptance[c] = run_chain(
+            rng, u, proposal, records, *prior, *sigma_prior, draws[c], sigma[c]
+        )
+    return draws, sigma, acceptance
+
+
+def _warm_up(
+    rng: np.random.Generator,
+    u: Array,
+    spread: Array,
+    records: Records,
+    prior: tuple[Array, Array],
+    sigma_prior: tuple[float, float],
+    n_warmup: int,
+) -> tuple[Array, Array]:
+    """The point reached, and the proposal: diagonal in the coordinates that the chain showed."""
+    n_window = max(n_warmup // WINDOWS, 20)
+    d = u.size
+    scale = 2.4 / np.sqrt(d)
+    seen = np.empty((WINDOWS, n_window, d))
+    sigma = np.empty(n_window)
+    for w in range(WINDOWS):
+        u, rate = run_chain(rng, u, scale * spread, records, *prior, *sigma_prior, seen[w], sigma)
+        scale *= np.exp(2.0 * (rate - TARGET_ACCEPTANCE))
+        if 2 <= w < WINDOWS * 2 // 3 and rate > 0.05:
+            later = seen[w // 2 : w + 1].reshape(-1, d)
+            covariance = np.atleast_2d(np.cov(later, rowvar=False))
+            if np.linalg.cond(covariance) < 1e12:
+                old = np.linalg.slogdet(spread)[1]
+                spread = np.asarray(np.linalg.cholesky(covariance), np.float64)
+                scale *= np.exp((old - np.linalg.slogdet(spread)[1]) / d)
+    return u, scale * spread
+
+
+@njit(cache=True)
+def run_chain(
+    rng: np.random.Generator,
+    start: Array,
+    proposal: Array,
+    records: Records,
+    prior_mean: Array,
+    prior_precision: Array,
+    sigma_shape: float,
+    sigma_scale: float,
+    draws: Array,
+    sigma: Array,
+) -> tuple[Array, float]:
+    """Fills `draws` [n_draws, n_coordinates] and `sigma` [n_draws]; last point and acceptance.
+
+    The step is `proposal` [n_coordinates, n_coordinates], lower triangular, times normals.
+    """
+    d = start.size
+    shape = sigma_shape + 0.5 * records.y.size
+    u, candidate, z = start.copy(), start.copy(), np.empty(d)
+    place = np.empty(records.y.size)
+    half_sum = 0.5 * squared_residuals(u, records, place) + sigma_scale
+    log_p = _log_prior(u, prior_mean, prior_precision) - shape * np.log(half_sum)
+    accepted = 0
+    for i in range(draws.shape[0]):
+        for j in range(d):
+            z[j] = rng.standard_normal()
+            step = 0.0
+            for k in range(j + 1):
+                step += proposal[j, k] * z[k]
+            candidate[j] = u[j] + step
+        new_sum = 0.5 * squared_residuals(candidate, records, place) + sigma_scale
+        new_p = _log_prior(candidate, prior_mean, prior_precision) - shape * np.log(new_sum)
+        if -rng.standard_exponential() < new_p - log_p:
+            u[:] = candidate
+            half_sum, log_p = new_sum, new_p
+            accepted += 1
+        draws[i] = u
+        sigma[i] = np.sqrt(half_sum / rng.standard_gamma(shape))
+    return u, accepted / max(draws.shape[0], 1)
+
+
+@njit(cache=True)
+def _log_prior(u: Array, mean: Array, precision: Array) -> float:
+    total = 0.0
+    for j in range(u.size):
+        total -= 0.5 * precision[j] * (u[j] - mean[j]) ** 2
+    return total
+
+
+def _first_spread(law: Law, volume: Array, start: Array, prior_sd: Array) -> Array:
+    """Cholesky factor of the coordinates' covariance if log friction scattered by 0.2.
+
+    In effect the walk is over log friction at well-separated volumes, not over (a, n), which go
+    together.
+    """
+    steps: Array = 1e-5 * np.eye(start.size)
+    jacobian = (law.log_friction(start + steps, volume) - law.log_friction(start, volume)) / 1e-5
+    information = jacobian @ jacobian.T / LOG_SCATTER**2 + np.diag(prior_sd**-2.0 + 1e-6)
+    return np.linalg.cholesky(np.linalg.inv(information))

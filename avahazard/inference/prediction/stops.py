@@ -1,0 +1,143 @@
+"""Predictive distributions: what the block would do, over scatter, volume error and posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.model.layout import PATH_SCATTER
+from avahazard.inference.prediction.table_groups import table_groups
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_table import MU, MU_STEP
+
+Floats = NDArray[np.float64]
+
+MAX_TABLES = 24
+"""Draws of the parameters that shape the tables, each of which costs runs of every block."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PredictedStops:
+    """Draws of where events stop, `[n_events, n_draws]`, without the error of the record.
+
+    `record` is in the coordinate of each event's record, `x` and `elevation` in metres; where
+    `left`, they are those of the profile's end. `friction` is the draw of μ; `n_nonpositive`
+    counts draws of μ ≤ 0, which leave any profile (normal scatter only).
+    """
+
+    record: Floats
+    x: Floats
+    elevation: Floats
+    left: NDArray[np.bool_]
+    friction: Floats
+    n_nonpositive: int
+
+
+def predict_stops(
+    posterior: Posterior,
+    coordinates: Floats,
+    offsets: Mapping[str, Floats],
+    n_draws: int,
+    rng: np.random.Generator,
+) -> PredictedStops:
+    """Draw stops of every event of the posterior's study.
+
+    `coordinates` `[n_posterior, n_slots]` are draws of the model's parameters, of which `n_draws`
+    are used evenly; `offsets` holds for each path that has one the draws of its offset
+    `[n_posterior]`; any other path gets one from their spread.
+    """
+    n = posterior.study.n_events
+    chosen = np.linspace(0, len(coordinates) - 1, n_draws).round().astype(int)
+    tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
+    groups = table_groups(tables_at, min(MAX_TABLES, n_draws))
+    friction = np.empty((n, n_draws))
+    record, x, elevation = (np.empty((n, n_draws)) for _ in range(3))
+    left = np.empty((n, n_draws), dtype=np.bool_)
+    n_nonpositive = 0
+    for group in groups:
+        # All draws of a group share the table parameters of the draw nearest to their mean.
+        away = np.sum((tables_at[group] - tables_at[group].mean(axis=0)) ** 2, axis=1)
+        middle = coordinates[chosen[group[np.argmin(away)]]]
+        tables = posterior.nodes.predicted_at(middle)
+        for k in group:
+            u = coordinates[chosen[k]].copy()
+            u[list(posterior.layout.tables)] = middle[list(posterior.layout.tables)]
+            shift = _path_shift(posterior, u, offsets, chosen[k], rng)
+            friction[:, k] = draw_friction(posterior, u, shift, rng)
+        here = friction[:, group]
+        n_nonpositive += int(np.sum(here <= 0.0))
+        record[:, group], x[:, group], elevation[:, group], left[:, group] = look_up(tables, here)
+    return PredictedStops(record, x, elevation, left, friction, n_nonpositive)
+
+
+def draw_friction(
+    posterior: Posterior, u: Floats, shift: Floats, rng: np.random.Generator
+) -> Floats:
+    """One draw of μ for each event `[n_events]`, over its volume's error and the scatter.
+
+    `shift` `[n_events]` is added to log friction (path offsets).
+    """
+    volumes = posterior.study.volumes
+    volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
+    location, scatter = posterior.location_and_scatter(u, volume[:, None])
+    if posterior.specification.tails == "student":
+        noise = rng.standard_t(4, size=len(volume))
+    else:
+        noise = rng.standard_normal(len(volume))
+    if posterior.layout.log_scatter:
+        return np.asarray(np.exp(location[:, 0] + shift + scatter[:, 0] * noise))
+    return np.asarray(location[:, 0] * np.exp(shift) + scatter[:, 0] * noise)
+
+
+def _path_shift(
+    posterior: Posterior,
+    u: Floats,
+    offsets: Mapping[str, Floats],
+    draw: int,
+    rng: np.random.Generator,
+) -> Floats:
+    """Offset of log friction of each event's path in this draw, `[n_events]`."""
+    columns = posterior.study.columns
+    if posterior.layout.path_scatter is None:
+        return np.zeros(len(columns))
+    tau = PATH_SCATTER * u[posterior.layout.path_scatter]
+    new = tau * rng.standard_normal(len(columns.paths) + 1)
+    by_path = np.array(
+        [offsets[p][draw] if p in offsets else new[k] for k, p in enumerate(columns.paths)]
+        + [new[-1]]
+    )
+    return np.asarray(by_path[columns.path_index])
+
+
+def look_up(
+    tables: Predicted, friction: Floats
+) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    """Records, places and elevations at drawn frictions `[n_events, n_draws]`.
+
+    Linear between grid points of the same status; across a change of status the nearer point
+    counts, so that a stop is never mixed with a run that left.
+    """
+    place = np.clip((friction - MU[0]) / MU_STEP, 0.0, len(MU) - 1.0)
+    j = np.minimum(place.astype(int), len(MU) - 2)
+    share = place - j
+    rows = np.arange(len(friction))[:, None]
+    status = tables.status
+    mixed = status[rows, j] != status[rows, j + 1]
+    share = np.where(mixed, np.round(share), share)
+    values = []
+    for table in (tables.record, tables.x, tables.elevation):
+        values.append(table[rows, j] * (1.0 - share) + table[rows, j + 1] * share)
+    nearest = np.where(share >= 0.5, status[rows, j + 1], status[rows, j])
+    left = (nearest == LEFT_PROFILE) | (friction <= 0.0)
+    straight = np.isnan(tables.elevation).all(axis=1)
+    # Without a profile the energy line holds exactly: L = H / μ.
+    height = tables.record[:, 0] * MU[0]
+    record = values[0]
+    record[straight] = height[straight, None] / np.maximum(friction[straight], MU[0])
+    left[straight] = False
+    return record, values[1], values[2], left

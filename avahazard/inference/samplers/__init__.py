@@ -1,0 +1,1 @@
+"""Draws of the posterior, and whether they have converged."""

@@ -1,0 +1,160 @@
+"""A child of a stored model: the same with more effects, calibrated, compared and stored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
+from avahazard.records.errors import AvahazardError
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.store.comparisons import latest_comparison, save_comparison
+from avahazard.store.models import load_model, refuse_taken_name
+from avahazard.store.session import reading, writing
+from avahazard.workflow.calibrate import N_CHAINS, N_DRAWS, calibrate_study
+from avahazard.workflow.calibrated import result_document
+from avahazard.workflow.compare import comparison
+from avahazard.workflow.fitted import fitted_posterior
+from avahazard.workflow.ladder import rung
+from avahazard.workflow.own_effects import check_own, effects_of, read_own, stored_text
+from avahazard.workflow.stored_model import (
+    StoredFit,
+    coordinates_for,
+    load_stored,
+    require_unchanged,
+    save_calibrated,
+    training_records,
+)
+
+Floats = NDArray[np.float64]
+Report = Callable[[str, float, float], None]
+
+
+def add(
+    database: str,
+    name: str,
+    effects: Sequence[str],
+    new_name: str,
+    *,
+    effect_files: Sequence[Path] = (),
+    report: Report = lambda _what, _done, _total: None,
+) -> dict[str, Any]:
+    """Add `effects` to the model `name`, calibrate from its mode, compare, store as `new_name`.
+
+    Chains, draws and seed are the parent's. `effect_files` hold the user's own effects, of the
+    parent and new ones. Returns the document of `calibrate` and `comparison`, the scores
+    `before` and `after` with the noise floor.
+
+    Raises:
+        AvahazardError: a name is taken or unknown, an effect is unknown, already there or cannot
+            be told from the data, an effect file is missing or changed, or the records have
+            changed since the parent was calibrated.
+    """
+    own = read_own(effect_files)
+    definitions = tuple(effect.definition for effect in own.values())
+    with reading(database) as session:
+        model = load_model(session, name)
+        refuse_taken_name(session, new_name)
+        before = latest_comparison(session, name)
+    check_own(model, own)
+    unused = [key for key in own if key not in (*effects, *effects_of(model))]
+    if unused:
+        raise AvahazardError(
+            f"The effect '{unused[0]}' of the effect file is not asked for.",
+            f"Name it: avahazard add {name} {unused[0]} --as {new_name} --effect-file FILE.",
+        )
+    parent, all_records = load_stored(database, name, definitions)
+    require_unchanged(parent, all_records)
+    records = training_records(parent, all_records)
+    study = build_study(records)
+    specification, new_facts = with_effects(study, parent.specification, effects, definitions)
+    if specification == parent.specification:
+        raise AvahazardError(f"The model {name} has {', '.join(effects)} already.")
+    facts = {**parent.facts, **new_facts}
+    seed = int(parent.result["seed"])
+    same_method = parent.method == "marginal"
+    found = calibrate_study(
+        study,
+        specification,
+        facts,
+        n_chains=int(parent.result["chains"]) if same_method else N_CHAINS,
+        n_draws=int(parent.result["draws"]) if same_method else N_DRAWS["marginal"],
+        seed=seed,
+        own=definitions,
+        start=_start(parent, assemble(study, specification, facts, definitions)),
+        progress=lambda share: report(f"Calibrating {new_name}", share, 1.0),
+    )
+    document = result_document(
+        found, new_name, seed=seed, data_fingerprint=data_fingerprint(records), parent=name
+    )
+    built = build_effects(specification, facts, definitions)
+    after = comparison(
+        new_name,
+        Posterior(study, specification, built, found.grids),
+        found.coordinates.reshape(-1, found.coordinates.shape[2]),
+        {path: draws.ravel() for path, draws in found.offsets.items()},
+        lambda share: report(f"Comparing {new_name}", share, 1.0),
+    )
+    fresh = before is None and parent.method != "metropolis"
+    if fresh:
+        posterior = fitted_posterior(parent, records)
+        before = comparison(
+            name,
+            posterior,
+            coordinates_for(parent, posterior),
+            parent.offsets,
+            lambda share: report(f"Comparing {name}", share, 1.0),
+        )
+    save_calibrated(
+        database,
+        found,
+        document,
+        paths=parent.paths,
+        effect_file=stored_text(own, specification.effects),
+    )
+    with writing(database) as session:
+        if fresh and before is not None:
+            save_comparison(session, name, before)
+        save_comparison(session, new_name, after)
+    return {**document, "comparison": before_and_after(before, after)}
+
+
+def before_and_after(before: dict[str, Any] | None, after: dict[str, Any]) -> dict[str, Any]:
+    """Scores of parent and child (see `laddering.rung`) beside the noise floor, in metres."""
+    floor = after["scores"]["runout"]
+    return {
+        "before": None if before is None else rung(before),
+        "after": rung(after),
+        "held_out_by": after["held_out"]["by"],
+        "noise_floor_m": floor["noise_floor_m"],
+        "noise_floor_crps_m": floor["noise_floor_crps_m"],
+    }
+
+
+def _start(parent: StoredFit, child: Posterior) -> Floats | None:
+    """Coordinates to seek the child's mode from: the parent's, its new ones neutral.
+
+    None, to start from the data, where the parent's coordinates mean something else.
+    """
+    if parent.method != "marginal" or not _same_base(parent.specification, child.specification):
+        return None
+    known = dict(zip(parent.slots, np.median(parent.coordinates, axis=0), strict=True))
+    layout = child.layout
+    start = [
+        known.get(slot.name, slot.mean if np.isnan(slot.neutral) else slot.neutral)
+        for slot in layout.slots
+    ]
+    if layout.path_scatter is not None and "tau" not in known:
+        start[layout.path_scatter] = 0.5
+    return np.array(start)
+
+
+def _same_base(parent: Specification, child: Specification) -> bool:
+    return parent.law == child.law and parent.reference_volume_m3 == child.reference_volume_m3

@@ -1,0 +1,158 @@
+"""Calibration of a model on the stored records, and its storage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.effects.catalogue import definition, require
+from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.specification import (
+    DistributionName,
+    LawName,
+    MethodName,
+    ScatterName,
+    Specification,
+    TailsName,
+)
+from avahazard.inference.samplers.marginal import sample
+from avahazard.records.errors import AvahazardError
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.store.models import refuse_taken_name
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.calibrated import Calibrated, result_document
+from avahazard.workflow.paper_methods import calibrate_paper, check_method
+from avahazard.workflow.stored_model import only_paths, save_calibrated
+
+Floats = NDArray[np.float64]
+
+N_CHAINS = 4
+N_DRAWS: dict[MethodName, int] = {"marginal": 1000, "metropolis": 5000, "gibbs": 5000}
+"""Draws of each chain where the user names none; the marginal method's are nearly independent."""
+
+
+def calibrate(
+    database: str,
+    name: str,
+    *,
+    law: LawName = "exponential",
+    scatter: ScatterName = "constant",
+    distribution: DistributionName = "lognormal",
+    method: MethodName = "marginal",
+    tails: TailsName = "normal",
+    with_: Sequence[str] = (),
+    without: Sequence[str] = (),
+    paths: Sequence[str] = (),
+    chains: int = N_CHAINS,
+    draws: int | None = None,
+    seed: int = 0,
+    report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
+) -> dict[str, Any]:
+    """Calibrate a model on the records (of `paths`, if any are named) and store it as `name`.
+
+    Returns the document of `result_document`. All is stored at the end, or nothing.
+
+    Raises:
+        AvahazardError: the name is taken, a path or effect is unknown or cannot be told from
+            the data, or the method cannot do it.
+    """
+    keys = _kept_effects(with_, without)
+    asked = Specification(
+        law=law,
+        scatter=scatter,
+        distribution=distribution,
+        tails=tails,
+        centrifugal="centrifugal" not in without,
+    )
+    check_method(method, asked)
+    with reading(database) as session:
+        refuse_taken_name(session, name)
+        records = only_paths(load_records(session), paths)
+    study = build_study(records)
+    if scatter == "volume":
+        require(definition("volume-scatter"), study.columns, study.sites)
+    specification, facts = with_effects(study, asked, keys)
+    report(f"Calibrating {name}", 0.0, 1.0)
+    found = calibrate_study(
+        study,
+        specification,
+        facts,
+        method=method,
+        n_chains=chains,
+        n_draws=N_DRAWS[method] if draws is None else draws,
+        seed=seed,
+        progress=lambda share: report(f"Calibrating {name}", share, 1.0),
+    )
+    fingerprint = data_fingerprint(records)
+    document = result_document(found, name, seed=seed, data_fingerprint=fingerprint)
+    save_calibrated(database, found, document, paths=tuple(dict.fromkeys(paths)))
+    return document
+
+
+def calibrate_study(
+    study: Study,
+    specification: Specification,
+    facts: dict[str, Facts],
+    *,
+    method: MethodName = "marginal",
+    n_chains: int = N_CHAINS,
+    n_draws: int = N_DRAWS["marginal"],
+    seed: int = 0,
+    own: Sequence[Definition] = (),
+    start: Floats | None = None,
+    progress: Callable[[float], None] = lambda _share: None,
+) -> Calibrated:
+    """Calibrate a model on a study; nothing is stored.
+
+    `specification` and `facts` are those of `with_effects`, `own` the user's definitions among
+    its effects; `start` `[n_slots]` is where the mode is sought from. Raises `AvahazardError`
+    where the method cannot do it.
+    """
+    if method != "marginal":
+        return calibrate_paper(
+            study, specification, method, n_chains=n_chains, n_draws=n_draws, seed=seed
+        )
+    posterior = assemble(study, specification, facts, own)
+    drawn = sample(
+        posterior, n_chains=n_chains, n_draws=n_draws, seed=seed, start=start, progress=progress
+    )
+    offsets = {}
+    if drawn.offsets is not None:
+        paths = study.columns.paths
+        offsets = {paths[k]: drawn.offsets[..., k] for k in range(drawn.offsets.shape[2])}
+    return Calibrated(
+        specification=specification,
+        facts=facts,
+        method=method,
+        chains=drawn.chains,
+        slots=tuple(slot.name for slot in drawn.posterior.layout.slots),
+        coordinates=drawn.coordinates,
+        n_events=study.n_events,
+        offsets=offsets,
+        grids=_refined_grids(posterior, drawn.posterior),
+    )
+
+
+def _refined_grids(whole: Posterior, fine: Posterior) -> dict[str, tuple[float, ...]]:
+    """The grids that are not those of the effects themselves, by slot."""
+    pairs = zip(whole.layout.slots, fine.layout.slots, strict=True)
+    return {new.name: new.grid for old, new in pairs if new.grid != old.grid}
+
+
+def _kept_effects(with_: Sequence[str], without: Sequence[str]) -> list[str]:
+    """Effects asked for less those asked away; `centrifugal` may be asked away in any case."""
+    for key in without:
+        definition(key)
+        if key != "centrifugal" and key not in with_:
+            raise AvahazardError(
+                f"The model does not have the effect '{key}'.",
+                "Only centrifugal is in the base model: --without centrifugal.",
+            )
+    return [key for key in dict.fromkeys(with_) if key not in without]

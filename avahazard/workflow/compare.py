@@ -1,0 +1,181 @@
+"""A model against the measurements: scores, held-out scores, and where it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.scoring.axes import event_axes
+from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.held_out import (
+    HeldOutPredictions,
+    choose_groups,
+    held_out_predictions,
+)
+from avahazard.criticism.scoring.loo import leave_one_out
+from avahazard.criticism.scoring.scores import (
+    randomised_pit,
+    record_pit,
+    runout_scores,
+    speed_scores,
+)
+from avahazard.criticism.scoring.speed_misfit import (
+    MatchedSpeeds,
+    matched_speeds,
+    measured_force,
+    speed_misfit,
+)
+from avahazard.criticism.scoring.where_it_fails import where_it_fails
+from avahazard.inference.fitting.mode import find_mode
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Study
+from avahazard.inference.model.specification import MethodName
+from avahazard.inference.seeds import generator
+from avahazard.records.errors import AvahazardError
+from avahazard.report.picture import require_picture
+from avahazard.store.comparisons import save_comparison
+from avahazard.store.session import writing
+from avahazard.workflow.fitted import fitted_posterior, offset_array
+from avahazard.workflow.own_effects import own_effects
+from avahazard.workflow.stored_model import (
+    coordinates_for,
+    load_stored,
+    require_unchanged,
+    training_records,
+)
+
+Floats = NDArray[np.float64]
+Report = Callable[[str, float, float], None]
+
+RECORD_DRAWS = 1000
+COORDINATES = {ELEVATION: "elevation", LEFT: "elevation", PLACE: "x", LENGTH: "length"}
+
+
+def compare(
+    database: str,
+    name: str,
+    *,
+    effect_files: Sequence[Path] = (),
+    plot: Path | None = None,
+    report: Report = lambda _what, _done, _total: None,
+) -> dict[str, Any]:
+    """Compare the stored model `name` with its measurements, and store the comparison.
+
+    Returns the contract's document; see `comparison` for its further keys. `plot` is a picture
+    of where it fails.
+
+    Raises:
+        AvahazardError: there is no such model, its records have changed, or its method has no
+            predictive distribution of the friction, or `plot` is not the name of a picture.
+    """
+    if plot is not None:
+        require_picture(plot)
+    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    require_comparable(name, stored.method)
+    require_unchanged(stored, records)
+    posterior = fitted_posterior(stored, training_records(stored, records))
+    document = comparison(
+        name,
+        posterior,
+        coordinates_for(stored, posterior),
+        stored.offsets,
+        lambda share: report(f"Comparing {name}", share, 1.0),
+    )
+    with writing(database) as session:
+        save_comparison(session, name, document)
+    if plot is not None:
+        from avahazard.report.comparison_figure import draw_comparison  # noqa: PLC0415 (slow)
+
+        draw_comparison(plot, document)
+    return document
+
+
+def require_comparable(name: str, method: MethodName) -> None:
+    """Raise `AvahazardError` for a model whose scatter is not on friction."""
+    if method == "metropolis":
+        raise AvahazardError(
+            f"The model {name} was calibrated by method metropolis, whose scatter is in metres "
+            "and holds all errors at once: it cannot be set against them.",
+            "Calibrate with --method marginal (or gibbs) to compare.",
+        )
+
+
+def comparison(
+    name: str,
+    posterior: Posterior,
+    coordinates: Floats,
+    offsets: dict[str, Floats],
+    progress: Callable[[float], None] = lambda _share: None,
+) -> dict[str, Any]:
+    """The document of `compare` for a posterior and its draws; nothing is stored.
+
+    `coordinates` `[n_draws, n_slots]`, `offsets` `[n_draws]` by path. Runout scores are in metres
+    of the coordinate of each record, which `coordinate` names (elevation, x, length, mixed).
+    Held-out `elpd_loo` is the log density of each record given the other groups. Besides the
+    contract's keys: Pareto k over 0.7 and how many of these were refitted, misfit of speeds by
+    place and by speed, and the measured force along the tracks.
+    """
+    study = posterior.study
+    rng = generator(0, "compare")
+    by_group = offset_array(posterior, coordinates, offsets, rng)
+    expected = expected_records(posterior, coordinates, offsets, RECORD_DRAWS, rng)
+    pit = record_pit(expected, rng)
+    progress(0.15)
+    speeds = matched_speeds(posterior, coordinates, by_group, rng)
+    progress(0.25)
+    loo = leave_one_out(posterior, coordinates, by_group)
+    progress(0.4)
+    held = choose_groups(study)
+    others = held_out_predictions(
+        posterior,
+        held.groups,
+        find_mode(posterior, np.median(coordinates, axis=0)),
+        coordinates,
+        lambda share: progress(0.4 + 0.6 * share),
+    )
+    axes = event_axes(study, np.median(expected.x, axis=1))
+    return {
+        "model": name,
+        "coordinate": coordinate_name(study),
+        "scores": {
+            "runout": runout_scores(expected, pit),
+            "speed": _speed_scores(speeds),
+            "elpd_loo": loo.elpd,
+            "elpd_loo_se": loo.se,
+            "pareto_k_bad": loo.n_bad,
+            "pareto_k_refitted": loo.n_refitted,
+        },
+        "held_out": {"by": held.by, **_held_out_scores(others)},
+        "where_it_fails": where_it_fails(axes, expected.error, pit, study.columns.path_index),
+        "speed_misfit": None if speeds is None else speed_misfit(study, speeds),
+        "measured_force": measured_force(study) if study.speeds else None,
+    }
+
+
+def coordinate_name(study: Study) -> str:
+    """The coordinate of the records: elevation, x, length, or mixed."""
+    names = {COORDINATES[int(kind)] for kind in np.unique(study.kind[study.kind != LEFT])}
+    return names.pop() if len(names) == 1 else ("mixed" if names else "elevation")
+
+
+def _held_out_scores(others: HeldOutPredictions) -> dict[str, Any]:
+    rng = generator(0, "held out scores")
+    pit = record_pit(others.records, rng)
+    n = len(others.log_density)
+    return {
+        "runout": runout_scores(others.records, pit),
+        "speed": _speed_scores(others.speeds),
+        "elpd_loo": float(np.sum(others.log_density)),
+        "elpd_loo_se": float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
+    }
+
+
+def _speed_scores(speeds: MatchedSpeeds | None) -> dict[str, Any] | None:
+    if speeds is None:
+        return None
+    pit = randomised_pit(speeds.draws, speeds.observed, generator(0, "speed scores"))
+    return speed_scores(speeds.draws, speeds.observed, speeds.sigma, pit)

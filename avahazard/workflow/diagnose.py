@@ -1,0 +1,132 @@
+"""Which physical effect a stored model lacks, if any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from avahazard.criticism.diagnosis.diagnose import Candidate, Diagnosis, diagnose
+from avahazard.criticism.diagnosis.measurements import measurement_gains
+from avahazard.inference.model.observations import build_study
+from avahazard.records.errors import AvahazardError
+from avahazard.report.picture import require_picture
+from avahazard.store.diagnoses import save_diagnosis
+from avahazard.store.models import load_model
+from avahazard.store.session import reading, writing
+from avahazard.workflow.own_effects import check_own, read_own
+from avahazard.workflow.stored_model import load_stored, require_unchanged, training_records
+
+Report = Callable[[str, float, float], None]
+
+
+def diagnose_model(
+    database: str,
+    name: str,
+    *,
+    n_worlds: int = 199,
+    seed: int = 0,
+    effect_files: Sequence[Path] = (),
+    plot: Path | None = None,
+    report: Report = lambda _what, _done, _total: None,
+) -> dict[str, Any]:
+    """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
+
+    Returns the contract's document with further keys; `plot` is a picture of the candidates.
+
+    Raises:
+        AvahazardError: there is no such model, its records have changed, or its method has no
+            likelihood that effects could be tested in.
+    """
+    if plot is not None:
+        require_picture(plot)
+    own_files = read_own(effect_files)
+    with reading(database) as session:
+        check_own(load_model(session, name), own_files)
+    own = tuple(effect.definition for effect in own_files.values())
+    stored, records = load_stored(database, name, own)
+    if stored.method != "marginal":
+        raise AvahazardError(
+            f"The model {name} was calibrated by {stored.method}, which cannot test effects.",
+            "Calibrate one with --method marginal.",
+        )
+    require_unchanged(stored, records)
+    study = build_study(training_records(stored, records))
+    found = diagnose(
+        study,
+        stored.specification,
+        stored.facts,
+        own,
+        n_worlds=n_worlds,
+        seed=seed,
+        progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
+    )
+    document = diagnosis_document(name, found, seed)
+    with writing(database) as session:
+        save_diagnosis(session, name, document)
+    if plot is not None:
+        from avahazard.report.diagnosis_figure import draw_diagnosis  # noqa: PLC0415 (slow)
+
+        draw_diagnosis(plot, document)
+    return document
+
+
+def diagnosis_document(name: str, found: Diagnosis, seed: int) -> dict[str, Any]:
+    """The contract's `diagnose` document."""
+    return {
+        "model": name,
+        "verdict": found.verdict,
+        "missing": list(found.missing),
+        "candidates": [_candidate(c, found) for c in found.candidates],
+        "path_effect": {
+            "gain": found.screening.path_gain,
+            "p_value": found.screening.path_p,
+        },
+        "detectable_m": found.detectable_m,
+        "detectable_log_friction": found.detectable_log_friction,
+        "measure_next": _measure_next(found, seed),
+        "still_needed": found.still_needed,
+        "heavy_tails": found.heavy_tails,
+        "suspect_events": list(found.suspects),
+        "n_worlds": found.screening.n_worlds,
+        "seed": seed,
+    }
+
+
+def _candidate(candidate: Candidate, found: Diagnosis) -> dict[str, Any]:
+    fit = candidate.fit
+    gain = candidate.screened.gain
+    if fit is not None:
+        gain = fit.log_likelihood - found.base.log_likelihood
+    return {
+        "effect": candidate.key,
+        "gain": gain,
+        "evidence_gain": candidate.evidence_gain,
+        "held_out_gain": candidate.held_out_gain,
+        "p_value": candidate.screened.p_family,
+        "screened_gain": candidate.screened.gain,
+        "chance_gain": candidate.screened.null_gain,
+        "p_value_alone": candidate.screened.p_single,
+        "error_before_m": found.error_before_m,
+        "error_after_m": candidate.error_after_m,
+        "parameters": {} if fit is None else fit.parameters(candidate.key),
+        "physics": candidate.screened.definition.meaning,
+        "confounded_with": list(candidate.confounded_with),
+    }
+
+
+def _measure_next(found: Diagnosis, seed: int) -> list[dict[str, Any]]:
+    """What would part the two best explanations, or show an effect that is too small to see."""
+    fits = [c.fit for c in found.candidates if c.fit is not None]
+    if len(fits) > 1:
+        return measurement_gains(fits[0], fits[1], seed)
+    if fits:
+        return measurement_gains(fits[0], found.base, seed)
+    # An effect as large as the smallest detectable gains in proportion to the events.
+    n = found.base.posterior.study.n_events
+    return [
+        {
+            "measurement": f"{n} more events: effects of {found.detectable_m / 2**0.5:.0f} m show",
+            "expected_gain": found.screening.critical_gain,
+        }
+    ]

@@ -1,0 +1,119 @@
+"""The catalogue of effects, beside what the present data can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avahazard.effects.catalogue import KEYS, definition
+from avahazard.effects.covariate import PREFIX
+from avahazard.effects.effect import Definition, Effect
+from avahazard.effects.file_template import TEMPLATE
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.records.errors import AvahazardError
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+
+NO_DATA = "there are no events yet"
+
+
+def list_effects(database: str) -> list[dict[str, Any]]:
+    """Return `{"key", "meaning", "needs", "lacking"}` of every effect, and of every column.
+
+    `lacking` says what the present data lack for it, None where nothing.
+    """
+    study = _study(database)
+    keys: Sequence[str] = KEYS
+    if study is not None:
+        names = (*study.columns.numbers, *study.columns.texts)
+        keys = (*KEYS, *(PREFIX + name for name in names))
+    return [_entry(definition(key), study) for key in keys]
+
+
+def show_effect(database: str, key: str) -> dict[str, Any]:
+    """Return the entry of one effect, what it acts on, and its parameters.
+
+    Where an effect is made from the data (levels, ranges) and these are lacking, `acts_on` is
+    None and `parameters` empty.
+
+    Raises:
+        AvahazardError: there is no such effect.
+    """
+    entry = definition(key)
+    study = _study(database)
+    result = _entry(entry, study)
+    effect = None
+    if study is not None and result["lacking"] is None:
+        effect = entry.build(entry.facts(study.columns, study.sites))
+    else:
+        try:
+            effect = entry.build({})
+        except KeyError:
+            effect = None
+    return {
+        **result,
+        "acts_on": _acts_on(entry, effect),
+        "parameters": [] if effect is None else [_parameter(p) for p in effect.parameters],
+    }
+
+
+def write_template(file: Path) -> dict[str, Any]:
+    """Write a commented effect file to start from. Raises `AvahazardError` where it exists."""
+    try:
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(TEMPLATE)
+    except FileExistsError as error:
+        raise AvahazardError(
+            f"{file} is there already and is not overwritten.", "Name another file."
+        ) from error
+    return {"file": str(file)}
+
+
+def _study(database: str) -> Study | None:
+    """The study of the present records; None where there is no database or nothing in it."""
+    try:
+        with reading(database) as session:
+            records = load_records(session)
+        return build_study(records)
+    except AvahazardError:
+        # The catalogue is there before any data are.
+        return None
+
+
+def _entry(entry: Definition, study: Study | None) -> dict[str, Any]:
+    lacking = NO_DATA if study is None else entry.lacking(study.columns, study.sites)
+    return {
+        "key": entry.key,
+        "meaning": entry.meaning,
+        "needs": entry.needs,
+        "lacking": lacking,
+    }
+
+
+def _acts_on(entry: Definition, effect: Effect | None) -> str | None:
+    if entry.changes is not None:
+        return {
+            "law": "the law of friction against volume",
+            "scatter": "the scatter of friction",
+            "centrifugal": "the motion",
+        }[entry.changes]
+    if effect is None:
+        return None
+    if effect.design is not None or effect.groups is not None:
+        return "friction"
+    return "the motion" if effect.motion is not None else "the record"
+
+
+def _parameter(p: Any) -> dict[str, Any]:
+    return {
+        "name": p.name,
+        "unit": p.unit,
+        "neutral": p.neutral,
+        "prior_mean": p.prior_mean,
+        "prior_sd": p.prior_sd,
+        "low": p.low if np.isfinite(p.low) else None,
+        "high": p.high if np.isfinite(p.high) else None,
+    }

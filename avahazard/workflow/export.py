@@ -1,0 +1,168 @@
+"""The results of a model as files for a GIS or a spreadsheet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from avahazard.effects.site import release_place
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.path import Path, Profile
+from avahazard.store.hazard import latest_hazard
+from avahazard.store.models import load_model, now
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.store.zones import latest_zones
+from avahazard.workflow.hazard_csv import is_own_csv, write_hazard
+from avahazard.workflow.path import stop_place
+
+if TYPE_CHECKING:
+    from avahazard.gis.hazard_map import MappedPath
+    from avahazard.gis.map_layer import MapLayer
+    from avahazard.gis.path_line import PathLine
+
+Rows = Sequence[Mapping[str, Any]]
+ENDINGS = (".gpkg", ".geojson", ".csv")
+
+
+def export(database: str, name: str, file: FilePath) -> dict[str, Any]:
+    """Write the latest bounds and zones by the model `name` to `file`, for what its name ends in.
+
+    `.gpkg`: paths, releases, recorded stops, runouts and zones as layers with their styles, in
+    the paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`: the rows of `hazard`.
+    A file that an export made before is replaced, no other one. Returns `model`, `file`, `layers`
+    (`layer`, `n_features`, `crs`) and `notes` on what could not be drawn.
+
+    Raises:
+        AvahazardError: there is no such model, no bounds are stored by it, `file` has another
+            ending or is somebody else's, or no path has coordinates.
+    """
+    ending = file.suffix.lower()
+    if ending not in ENDINGS:
+        raise AvahazardError(
+            f"{file} does not end in {', '.join(ENDINGS)}.",
+            "The ending says what is written: GeoPackage, GeoJSON or a table.",
+        )
+    with reading(database) as session:
+        load_model(session, name)
+        rows, zones = latest_hazard(session, name), latest_zones(session, name)
+        records = load_records(session)
+    if not rows:
+        raise AvahazardError(
+            f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
+        )
+    if ending == ".csv":
+        _replace(file, is_own_csv, lambda part: write_hazard(part, rows))
+        layers = [{"layer": "hazard", "n_features": len(rows), "crs": None}]
+        return {"model": name, "file": str(file), "layers": layers, "notes": []}
+    made, notes = _layers(records, rows, zones or [])
+    if zones is None:
+        notes.append(f"no zones are stored by {name}: avahazard zones {name}")
+    _write_map(file, made)
+    return {
+        "model": name,
+        "file": str(file),
+        "layers": [{"layer": m.name, "n_features": len(m.features), "crs": m.code} for m in made],
+        "notes": notes,
+    }
+
+
+def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], list[str]]:
+    from avahazard.gis.packages import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+    from avahazard.gis.hazard_map import hazard_layers  # noqa: PLC0415 (may be missing)
+    from avahazard.gis.path_line import path_line  # noqa: PLC0415
+
+    profiles = {profile.path_id: profile for profile in records.profiles}
+    drawn: list[MappedPath] = []
+    lacking: dict[str, list[str]] = {}
+    for path in records.paths:
+        profile = profiles.get(path.path_id)
+        line = "no profile" if profile is None else path_line(profile)
+        if isinstance(line, str) or profile is None:
+            lacking.setdefault(str(line), []).append(path.path_id)
+        else:
+            drawn.append(_drawn(records, path, profile, line))
+    reasons = [f"{', '.join(paths)}: {reason}" for reason, paths in lacking.items()]
+    if not drawn:
+        raise AvahazardError(
+            f"No path can be drawn on a map ({'; '.join(reasons) or 'there are none'}).",
+            "Give profiles.csv easting_m, northing_m and crs, or lon and lat, and import it with "
+            "--update; or import the paths as lines with --dem. A .csv needs no coordinates.",
+        )
+    notes = [f"not on the map are {reason}" for reason in reasons]
+    return hazard_layers(drawn, rows, zones), notes + _notes(drawn, rows, zones)
+
+
+def _drawn(records: Records, path: Path, profile: Profile, line: PathLine) -> MappedPath:
+    from avahazard.gis.hazard_map import MappedPath  # noqa: PLC0415
+
+    smooth = smooth_profile(profile.x_m, profile.y_m)
+    events = [event for event in records.events if event.path_id == path.path_id]
+    stops = [(event, x) for event in events if (x := stop_place(smooth, event)) is not None]
+    return MappedPath(path, line, release_place(smooth, path.release_elevation_m), tuple(stops))
+
+
+def _notes(drawn: Sequence[MappedPath], rows: Rows, zones: Rows) -> list[str]:
+    """What has no place on the map."""
+    shown = {one.path.path_id for one in drawn}
+    beyond = [
+        row["path_id"]
+        for row in rows
+        for found in (row, row.get("exceeded"))
+        if found and row["path_id"] in shown
+        for x in found["runout_x_m"].values()
+        if x is None
+    ]
+    notes = []
+    if beyond:
+        notes.append(
+            f"{len(beyond)} statistics of runouts lie past the end of the profile and have no "
+            f"point: {', '.join(dict.fromkeys(beyond))}. Longer profiles would tell."
+        )
+    bare = [
+        one.path.path_id
+        for one in drawn
+        if one.width_m is None and any(z["path_id"] == one.path.path_id for z in zones)
+    ]
+    if bare:
+        notes.append(f"zones as lines only, for want of a column width_m: {', '.join(bare)}.")
+    return notes
+
+
+def _write_map(file: FilePath, layers: Sequence[MapLayer]) -> None:
+    if file.suffix.lower() == ".gpkg":
+        from avahazard.gis.geopackage import is_own_geopackage, write_geopackage  # noqa: PLC0415
+
+        day = np.datetime64(now(), "ms")
+        _replace(file, is_own_geopackage, lambda part: write_geopackage(part, layers, day))
+    else:
+        from avahazard.gis.geojson import is_own_geojson, write_geojson  # noqa: PLC0415
+
+        _replace(file, is_own_geojson, lambda part: write_geojson(part, layers))
+
+
+def _replace(
+    file: FilePath, is_own: Callable[[FilePath], bool], write: Callable[[FilePath], None]
+) -> None:
+    """Write beside `file` and put it in its place when it is whole."""
+    if not file.parent.is_dir():
+        raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
+    if file.exists() and not (file.is_file() and is_own(file)):
+        raise AvahazardError(
+            f"{file} is there already, and no export made it; nothing was written.",
+            "Name another file, or remove that one first.",
+        )
+    part = file.with_name(f".{file.stem}.part{file.suffix}")
+    part.unlink(missing_ok=True)
+    try:
+        write(part)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)

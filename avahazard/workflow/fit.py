@@ -1,0 +1,63 @@
+"""Least-squares laws of friction against volume, on the apparent friction of the records."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.laws import LAWS
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.paper.least_squares import LawFit, fit_law
+from avahazard.records.errors import AvahazardError
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.friction import back_calculate
+
+
+def fit_laws(database: str) -> dict[str, Any]:
+    """Return `fits`, one entry a law (contract, `fit`), and `notes` on what was left out.
+
+    Volumes in m3. `n_events` of an entry counts the events with a volume and a friction.
+
+    Raises:
+        AvahazardError: the database is missing, or there are too few such events.
+    """
+    with reading(database) as session:
+        study = build_study(load_records(session))
+    mu = back_calculate(study, predict_records(study, (), {})).mu
+    volume = np.exp(study.columns.log_volume)
+    n_events = int(np.sum(np.isfinite(mu) & np.isfinite(volume)))
+    if n_events < 2:
+        raise AvahazardError(
+            "A law needs events with a volume and an apparent friction; "
+            f"there {'is' if n_events == 1 else 'are'} {n_events or 'none'}.",
+            "Import events with volume_m3, or with the deposit's length, width and thickness.",
+        )
+    fits, notes = [], []
+    for law in LAWS.values():
+        try:
+            fits.append(_entry(fit_law(law, volume, mu), n_events))
+        except AvahazardError as error:
+            notes.append(error.message)
+    if n_events < study.n_events:
+        notes.append(
+            f"{study.n_events - n_events} of {study.n_events} events are left out: they have no "
+            "volume, or no friction stops the block where they did (see `avahazard friction`)."
+        )
+    return {"fits": fits, "notes": notes}
+
+
+def _entry(fit: LawFit, n_events: int) -> dict[str, Any]:
+    parameters = zip(fit.law.names, fit.law.units, fit.parameters, fit.standard_errors, strict=True)
+    return {
+        "law": fit.law.name,
+        "parameters": {
+            name: {"value": value, "se": se, "unit": unit} for name, unit, value, se in parameters
+        },
+        "covariance": fit.covariance,
+        "r2": fit.r2,
+        "aic": fit.aic,
+        "n_events": n_events,
+    }

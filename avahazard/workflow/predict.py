@@ -1,0 +1,139 @@
+"""Predictive distributions of the runout of new events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.scores import record_pit, runout_scores
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import LENGTH, Study, build_study
+from avahazard.inference.prediction.stops import predict_stops
+from avahazard.inference.seeds import generator
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.reading import read_records
+from avahazard.workflow.compare import require_comparable
+from avahazard.workflow.fitted import fitted_posterior, offset_array
+from avahazard.workflow.own_effects import own_effects
+from avahazard.workflow.stored_model import (
+    StoredFit,
+    coordinates_for,
+    load_stored,
+    records_changed,
+    training_records,
+)
+
+Floats = NDArray[np.float64]
+
+STOP_DRAWS = 2000
+RECORD_DRAWS = 1000
+DENSITY_DRAWS = 500
+
+
+def predict(
+    database: str, name: str, file: Path, *, effect_files: Sequence[Path] = ()
+) -> dict[str, Any]:
+    """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
+
+    Returns `events` (contract, `predict`), `scores` over the events that have a runout (None
+    where none has) and `notes`. Numbers are elevations of the stop in m, of the avalanche itself
+    and not of a record with its error; for events without a profile they are runout lengths,
+    and `coordinate` says so. A draw that leaves the profile counts as reaching its end.
+
+    Raises:
+        AvahazardError: there is no such model, or it cannot predict these events.
+        RejectedRows: rows of the file that cannot be taken.
+    """
+    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    require_comparable(name, stored.method)
+    new = read_records([file], known=records, need_runout=False)
+    if not new.events:
+        raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
+    notes = []
+    if records_changed(stored, records):
+        notes.append(f"the records have changed since {name} was calibrated")
+    prior = build_study(training_records(stored, records))
+    posterior = _posterior(stored, records, new.events, prior)
+    coordinates = coordinates_for(stored, posterior)
+    stops = predict_stops(
+        posterior, coordinates, stored.offsets, STOP_DRAWS, generator(0, "predict")
+    )
+    lengths = posterior.study.kind == LENGTH
+    values = np.where(lengths[:, None], stops.record, stops.elevation)
+    if stops.n_nonpositive:
+        share = stops.n_nonpositive / stops.friction.size
+        notes.append(
+            f"{share:.2%} of the draws of friction are 0 or less (normal distribution) and leave "
+            "any profile"
+        )
+    if np.any(lengths):
+        notes.append("events without a profile have runout lengths, not elevations")
+    measured = tuple(e for e in new.events if _has_runout(e))
+    scores = None
+    if measured:
+        if len(measured) < len(new.events):
+            posterior = _posterior(stored, records, measured, prior)
+        scores = _scores(stored, posterior, coordinates)
+    return {
+        "events": [
+            _row(e, v, left) for e, v, left in zip(new.events, values, stops.left, strict=True)
+        ],
+        "scores": scores,
+        "notes": notes,
+    }
+
+
+def _posterior(
+    stored: StoredFit, records: Records, events: tuple[Event, ...], prior: Study
+) -> Posterior:
+    return fitted_posterior(stored, replace(records, events=events, speeds=()), prior)
+
+
+def _has_runout(event: Event) -> bool:
+    found = (event.runout_x_m, event.runout_elevation_m, event.runout_length_m)
+    return event.left_profile or any(value is not None for value in found)
+
+
+def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> dict[str, Any]:
+    q05, q50, q95 = np.quantile(values, [0.05, 0.5, 0.95])
+    return {
+        "event_id": event.event_id,
+        "path_id": event.path_id,
+        "coordinate": "elevation" if event.path_id else "length",
+        "mean_m": float(np.mean(values)),
+        "sd_m": float(np.std(values, ddof=1)),
+        "q05_m": float(q05),
+        "q50_m": float(q50),
+        "q95_m": float(q95),
+        "p_left_profile": float(np.mean(left)),
+    }
+
+
+def _scores(stored: StoredFit, posterior: Posterior, coordinates: Floats) -> dict[str, Any]:
+    """The `scores` of `compare` over new records; `elpd_loo` is their log predictive density."""
+    rng = generator(0, "predict scores")
+    expected = expected_records(posterior, coordinates, stored.offsets, RECORD_DRAWS, rng)
+    pit = record_pit(expected, rng)
+    offsets = offset_array(posterior, coordinates, stored.offsets, rng)
+    chosen = np.linspace(0, len(coordinates) - 1, DENSITY_DRAWS).round().astype(np.int64)
+    given = [
+        posterior.event_log_likelihood(coordinates[k], None if offsets is None else offsets[k])
+        for k in chosen
+    ]
+    density = logsumexp(given, axis=0) - np.log(len(given))
+    n = len(density)
+    return {
+        "runout": runout_scores(expected, pit),
+        "speed": None,
+        "elpd_loo": float(np.sum(density)),
+        "elpd_loo_se": float(np.sqrt(n) * np.std(density, ddof=1)) if n > 1 else None,
+    }

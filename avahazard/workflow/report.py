@@ -1,0 +1,210 @@
+"""The report of a stored model as one HTML file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+from avahazard import __version__
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.records.errors import AvahazardError
+from avahazard.report.html.content import ReportContent
+from avahazard.store.comparisons import latest_comparison
+from avahazard.store.diagnoses import latest_diagnosis
+from avahazard.store.hazard import latest_hazard
+from avahazard.store.models import list_models
+from avahazard.store.session import reading
+from avahazard.store.terrain import load_terrain
+from avahazard.store.zones import latest_zones
+from avahazard.workflow.alpha_beta import alpha_beta_paths
+from avahazard.workflow.fitted import fitted_posterior
+from avahazard.workflow.friction import back_calculate, friction_densities
+from avahazard.workflow.ladder import ladder_rows
+from avahazard.workflow.models import show_model
+from avahazard.workflow.own_effects import own_effects
+from avahazard.workflow.report_events import event_views, unknown_columns
+from avahazard.workflow.report_friction import friction_view
+from avahazard.workflow.report_paths import path_views
+from avahazard.workflow.stored_model import (
+    StoredFit,
+    load_parameter_draws,
+    load_stored,
+    records_changed,
+    training_records,
+)
+
+Report = Callable[[str, float, float], None]
+
+ENDINGS = (".html", ".htm")
+
+
+def write_report(
+    database: str,
+    name: str,
+    file: FilePath,
+    *,
+    effect_files: Sequence[FilePath] = (),
+    report: Report = lambda _what, _done, _total: None,
+) -> dict[str, Any]:
+    """Write the report of the stored model `name` to `file`; an older one is replaced.
+
+    Nothing is computed anew that a command stores: the report shows the latest comparison,
+    diagnosis, bounds and zones, and says how to get what is missing. Equal databases give equal
+    files. Returns `model`, `file`, `bytes`, `n_paths`, `n_events` and `lacking`, sentences on what
+    is missing.
+
+    Raises:
+        AvahazardError: there is no such model, its own effects are not given, or `file` cannot
+            be written or is not the name of a page.
+    """
+    if file.suffix.lower() not in ENDINGS:
+        raise AvahazardError(
+            f"{file} is not the name of a page.", f"It must end in {' or '.join(ENDINGS)}."
+        )
+    if not file.absolute().parent.is_dir():
+        raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
+    from avahazard.report.html.page import render  # noqa: PLC0415 (plotly and jinja2 are slow)
+
+    content = gather(database, name, effect_files=effect_files, report=report)
+    text = render(content).encode("utf-8")
+    whole = file.with_name(f".{file.name}.part")
+    try:
+        whole.write_bytes(text)
+        whole.replace(file)
+    except OSError as error:
+        whole.unlink(missing_ok=True)
+        raise AvahazardError(
+            f"{file} cannot be written: {error.strerror}.", "Name another file: -o FILE.html."
+        ) from error
+    report("Writing the report", 1.0, 1.0)
+    return {
+        "model": name,
+        "file": str(file),
+        "bytes": len(text),
+        "n_paths": len(content.paths),
+        "n_events": len(content.events),
+        "lacking": list(content.lacking.values()),
+    }
+
+
+def gather(
+    database: str,
+    name: str,
+    *,
+    effect_files: Sequence[FilePath] = (),
+    report: Report = lambda _what, _done, _total: None,
+) -> ReportContent:
+    """Gather what the report of a stored model shows.
+
+    Raises:
+        AvahazardError: as for `write_report`.
+    """
+    stored, everything = load_stored(database, name, own_effects(database, name, effect_files))
+    with reading(database) as session:
+        models = list_models(session)
+        comparisons = {model.name: latest_comparison(session, model.name) for model in models}
+        diagnosis = latest_diagnosis(session, name)
+        rows = latest_hazard(session, name) or []
+        zones = latest_zones(session, name) or []
+        grounds = {
+            profile.path_id: ground
+            for profile in everything.profiles
+            if (ground := load_terrain(session, profile.path_id)) is not None
+        }
+    report("Writing the report", 0.1, 1.0)
+    records = training_records(stored, everything)
+    posterior = fitted_posterior(stored, records)
+    study = posterior.study
+    found = back_calculate(study, predict_records(study, (), {}))
+    report("Writing the report", 0.3, 1.0)
+    events = event_views(records.events, stored, posterior, found.mu, found.status)
+    report("Writing the report", 0.6, 1.0)
+    baseline = alpha_beta_paths(database) if everything.profiles else []
+    paths = path_views(stored, everything, study, events, rows, baseline, zones, grounds)
+    report("Writing the report", 0.9, 1.0)
+    document = show_model(database, name)
+    model = next(model for model in models if model.name == name)
+    return ReportContent(
+        model=document,
+        created=str(document["created"]),
+        draws=load_parameter_draws(database, name),
+        paths=paths,
+        events=events,
+        n_speeds=sum(len(track.x) for track in study.speeds),
+        covariates=unknown_columns(study),
+        friction=friction_view(stored, posterior),
+        densities=friction_densities(found.mu, study),
+        ladder=ladder_rows(models, comparisons),
+        comparison=comparisons[name],
+        diagnosis=diagnosis,
+        rows=rows,
+        records_changed=records_changed(stored, everything),
+        calibrated_paths=stored.paths,
+        effect_sha256=model.effect_sha256,
+        physics={
+            key: find_definition(key, stored.own).meaning for key in stored.specification.effects
+        },
+        versions=_versions(),
+        lacking=_lacking(
+            stored,
+            profiles=bool(everything.profiles),
+            comparison=comparisons[name] is not None,
+            diagnosis=diagnosis is not None,
+            rows=bool(rows),
+            zones=bool(zones),
+        ),
+    )
+
+
+def _lacking(
+    stored: StoredFit,
+    *,
+    profiles: bool,
+    comparison: bool,
+    diagnosis: bool,
+    rows: bool,
+    zones: bool,
+) -> Mapping[str, str]:
+    """By key, what the report lacks and the command that makes it."""
+    name, method = stored.name, stored.method
+    lacking = {}
+    if not profiles:
+        lacking["paths"] = lacking["rows"] = (
+            "No path has a profile, so there are no lines to draw: import paths.csv and "
+            "profiles.csv."
+        )
+    elif not rows:
+        lacking["rows"] = f"No bounds were computed. Make them: avahazard hazard {name}"
+    if method == "metropolis":
+        lacking["comparison"] = (
+            "A model by method metropolis holds all errors in one scatter, and cannot be set "
+            "against them. Calibrate with --method marginal to compare."
+        )
+    elif not comparison:
+        lacking["comparison"] = (
+            f"The model was not compared with held-out records. Do it: avahazard compare {name}"
+        )
+    if method != "marginal":
+        lacking["diagnosis"] = (
+            f"A model by method {method} cannot be asked for missing effects. Calibrate with "
+            "--method marginal to ask."
+        )
+    elif not diagnosis:
+        lacking["diagnosis"] = (
+            f"Nobody asked yet which effect is missing. Do it: avahazard diagnose {name}"
+        )
+    if profiles and not zones:
+        lacking["zones"] = (
+            f"Pressures and zones were not computed. Make them: avahazard zones {name}"
+        )
+    return lacking
+
+
+def _versions() -> dict[str, str]:
+    """Versions of the program and of what its numbers rest on."""
+    from importlib.metadata import version  # noqa: PLC0415
+
+    packages = ("numpy", "scipy", "numba", "plotly")
+    return {"avahazard": __version__, **{package: version(package) for package in packages}}

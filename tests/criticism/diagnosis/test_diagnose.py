@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.effects.effect import Definition
+from avahazard.effects.from_file import definition_from
+from avahazard.inference.likelihood.assemble import with_effects
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
+from avahazard.synth.making import make_world
+from tests.criticism.lengths import lengths
+
+POWER = Specification(law="power")
+OWN = """
+from avahazard.effects.effect import Parameter
+KEY = "first-column"
+MEANING = "Friction rises with the first column."
+NEEDS = ["column_1"]
+PARAMETERS = [Parameter("slope", "", 0.0, 0.0, 0.2)]
+def friction(columns):
+    return [columns.numbers["column_1"]]
+"""
+
+
+def on_lengths(slope: float, seed: int = 1, own: tuple[Definition, ...] = ()) -> Diagnosis:
+    return diagnose(build_study(lengths(90, slope, seed)), POWER, {}, own, n_worlds=59)
+
+
+def test_a_column_that_matters_is_named_as_an_axis() -> None:
+    found = on_lengths(0.12)
+    assert found.verdict == "unexplained"
+    assert found.missing == ("covariate:column_1",)
+    best = found.candidates[0]
+    assert best.key == "covariate:column_1"
+    assert best.fit is not None
+    assert best.error_after_m is not None
+    assert best.error_after_m < found.error_before_m
+    assert best.held_out_gain is not None
+    assert best.held_out_gain > 0.0
+
+
+def test_nothing_is_missing_where_nothing_is() -> None:
+    found = on_lengths(0.0, seed=3)
+    assert found.verdict == "adequate"
+    assert found.missing == ()
+    assert all(c.screened.p_family > 0.05 for c in found.candidates)
+    assert not found.heavy_tails
+    assert found.detectable_m > 0.0
+
+
+def test_the_users_own_effect_is_named_before_a_smooth_of_its_column() -> None:
+    found = on_lengths(0.12, own=(definition_from(OWN, "own.py"),))
+    assert found.missing == ("first-column",) or set(found.missing) == {
+        "first-column",
+        "covariate:column_1",
+    }
+    assert found.missing[0] == "first-column"
+    smooth = next(c for c in found.candidates if c.key == "covariate:column_1")
+    assert "first-column" in smooth.confounded_with
+
+
+def test_an_effect_of_the_model_is_told_to_be_needed_or_not() -> None:
+    study = build_study(lengths(90, 0.12))
+    keys = ("covariate:column_1", "covariate:column_2")
+    specification, facts = with_effects(study, POWER, keys)
+    found = diagnose(study, specification, facts, n_worlds=39)
+    assert found.verdict == "adequate"
+    assert found.still_needed["covariate:column_1"] > 3.0
+    assert found.still_needed["covariate:column_2"] < 0.0
+
+
+def test_wrong_records_become_suspects_not_an_effect() -> None:
+    records = lengths(90, 0.0, seed=3)
+    wrong = tuple(
+        replace(e, runout_length_m=(e.runout_length_m or 0.0) * 3.0) if i in (7, 40) else e
+        for i, e in enumerate(records.events)
+    )
+    found = diagnose(build_study(replace(records, events=wrong)), POWER, {}, n_worlds=39)
+    assert found.heavy_tails
+    assert set(found.suspects[:2]) == {"e7", "e40"}
+    assert found.verdict == "adequate"
+
+
+def test_equal_seeds_give_equal_verdicts() -> None:
+    a, b = on_lengths(0.05), on_lengths(0.05)
+    assert [c.screened.p_family for c in a.candidates] == [
+        c.screened.p_family for c in b.candidates
+    ]
+    assert a.verdict == b.verdict
+
+
+@pytest.mark.slow
+def test_what_it_could_have_seen_it_mostly_sees() -> None:
+    own = (definition_from(OWN, "own.py"),)
+    size = on_lengths(0.0, seed=3).detectable_log_friction
+    assert 0.02 < size < 0.15
+    seen = [on_lengths(size, seed, own).verdict != "adequate" for seed in range(4, 24)]
+    # 80 % of 20 worlds, less three standard deviations.
+    assert sum(seen) >= 11
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("key", "strength"), [("season", 1.5), ("turbulent-drag", 1.5), ("path-effect", 1.5)]
+)
+def test_the_hidden_effect_of_a_world_is_named(key: str, strength: float) -> None:
+    records, _ = make_world(21, 240, 10, {key: strength})
+    found = diagnose(build_study(records), Specification(), {}, n_worlds=119)
+    assert found.missing == (key,)
+    assert found.verdict == "missing-effect"
+
+
+@pytest.mark.slow
+def test_a_world_without_hidden_effect_is_adequate() -> None:
+    records, _ = make_world(22, 240, 10)
+    found = diagnose(build_study(records), Specification(), {}, n_worlds=59)
+    assert found.verdict == "adequate"
+    assert np.isfinite(found.detectable_m)

@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
+from tests.criticism.lengths import lengths
+from tests.inference import studies
+
+
+def test_the_evidence_is_the_integral_over_the_parameters() -> None:
+    study = build_study(lengths(40))
+    fit = refit(study, Specification(law="constant"), {})
+    posterior, slots = fit.posterior, fit.posterior.layout.slots
+    assert len(slots) == 2
+    sd = np.sqrt(np.diag(fit.mode.covariance))
+    axes = [fit.mode.u[k] + np.linspace(-6.0, 6.0, 61) * sd[k] for k in range(2)]
+    log_values = np.array(
+        [
+            [
+                posterior.log_likelihood(np.array([a, b]))
+                - 0.5 * ((a - slots[0].mean) / slots[0].sd) ** 2
+                - 0.5 * ((b - slots[1].mean) / slots[1].sd) ** 2
+                - np.log(2.0 * np.pi * slots[0].sd * slots[1].sd)
+                for b in axes[1]
+            ]
+            for a in axes[0]
+        ]
+    )
+    cell = (axes[0][1] - axes[0][0]) * (axes[1][1] - axes[1][0])
+    top = log_values.max()
+    integral = top + np.log(np.exp(log_values - top).sum() * cell)
+    assert fit.evidence == pytest.approx(integral, abs=0.05)
+
+
+def test_a_needless_effect_costs_evidence_and_a_true_one_pays() -> None:
+    study = build_study(lengths(90, slope=0.1))
+    base = refit(study, Specification(law="power"), {})
+    true = refit(study, base.specification, base.facts, ("covariate:column_1",), (), base)
+    needless = refit(study, base.specification, base.facts, ("covariate:column_2",), (), base)
+    assert true.evidence > base.evidence + 3.0
+    assert needless.evidence < base.evidence
+    assert needless.mode.log_density >= base.mode.log_density - 1e-3
+    slope = true.parameters("covariate:column_1")["covariate:column_1.slope"]
+    assert slope == pytest.approx(0.1, abs=0.06)
+
+
+def test_the_start_does_not_change_the_mode() -> None:
+    study = build_study(lengths(60, slope=0.1))
+    base = refit(study, Specification(law="power"), {})
+    started = refit(study, base.specification, base.facts, ("covariate:column_1",), (), base)
+    fresh = refit(study, base.specification, base.facts, ("covariate:column_1",))
+    assert started.mode.log_density == pytest.approx(fresh.mode.log_density, abs=0.01)
+
+
+def test_another_law_starts_at_the_data() -> None:
+    study = build_study(lengths(60))
+    base = refit(study, Specification(), {})
+    other = refit(study, base.specification, base.facts, ("volume-law",), (), base)
+    assert other.specification.law != "exponential"
+    assert other.log_likelihood > base.log_likelihood - 3.0
+
+
+def test_the_path_effect_is_taken_away_and_its_spread_told() -> None:
+    study = studies.study(speeds=False)
+    fit = refit(study, Specification(), {}, (PATH_EFFECT, "snow-type"))
+    bare, u, tau = without_path_effect(fit, study, ())
+    assert bare.groups is None
+    assert [e.key for e in bare.effects] == ["snow-type"]
+    assert tau == pytest.approx(fit.parameters(PATH_EFFECT)["path-effect.tau"])
+    names = [s.name for s in fit.posterior.layout.slots]
+    for slot, value in zip(bare.layout.slots, u, strict=True):
+        assert value == fit.mode.u[names.index(slot.name)]

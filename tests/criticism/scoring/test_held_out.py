@@ -1,0 +1,100 @@
+"""Held-out fits against quadrature and against data that were simulated from the fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from avahazard.criticism.scoring.fit_draws import fit_draws
+from avahazard.criticism.scoring.held_out import (
+    choose_groups,
+    held_out_log_density,
+    held_out_predictions,
+    left_out_log_density,
+    offsets_by_path,
+)
+from avahazard.inference.model.observations import build_study
+from tests.criticism.studies import fitted, slopes, straight, with_speeds
+
+
+def test_whole_paths_or_five_folds() -> None:
+    by_path = choose_groups(build_study(slopes(n_paths=3)))
+    assert by_path.by == "path"
+    assert list(by_path.groups) == [0] * 6 + [1] * 6 + [2] * 6
+    for records in (slopes(n_paths=2, n_each=10), straight(21)):
+        folds = choose_groups(build_study(records))
+        assert folds.by == "fold"
+        counts = np.bincount(folds.groups)
+        assert len(counts) == 5
+        assert np.ptp(counts) <= 1
+
+
+def test_density_of_a_record_left_out() -> None:
+    """Against the posterior predictive by quadrature over both parameters."""
+    posterior, mode = fitted(straight(25))
+    out = np.arange(25) == 4
+    found = left_out_log_density(posterior, out, mode)[4]
+    rest = posterior.restricted(~out)
+    a = mode.u[0] + np.linspace(-0.15, 0.15, 41)
+    s = mode.u[1] + np.linspace(-0.7, 0.7, 41)
+    log_p = np.array([[rest.log_density(np.array([i, j])) for j in s] for i in a])
+    p = np.exp(log_p - log_p.max())
+    given = np.array([[rest.event_log_likelihood(np.array([i, j]))[4] for j in s] for i in a])
+    assert found == pytest.approx(np.log(np.sum(p * np.exp(given)) / np.sum(p)), abs=0.03)
+
+
+def test_no_event_helps_itself() -> None:
+    """A record moved far off changes the density of itself, and its own group's fit not at all."""
+    records = straight(30)
+    wild = replace(records.events[0], runout_length_m=6000.0)
+    posterior, mode = fitted(records)
+    moved, _ = fitted(replace(records, events=(wild, *records.events[1:])))
+    groups = np.array([0] * 10 + [1] * 10 + [2] * 10)
+    before = held_out_log_density(posterior, groups, mode)
+    after = held_out_log_density(moved, groups, mode)
+    np.testing.assert_allclose(after[1:10], before[1:10], atol=1e-9)
+    assert after[0] < before[0] - 5.0
+    assert np.all(np.abs(after[10:] - before[10:]) > 1e-6)
+
+
+def test_a_path_held_out_has_an_offset_from_the_spread() -> None:
+    posterior, mode = fitted(slopes(n_paths=5), "path-effect")
+    out = posterior.study.columns.path_index == 2
+    draws = fit_draws(posterior.restricted(~out), mode, 400, "offsets")
+    offsets = offsets_by_path(posterior, draws.offsets)
+    tau = 0.2 * draws.coordinates[:, posterior.layout.path_scatter]
+    z = offsets["P2"] / tau
+    assert abs(z.mean()) < 0.2
+    assert z.std() == pytest.approx(1.0, abs=0.15)
+    assert np.std(offsets["P1"] / tau) < 1.0
+
+
+def test_predictions_are_of_the_fit_without_them() -> None:
+    records = with_speeds(slopes(n_paths=3))
+    posterior, mode = fitted(records)
+    groups = choose_groups(posterior.study).groups
+    shares: list[float] = []
+    found = held_out_predictions(posterior, groups, mode, progress=shares.append)
+    assert shares == pytest.approx([1 / 3, 2 / 3, 1.0])
+    assert found.records.draws.shape == (18, 300)
+    assert found.speeds is not None
+    assert found.speeds.draws.shape[0] == 3
+    density = held_out_log_density(posterior, groups, mode)
+    np.testing.assert_allclose(found.log_density[1:], density[1:], atol=0.2)
+    # The event with speeds is far off, and its density depends on few of the draws.
+    assert found.log_density[0] == pytest.approx(density[0], abs=1.0)
+    again = held_out_predictions(posterior, groups, mode)
+    np.testing.assert_array_equal(again.records.draws, found.records.draws)
+
+
+def test_held_out_records_are_calibrated() -> None:
+    posterior, mode = fitted(straight(200))
+    groups = choose_groups(posterior.study).groups
+    found = held_out_predictions(posterior, groups, mode).records
+    rank = np.mean(found.draws < found.observed[:, None], axis=1)
+    inside = np.mean(np.abs(rank - 0.5) < 0.45)
+    assert abs(inside - 0.9) < 3.0 * np.sqrt(0.09 / 200)
+    assert norm.ppf(np.mean(rank)) == pytest.approx(0.0, abs=0.3)

@@ -1,0 +1,48 @@
+"""Leave-one-out against true refits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from avahazard.criticism.scoring.held_out import left_out_log_density
+from avahazard.criticism.scoring.loo import leave_one_out
+from avahazard.inference.samplers.marginal import sample
+from tests.criticism.studies import draws_about, fitted, straight
+
+
+def test_it_agrees_with_refits() -> None:
+    posterior, mode = fitted(straight(20))
+    drawn = sample(posterior, n_chains=2, n_draws=1000).coordinates.reshape(-1, 2)
+    found = leave_one_out(posterior, drawn, None)
+    truth = np.array(
+        [left_out_log_density(posterior, np.arange(20) == i, mode, drawn)[i] for i in range(20)]
+    )
+    np.testing.assert_allclose(found.by_event, truth, atol=0.15)
+    assert found.elpd == np.sum(found.by_event)
+    assert np.isclose(found.se, np.sqrt(20) * np.std(found.by_event, ddof=1))
+    assert found.n_bad == np.sum(found.pareto_k > 0.7)
+
+
+def test_a_record_that_rules_the_fit_is_refitted() -> None:
+    records = straight(8)
+    wild = replace(records.events[3], runout_length_m=4500.0)
+    posterior, mode = fitted(
+        replace(records, events=(*records.events[:3], wild, *records.events[4:]))
+    )
+    found = leave_one_out(posterior, draws_about(mode, 1000), None)
+    assert found.pareto_k[3] > 0.7
+    assert (found.n_bad, found.n_refitted) == (np.sum(found.pareto_k > 0.7),) * 2
+    # The truth by quadrature over both parameters.
+    rest = posterior.restricted(np.arange(8) != 3)
+    grid = [
+        np.array([a, s])
+        for a in np.log(0.4) + np.linspace(-1.5, 1.5, 101)
+        for s in np.log(0.15) + np.linspace(-1.2, 3.5, 81)
+    ]
+    weight = np.exp([rest.log_density(u) - rest.log_density(mode.u) for u in grid])
+    given = np.exp([rest.event_log_likelihood(u)[3] for u in grid])
+    truth = np.log(np.sum(weight * given) / np.sum(weight))
+    # So far out in the tail the cut of the weights counts.
+    assert np.isclose(found.by_event[3], truth, atol=1.0)

@@ -1,0 +1,95 @@
+"""Speeds along tracks, and the force they tell of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.scoring.speed_misfit import matched_speeds, measured_force, speed_misfit
+from avahazard.inference.model.observations import build_study
+from avahazard.physics.constants import GRAVITY
+from avahazard.physics.runout_table import MU
+from avahazard.records.event import Speed
+from tests.criticism.studies import draws_about, fitted, slopes, with_left, with_speeds
+
+
+def test_friction_is_that_of_the_stop() -> None:
+    """The predicted speeds are those of a run with the friction that F(μ) gives for the record."""
+    posterior, mode = fitted(with_speeds(slopes(n_paths=1, n_each=12)))
+    u = np.repeat(mode.u[None, :], 30, axis=0)
+    u[:, posterior.layout.speed_scatter] = posterior.layout.slots[-1].low
+    found = matched_speeds(posterior, u, None, np.random.default_rng(1))
+    assert found is not None
+    table = posterior.nodes.predicted_at(mode.u)
+    mu = np.interp(posterior.study.observed[0], table.record[0], MU)
+    by_hand = [np.interp(mu, MU, column) for column in table.speeds[0].T]
+    np.testing.assert_allclose(found.draws.mean(axis=1), by_hand, atol=0.4)
+    # The error of speed, 1 m/s and the least of the model, and a little from that of the stop.
+    spread = found.draws.std(axis=1)
+    assert np.all((spread > 0.95) & (spread < 1.5))
+
+
+def test_a_measured_speed_does_not_fit_itself() -> None:
+    slow, mode = fitted(with_speeds(slopes(n_paths=1, n_each=12), 10.0))
+    fast, _ = fitted(with_speeds(slopes(n_paths=1, n_each=12), 30.0))
+    u = draws_about(mode, 100)
+    u = np.clip(u, slow.layout.low, slow.layout.high)
+    one = matched_speeds(slow, u, None, np.random.default_rng(2))
+    other = matched_speeds(fast, u, None, np.random.default_rng(2))
+    assert one is not None
+    assert other is not None
+    np.testing.assert_array_equal(one.draws, other.draws)
+    assert np.all(one.observed < other.observed)
+
+
+def test_an_event_that_left_ran_faster() -> None:
+    records = slopes(n_paths=1, n_each=12)
+    stopped, mode = fitted(with_speeds(records))
+    left, _ = fitted(with_speeds(with_left(records)))
+    u = np.repeat(mode.u[None, :], 30, axis=0)
+    one = matched_speeds(stopped, u, None, np.random.default_rng(3))
+    other = matched_speeds(left, u, None, np.random.default_rng(3))
+    assert one is not None
+    assert other is not None
+    assert other.draws[2].mean() > one.draws[2].mean()
+
+
+def test_none_without_tracks() -> None:
+    posterior, mode = fitted(slopes())
+    rng = np.random.default_rng(4)
+    assert matched_speeds(posterior, draws_about(mode), None, rng) is None
+
+
+def test_force_of_a_coulomb_block_on_a_slope() -> None:
+    """On an even slope a block of friction μ has u² = 2 g (sinθ - μ cosθ) ξ."""
+    records = slopes(n_paths=1, n_each=1)
+    x = np.linspace(0.0, 1000.0, 51)
+    profile = replace(records.profiles[0], x_m=x, y_m=1000.0 - 0.8 * x)
+    mu, angle = 0.4, np.arctan(0.8)
+    places = np.arange(100.0, 401.0, 10.0)
+    w = 2.0 * GRAVITY * (np.sin(angle) - mu * np.cos(angle)) * places / np.cos(angle)
+    event = replace(records.events[0], runout_elevation_m=300.0)
+    speeds = tuple(
+        Speed("0-0", float(u), 0.5, x_m=float(p)) for p, u in zip(places, np.sqrt(w), strict=True)
+    )
+    records = replace(records, profiles=(profile,), events=(event,), speeds=speeds)
+    rows = measured_force(build_study(records))
+    assert len(rows) == 15
+    for row in rows:
+        assert row["force_m_s2"] == pytest.approx(mu * GRAVITY * np.cos(angle), rel=1e-6)
+        assert row["slope_deg"] == pytest.approx(np.degrees(angle))
+        assert row["sd_m_s2"] > 0.0
+
+
+def test_misfit_by_place_and_by_predicted_speed() -> None:
+    posterior, mode = fitted(with_speeds(slopes(n_paths=1, n_each=12)))
+    u = np.clip(draws_about(mode, 50), posterior.layout.low, posterior.layout.high)
+    found = matched_speeds(posterior, u, None, np.random.default_rng(5))
+    assert found is not None
+    rows = speed_misfit(posterior.study, found)
+    assert {row["axis"] for row in rows} == {"place_along_path", "predicted_speed_m_s"}
+    assert sum(row["n"] for row in rows if row["axis"] == "place_along_path") == 3
+    total = sum(row["n"] * row["bias_m_s"] for row in rows[:3])
+    assert total == pytest.approx(np.sum(found.draws.mean(axis=1) - found.observed))

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.screening.alternatives import (
+    LOG_MU,
+    SCATTER_SLOPES,
+    Variant,
+    base_coordinates,
+    base_design,
+    make_tables,
+    variants_of,
+)
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import predict_records, run_blocks
+from avahazard.inference.model.laws import law
+from avahazard.inference.model.observations import LEFT
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_table import MU
+from tests.inference import studies
+
+SPEED_SCATTER = 3.0
+
+
+def variants(model: Posterior, key: str) -> list[Variant]:
+    study, u = model.study, studies.near(model)
+    runs = run_blocks(study, model.effects, {}, float(model.specification.centrifugal))
+    base = make_tables(study, predict_records(study, (), {}, 1.0), study.limit, SPEED_SCATTER)
+    return variants_of(
+        find_definition(key), model, u, base, base_design(model, u, True),
+        base_coordinates(model, u), SPEED_SCATTER, runs,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["exponential", "power", "rational", "constant"])
+def test_the_design_is_the_law_near_its_mode(name: str) -> None:
+    model = studies.posterior(studies.study(), "snow-type", law=name)
+    u = studies.near(model, spread=0.02, seed=1)
+    design, beta = base_design(model, u, False), base_coordinates(model, u)
+
+    def mean(v: np.ndarray) -> np.ndarray:
+        location, _ = model.location_and_scatter(v)
+        return np.sum(location * model.study.volumes.weight, axis=1)
+
+    assert np.allclose(design.constant + design.x @ beta, mean(u), atol=1e-9)
+    n = len(model.layout.law.coordinates)
+    moved = u.copy()
+    moved[:n] += 0.01
+    beta[:n] += 0.01
+    assert np.allclose(design.constant + design.x @ beta, mean(moved), atol=2e-3)
+    assert design.n_paths == 0
+    assert np.exp(np.mean(np.log(design.multiplier))) == pytest.approx(1.0)
+
+
+def test_the_volumes_error_is_in_the_variance() -> None:
+    model = studies.posterior(studies.study())
+    u = studies.near(model)
+    design = base_design(model, u, False)
+    sd = model.study.volumes.sd
+    volume = np.exp(model.study.volumes.mean)
+    small = (volume < 3e5) & (sd > 0)
+    # n V is lognormal: its variance is (n V)² e^{s²} (e^{s²} - 1), V the median.
+    expected = (1e-6 * volume) ** 2 * np.exp(sd**2) * (np.exp(sd**2) - 1.0)
+    assert design.extra[small] == pytest.approx(expected[small], rel=0.05)
+
+
+def test_tables_say_where_events_leave_and_up_to_where_they_are_seen() -> None:
+    study = studies.study()
+    predicted = predict_records(study, (), {})
+    tables = make_tables(study, predicted, study.limit, SPEED_SCATTER)
+    for i in np.flatnonzero(study.kind == LEFT):
+        last = tables.last_left[i]
+        assert np.all(predicted.status[i, : last + 1] == LEFT_PROFILE)
+        assert predicted.status[i, last + 1] != LEFT_PROFILE
+        assert LOG_MU[last] < tables.edges.leave[i] < LOG_MU[last + 1]
+    limited = np.flatnonzero(np.isfinite(study.limit))
+    assert np.array_equal(np.flatnonzero(tables.edges.has_limit), limited)
+    for i in limited:
+        there = np.interp(np.exp(tables.edges.seen[i]), MU, predicted.elevation[i])
+        assert there == pytest.approx(study.limit[i], abs=study.sigma[i])
+        slope = np.gradient(predicted.elevation[i], LOG_MU)
+        at = np.interp(tables.edges.seen[i], LOG_MU, slope)
+        assert tables.edges.seen_sd[i] == pytest.approx(study.sigma[i] / at, rel=0.2)
+
+
+def test_speeds_have_independent_errors_once_whitened() -> None:
+    study = studies.study()
+    tables = make_tables(study, predict_records(study, (), {}), study.limit, SPEED_SCATTER)
+    assert (tables.speeds.row >= 0).sum() == len(study.speeds)
+    for r, measured in enumerate(study.speeds):
+        k = len(measured.x)
+        whiten = tables.speeds.whiten[r, :k, :k]
+        covariance = np.linalg.inv(whiten.T @ whiten)
+        assert np.diag(covariance) == pytest.approx(measured.sigma**2 + SPEED_SCATTER**2)
+
+
+@pytest.mark.parametrize("key", ["turbulent-drag", "epoch-bias", "leading-edge", "forest-drag"])
+def test_effects_on_tables_are_tried_away_from_neutral(key: str) -> None:
+    model = studies.posterior(studies.study(speeds=False))
+    base = make_tables(model.study, predict_records(model.study, (), {}), model.study.limit, 0.0)
+    tried = variants(model, key)
+    assert len(tried) >= 6
+    for v in tried:
+        assert v.key == key
+        assert not np.array_equal(v.tables.record, base.record)
+
+
+def test_a_design_column_needs_no_tables() -> None:
+    model = studies.posterior(studies.study())
+    (only,) = variants(model, "snow-type")
+    assert only.design.x.shape[1] == 2 + 2
+    assert only.log_prior == 0.0
+
+
+def test_other_laws_are_tried_linear_about_the_present_one() -> None:
+    model = studies.posterior(studies.study(), law="power")
+    tried = variants(model, "volume-law")
+    assert len(tried) == 2
+    exponential = tried[0]
+    volume = np.exp(model.study.volumes.mean)
+    exact = law("exponential").log_friction(np.array([-0.8, 1.0]), volume)
+    fitted = exponential.design.constant + exponential.design.x @ np.array([-0.8, 1.0])
+    small = volume < 3e5
+    assert np.allclose(fitted[small], exact[small], atol=0.05)
+
+
+def test_scatter_is_tried_both_ways() -> None:
+    tried = variants(studies.posterior(studies.study()), "volume-scatter")
+    assert len(tried) == len(SCATTER_SLOPES)
+    volume = studies.study().volumes.mean
+    directions = [np.corrcoef(v.design.multiplier, volume)[0, 1] for v in tried]
+    assert min(directions) < 0.0 < max(directions)
+
+
+def test_centrifugal_is_the_load_of_curvature() -> None:
+    model = studies.posterior(studies.study(speeds=False), centrifugal=False)  # type: ignore[arg-type]
+    (only,) = variants(model, "centrifugal")
+    loaded = predict_records(model.study, (), {}, 1.0)
+    assert np.array_equal(only.tables.record, loaded.record.astype(np.float32))

@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from avahazard.criticism.screening.alternatives import LOG_MU, SPEED_STRIDE, Tables, make_tables
+from avahazard.criticism.screening.gains import bumps_of
+from avahazard.criticism.screening.parametric_bootstrap import Measured, real_world
+from avahazard.criticism.screening.record_moments import bumps, record_bounds
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.model.observations import LEFT, Study
+from tests.inference import studies
+
+SPEED_SCATTER = 4.0
+
+
+def setting() -> tuple[Study, Tables, Measured]:
+    study = studies.study()
+    model = studies.posterior(study)
+    tables = make_tables(study, predict_records(study, (), {}), study.limit, SPEED_SCATTER)
+    return study, tables, real_world(model)
+
+
+def brute_force(study: Study, tables: Tables, i: int) -> tuple[float, float, float]:
+    """Mean, variance and log mass of one bump by a sum over very many frictions."""
+    left = study.kind[i] == LEFT
+    place = np.arange(max(tables.last_left[i], 0), len(LOG_MU) - 1, 1e-3)
+    if left:
+        place = np.arange(0.0, tables.last_left[i] + 0.5, 1e-3)
+    index = np.arange(len(LOG_MU))
+    nu = np.interp(place, index, LOG_MU)
+    log_density = np.zeros(len(nu))
+    if not left:
+        record = np.interp(place, index, tables.record[i])
+        log_density = norm.logpdf(study.observed[i], record, study.sigma[i])
+    row = tables.speeds.row[i]
+    if row >= 0:
+        measured = study.speeds[row]
+        square = [
+            np.interp(place, index[::SPEED_STRIDE], column)
+            for column in tables.speeds.square[row, :, : len(measured.x)].T
+        ]
+        speeds = np.sqrt(np.maximum(np.column_stack(square), 0.0))
+        correlation = np.exp(
+            -np.abs(np.subtract.outer(measured.x, measured.x)) / SPEED_CORRELATION_M
+        )
+        covariance = np.diag(measured.sigma**2) + SPEED_SCATTER**2 * correlation
+        zero = np.zeros(len(measured.x))
+        log_density = log_density + multivariate_normal(zero, covariance).logpdf(
+            measured.speed - speeds
+        )
+    top = log_density.max()
+    weight = np.exp(log_density - top) * np.gradient(nu)
+    mean = float(np.average(nu, weights=weight))
+    variance = float(np.average((nu - mean) ** 2, weights=weight))
+    return mean, variance, float(np.log(weight.sum()) + top)
+
+
+def test_bumps_are_the_integral_over_friction() -> None:
+    study, tables, measured = setting()
+    found = bumps_of(tables, measured, study.sigma)
+    told = (study.kind != LEFT) | (tables.speeds.row >= 0)
+    # The six that just do not stop so high, or so low, have bumps at an end of the table.
+    middle = (found.variance > 1e-5) & told
+    assert middle.sum() > 30
+    for i in np.flatnonzero(middle):
+        mean, variance, log_mass = brute_force(study, tables, i)
+        spread = np.sqrt(variance)
+        assert abs(found.mean[i] - mean) < 0.05 * spread, i
+        assert np.sqrt(found.variance[i]) == pytest.approx(spread, rel=0.05), i
+        assert abs(found.log_mass[i] - log_mass) < 0.03, i
+
+
+def test_an_event_that_left_says_nothing_by_itself() -> None:
+    study, tables, measured = setting()
+    found = bumps_of(tables, measured, study.sigma)
+    silent = (study.kind == LEFT) & (tables.speeds.row < 0)
+    assert silent.any()
+    assert np.all(found.variance[silent] == 0.0)
+    assert np.all(found.log_mass[silent] == 0.0)
+
+
+def test_a_record_that_no_friction_explains_costs() -> None:
+    study, tables, measured = setting()
+    far = Measured(measured.observed.copy(), measured.left, measured.speeds)
+    i = int(np.flatnonzero((study.kind == 0) & (tables.speeds.row < 0))[0])
+    costs = []
+    for away in (40.0, 80.0):
+        far.observed[i] = tables.record[i].max() + away * study.sigma[i]
+        costs.append(float(bumps_of(tables, far, study.sigma).log_mass[i]))
+    ordinary = float(bumps_of(tables, measured, study.sigma).log_mass[i])
+    assert costs[1] < costs[0] < ordinary - 500.0
+
+
+def test_coarser_frictions_give_the_same_bump() -> None:
+    study, tables, measured = setting()
+    i = int(np.flatnonzero(study.kind == 2)[0])
+    rows = slice(i, i + 1)
+    silent = tables.speeds._replace(row=np.full(1, -1))
+
+    def one(step: int):  # type: ignore[no-untyped-def]
+        record = tables.record[rows, ::step].copy()
+        return bumps(
+            record,
+            record_bounds(record),
+            tables.last_left[rows] // step,
+            measured.observed[rows],
+            study.sigma[rows],
+            measured.left[rows],
+            LOG_MU[::step].copy(),
+            silent,
+            measured.speeds,
+        )
+
+    fine, coarse = one(1), one(2)
+    assert coarse.mean[0] == pytest.approx(fine.mean[0], abs=2e-3)
+    assert coarse.log_mass[0] == pytest.approx(fine.log_mass[0], abs=0.02)

@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.criticism import screening
+from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
+from avahazard.criticism.screening.alternatives import Variant, base_design, make_tables
+from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.gains import sight_edges
+from avahazard.criticism.screening.parametric_bootstrap import real_world
+from avahazard.criticism.screening.screen import screen
+from avahazard.criticism.screening.significance import Screening
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
+from tests.criticism.lengths import lengths
+from tests.inference import studies
+
+CHEAP = ("snow-type", "path-section", "season", "volume-scatter", "leading-edge")
+
+
+def on_lengths(slope: float, seed: int, n_worlds: int) -> Screening:
+    study = build_study(lengths(80, slope, seed))
+    fit = refit(study, Specification(law="power"), {})
+    entries = candidate_definitions(study, fit.specification)
+    return screen(fit.posterior, fit.mode.u, 0.0, entries, n_worlds=n_worlds, seed=seed)
+
+
+def on_paths(n_worlds: int = 8, seed: int = 2) -> Screening:
+    fit = refit(studies.study(), Specification(), {}, (PATH_EFFECT,))
+    bare, u, _ = without_path_effect(fit, studies.study(), ())
+    entries = [find_definition(key) for key in CHEAP]
+    return screen(bare, u, 0.1, entries, n_worlds=n_worlds, seed=seed)
+
+
+def test_a_true_effect_comes_first_and_is_significant() -> None:
+    found = on_lengths(0.12, 1, 99)
+    best = found.candidates[0]
+    assert best.definition.key == "covariate:column_1"
+    assert best.p_family == pytest.approx(0.01)
+    assert best.gain > best.null_gain
+    assert all(c.p_family > 0.05 for c in found.candidates[1:])
+    assert found.n_worlds == 99
+
+
+def test_it_stops_where_chance_plainly_does_as_well() -> None:
+    found = on_lengths(0.0, 3, 999)
+    assert found.candidates[0].p_family > 0.05
+    assert found.n_worlds < 999
+    at_most = on_lengths(0.0, 3, 30)
+    assert at_most.n_worlds == 30
+
+
+def test_equal_seeds_give_equal_results_for_any_number_of_workers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def numbers(found: Screening) -> list[tuple[str, float, float]]:
+        return [(c.definition.key, c.gain, c.p_family) for c in found.candidates]
+
+    first, path = numbers(on_paths()), on_paths().path_p
+    monkeypatch.setattr(screening, "N_WORKERS", 1)
+    assert numbers(on_paths()) == first
+    assert on_paths().path_p == path
+    assert numbers(on_paths(seed=3)) != first
+
+
+def test_p_values_are_in_order_and_never_nought() -> None:
+    found = on_paths()
+    ps = [c.p_single for c in found.candidates]
+    assert ps == sorted(ps)
+    for c in found.candidates:
+        assert 1.0 / 9.0 - 1e-12 <= c.p_family <= 1.0
+        assert c.gain >= 0.0
+    assert 1.0 / 9.0 - 1e-12 <= found.path_p <= 1.0
+
+
+def test_the_gain_of_paths_tells_whether_paths_differ() -> None:
+    rng = np.random.default_rng(2)
+    records = studies.records(60, 6, speeds=False)
+    found = {}
+    for size in (0.0, 120.0):
+        shift = {p.path_id: size * rng.standard_normal() for p in records.paths}
+        moved = tuple(
+            replace(e, runout_elevation_m=e.runout_elevation_m + shift[e.path_id or ""])
+            if e.runout_elevation_m is not None
+            else e
+            for e in records.events
+        )
+        study = build_study(replace(records, events=moved))
+        fit = refit(study, Specification(), {}, (PATH_EFFECT,))
+        bare, u, tau = without_path_effect(fit, study, ())
+        found[size] = screen(bare, u, max(tau, 0.05), [find_definition("season")], n_worlds=40)
+    assert found[120.0].path_gain > found[0.0].path_gain + 2.0
+    assert found[120.0].path_p < 0.05
+
+
+def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
+    study = studies.study(speeds=False)
+    model = studies.posterior(study)
+    predicted = predict_records(study, (), {})
+    tables = make_tables(study, predicted, study.limit, 0.0)
+    design = base_design(model, studies.near(model), False)
+    measured = real_world(model)
+    seen = {}
+    for margin in (0.0, 100.0):
+        variant = Variant("observation-limit", tables, design, 0.0, margin)
+        seen[margin] = sight_edges(variant, measured, study)
+    assert np.all(seen[0.0].has_limit == (study.columns.path_index >= 0))
+    free = seen[0.0].has_limit & np.isnan(study.limit)
+    # Higher stops need more friction.
+    assert np.all(seen[100.0].seen[free] > seen[0.0].seen[free])
+
+
+@pytest.mark.slow
+def test_p_values_of_nulls_are_uniform() -> None:
+    best = np.array([on_lengths(0.0, seed, 59).candidates[0].p_family for seed in range(100, 220)])
+    for level in (0.05, 0.1, 0.2):
+        # Three standard deviations of a count of 120.
+        most = level * 120 + 3.0 * np.sqrt(120 * level * (1.0 - level))
+        assert np.sum(best <= level) <= most
+    assert 0.35 < np.mean(best) < 0.65

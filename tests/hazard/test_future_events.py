@@ -1,0 +1,172 @@
+"""Bounds of avalanches to come, against single runs of the block."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from avahazard.effects.catalogue import definition
+from avahazard.effects.effect import Effect
+from avahazard.hazard.future_events import Forecaster, Prospect, forecaster, prospect_bounds
+from avahazard.hazard.runout_bounds import RunoutBounds
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.specification import Specification
+from avahazard.physics.block import run
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import no_resistance
+from avahazard.physics.runout_table import MU
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+
+VOLUME = 1e5
+LAW = np.array([np.log(0.7), 2.0])  # log a, n in 1e-6/m3
+MEDIAN = 0.7 * np.exp(-0.2)
+
+
+@cache
+def study(*lengths: float) -> Study:
+    """One event to come for each length of deposit, or one without; on a parabola."""
+    x = np.arange(0.0, 3601.0, 30.0)
+    y = 2500.0 - 0.9 * x + 1.2e-4 * x**2
+    events = tuple(
+        Event(f"e{k}", path_id="p", volume_m3=VOLUME, deposit_length_m=length)
+        for k, length in enumerate(lengths or (None,))
+    )
+    path = Path("p", release_elevation_m=2450.0)
+    return build_study(Records((path,), (Profile("p", x, y),), events))
+
+
+def ready(
+    draws: np.ndarray,
+    specification: Specification | None = None,
+    effects: tuple[Effect, ...] = (),
+    lengths: tuple[float, ...] = (),
+    offsets: dict[str, np.ndarray] | None = None,
+    metres: bool = False,
+) -> Forecaster:
+    posterior = Posterior(study(*lengths), specification or Specification(), effects)
+    volume = np.full(posterior.study.n_events, VOLUME)
+    return forecaster(posterior, draws, offsets or {}, volume, metres=metres)
+
+
+def bounds(forecast: Forecaster, n_draws: int = 40_000) -> RunoutBounds:
+    n = forecast.location.shape[1]
+    prospect = Prospect("p", VOLUME, np.arange(n))
+    return prospect_bounds(forecast, prospect, n_draws, np.random.default_rng(11))
+
+
+def one(sigma: float, *more: float) -> np.ndarray:
+    """A posterior that knows everything: ten equal draws."""
+    return np.tile(np.concatenate([LAW, [np.log(sigma)], more]), (10, 1))
+
+
+def stop(mu: float) -> tuple[float, float]:
+    """Stop x, y of one run of the block."""
+    site = study().sites[0]
+    cells = build_cells(site.terrain, no_resistance(site.terrain))
+    stops = run(cells, np.array([site.terrain.node(site.release_x[0])]), np.array([mu]))
+    return float(stops.x[0, 0]), float(stops.y[0, 0])
+
+
+def test_quantiles_are_runs_at_the_quantiles_of_friction() -> None:
+    found = bounds(ready(one(0.1)))
+    for z, x, y in (
+        (1.645, found.x.q05, found.elevation.q95),
+        (0.0, found.x.q50, found.elevation.q50),
+        (-1.645, found.x.q95, found.elevation.q05),
+    ):
+        expected = stop(MEDIAN * np.exp(0.1 * z))
+        assert x == pytest.approx(expected[0], abs=10.0)
+        assert y == pytest.approx(expected[1], abs=5.0)
+    assert found.p_left_profile < 0.01
+
+
+def test_uncertainty_of_the_parameters_widens() -> None:
+    rng = np.random.default_rng(2)
+    draws = one(0.05).repeat(200, axis=0)
+    draws[:, 0] += 0.1 * rng.standard_normal(len(draws))
+    wide, narrow = bounds(ready(draws)), bounds(ready(one(0.05)))
+    ratio = (wide.elevation.q95 - wide.elevation.q05) / (
+        narrow.elevation.q95 - narrow.elevation.q05
+    )
+    assert ratio == pytest.approx(np.hypot(0.1, 0.05) / 0.05, rel=0.05)
+
+
+def test_the_offset_of_a_known_path_and_the_spread_of_an_unknown_one() -> None:
+    effect = definition("path-effect").build({})
+    draws = one(0.02, 0.5).repeat(100, axis=0)  # tau = 0.1
+    known = bounds(ready(draws, effects=(effect,), offsets={"p": np.full(1000, -0.15)}))
+    assert known.x.q50 == pytest.approx(stop(MEDIAN * np.exp(-0.15))[0], abs=8.0)
+    unknown = bounds(ready(draws, effects=(effect,)))
+    assert unknown.x.q95 == pytest.approx(stop(MEDIAN * np.exp(-1.645 * 0.102))[0], rel=0.03)
+
+
+def test_drag_stays_with_the_friction_that_it_was_drawn_with() -> None:
+    # Friction falls where drag rises: apart from each other they would spread far wider.
+    rng = np.random.default_rng(4)
+    effect = definition("turbulent-drag").build({})
+    scale = effect.parameters[0].prior_sd
+    drag = rng.uniform(0.0005, 0.003, 300)
+    draws = np.column_stack(
+        [np.log(0.7) - 120.0 * drag, np.full(300, 2.0), np.full(300, np.log(1e-3)), drag / scale]
+    )
+    found = bounds(ready(draws, effects=(effect,)), 30_000)
+    stops = []
+    for row in draws:
+        table = predict_records(study(), (effect,), {"turbulent-drag": row[3:] * scale})
+        stops.append(np.interp(np.exp(row[0] - 0.2), MU, table.x[0]))
+    expected = np.quantile(stops, [0.05, 0.5, 0.95])
+    assert (found.x.q05, found.x.q50, found.x.q95) == pytest.approx(expected, abs=12.0)
+
+
+def test_the_front_is_ahead_by_the_deposits_of_the_records() -> None:
+    effect = definition("leading-edge").build({})
+    share = 0.5 / effect.parameters[0].prior_sd
+    found = bounds(ready(one(1e-3, share), effects=(effect,), lengths=(100.0, 300.0)))
+    block = stop(MEDIAN)[0]
+    assert 40.0 < found.x.q05 - block < 50.0
+    assert 120.0 < found.x.q95 - block < 150.0
+
+
+def test_what_moves_records_alone_moves_no_stop() -> None:
+    effect = replace(definition("epoch-bias").build({"years": [1900.0]}), shift=_far)
+    draws = one(0.1, *(p.neutral / p.prior_sd for p in effect.parameters))
+    draws[:, 3] = 1.0
+    assert bounds(ready(draws, effects=(effect,))) == bounds(ready(one(0.1)))
+
+
+def _far(columns: object, values: object) -> np.ndarray:
+    del columns, values
+    return np.full(1, 500.0)
+
+
+def test_students_tails_are_heavier_at_one_scale() -> None:
+    normal = bounds(ready(one(0.1)))
+    student = bounds(ready(one(0.1), Specification(tails="student")))
+    assert student.x.q50 == pytest.approx(normal.x.q50, abs=5.0)
+    # The 95 % point of Student's t with 4 degrees of freedom is 2.132.
+    assert student.x.q95 == pytest.approx(stop(MEDIAN * np.exp(-0.2132))[0], rel=0.01)
+
+
+def test_normal_friction_counts_what_cannot_be() -> None:
+    found = bounds(ready(one(0.35), Specification(distribution="normal")))
+    # P(0.573 + 0.35 z <= 0)
+    assert found.n_nonpositive / found.n_draws == pytest.approx(0.0508, abs=0.004)
+
+
+def test_scatter_in_metres_is_about_the_blocks_stop() -> None:
+    found = bounds(ready(one(40.0), metres=True))
+    y = stop(MEDIAN)[1]
+    assert found.elevation.mean == pytest.approx(y, abs=1.5)
+    assert found.elevation.q95 - y == pytest.approx(1.645 * 40.0, rel=0.02)
+    assert found.x.q50 == pytest.approx(stop(MEDIAN)[0], abs=4.0)
+
+
+def test_equal_generators_give_equal_bounds() -> None:
+    assert bounds(ready(one(0.1))) == bounds(ready(one(0.1)))

@@ -1,0 +1,75 @@
+"""The mode of the posterior and the normal about it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from avahazard.inference.fitting.mode import find_mode, likely_friction, start_coordinates
+from avahazard.inference.model.observations import build_study
+from avahazard.records.event import Event
+from tests.inference.studies import one_path, posterior
+
+
+def _model(*effects: str, **settings: str):
+    return posterior(build_study(one_path(40, seed=2, cut_m=1700.0)), *effects, **settings)
+
+
+def test_the_mode_is_that_of_a_simplex_search() -> None:
+    model = _model()
+    mode = find_mode(model)
+    slow = minimize(
+        lambda u: -model.log_density(u),
+        mode.u + 0.2,
+        method="Nelder-Mead",
+        options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 5000, "maxfev": 5000},
+    )
+    sd = np.sqrt(np.diag(mode.covariance))
+    assert mode.log_density == pytest.approx(-slow.fun, abs=1e-3)
+    assert (mode.u - slow.x) / sd == pytest.approx(np.zeros(3), abs=0.02)
+
+
+def test_the_covariance_is_the_inverse_of_the_curvature() -> None:
+    model = _model()
+    mode = find_mode(model)
+    steps = 0.3 * np.linalg.cholesky(mode.covariance)
+    for k in range(3):
+        fall = 2.0 * mode.log_density
+        fall -= model.log_density(mode.u + steps[:, k]) + model.log_density(mode.u - steps[:, k])
+        assert fall == pytest.approx(0.3**2, rel=0.1)
+
+
+def test_it_starts_near_the_data() -> None:
+    model = _model()
+    start = start_coordinates(model)
+    mode = find_mode(model)
+    sd = np.sqrt(np.diag(mode.covariance))
+    assert abs(start[0] - mode.u[0]) < 10 * sd[0]
+    assert model.log_density(start) > mode.log_density - 60.0
+
+
+def test_one_wild_record_does_not_lead_the_start_astray() -> None:
+    records = one_path(40, seed=2)
+    wild = Event("w", "P0", runout_elevation_m=990.0, volume_m3=5e6, volume_rel_sigma=0.1)
+    model = posterior(
+        build_study(type(records)(records.paths, records.profiles, (*records.events, wild)))
+    )
+    without = find_mode(posterior(build_study(records)))
+    assert find_mode(model).u[0] == pytest.approx(without.u[0], abs=0.3)
+
+
+def test_a_bound_is_not_passed() -> None:
+    model = _model("turbulent-drag", law="constant")
+    mode = find_mode(model)
+    assert np.all(mode.u >= model.layout.low)
+    assert np.all(mode.u <= model.layout.high)
+    assert np.all(np.linalg.eigvalsh(mode.covariance) > 0.0)
+
+
+def test_the_likely_friction_is_the_mean_of_the_record() -> None:
+    model = _model()
+    friction = likely_friction(model.nodes.point(()), True)
+    left = model.nodes.point(()).is_probability
+    assert np.all(np.isnan(friction[left]))
+    assert np.all((friction[~left] > 0.15) & (friction[~left] < 0.8))

@@ -1,0 +1,90 @@
+"""Grids made fine enough about a mode."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.inference.fitting.mode import find_mode
+from avahazard.inference.fitting.mode_search import search_mode
+from avahazard.inference.fitting.refinement import TOLERANCE, refined, settled, sharpened
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import build_study
+from avahazard.synth.making import make_world
+from avahazard.synth.settings import Settings
+from tests.inference.studies import one_path, posterior, study
+
+
+def _model(*effects: str) -> Posterior:
+    return posterior(build_study(one_path(40, seed=2, cut_m=1700.0)), *effects)
+
+
+def _with_speeds(*effects: str) -> Posterior:
+    """Tracks of speeds of every event: between two grid points the likelihood falls by hundreds."""
+    records, _ = make_world(41_002, 60, 5, {"turbulent-drag": 1.0}, Settings(speeds=1.0))
+    return posterior(build_study(records), *effects)
+
+
+def test_grids_are_refined_where_they_are_too_coarse() -> None:
+    model = _model("turbulent-drag")
+    mode = find_mode(model)
+    k = model.layout.tables[0]
+    fine = refined(model, mode)
+    sd = float(np.sqrt(mode.covariance[k, k]))
+    grid = np.array(fine.layout.slots[k].grid)
+    coarse = np.array(model.layout.slots[k].grid)
+    near = (coarse[1:] > mode.u[k] - 2 * sd) & (coarse[:-1] < mode.u[k] + 2 * sd)
+    if np.max(np.diff(coarse)[near]) <= sd:
+        assert fine is model
+    else:
+        assert np.diff(grid).max() <= sd * 1.0001
+        assert grid[0] == pytest.approx(max(0.0, mode.u[k] - 6 * sd))
+        assert grid[-1] == pytest.approx(min(coarse[-1], mode.u[k] + 6 * sd))
+
+
+def test_without_tables_to_shape_nothing_is_refined() -> None:
+    model = _model()
+    assert refined(model, find_mode(model)) is model
+
+
+def test_refining_keeps_the_part_of_the_events() -> None:
+    model = posterior(study(speeds=False), "epoch-bias")
+    keep = np.arange(model.study.n_events) % 2 == 0
+    part = model.restricted(keep)
+    fine = refined(part, find_mode(part))
+    assert fine is not part
+    u = find_mode(fine).u
+    assert fine.log_likelihood(u) == pytest.approx(fine.event_log_likelihood(u)[keep].sum())
+
+
+def test_a_blend_that_holds_is_left_alone() -> None:
+    model = _model("turbulent-drag")
+    mode = find_mode(model)
+    assert model.exact_log_likelihood(mode.u) == pytest.approx(
+        model.log_likelihood(mode.u), abs=TOLERANCE
+    )
+    assert settled(model, mode) == (model, mode)
+
+
+def test_a_peak_between_grid_points_that_is_none_is_found_out() -> None:
+    model = _with_speeds("entrainment")
+    rough = find_mode(model)
+    # The climb ends where only the blend is high.
+    assert model.log_likelihood(rough.u) - model.exact_log_likelihood(rough.u) > 10.0
+    fine, mode = settled(model, rough)
+    exact = fine.exact_log_likelihood(mode.u)
+    assert fine.log_likelihood(mode.u) == pytest.approx(exact, abs=TOLERANCE)
+    assert exact > model.exact_log_likelihood(rough.u)
+    for slot, whole in zip(fine.layout.slots, model.layout.slots, strict=True):
+        assert (slot.low, slot.high) == (whole.low, whole.high)
+        assert set(slot.grid) >= set(whole.grid)
+
+
+def test_the_truth_is_not_beaten_by_a_blend() -> None:
+    """Drag made the world: entrainment, which is drag above a line, cannot explain more."""
+
+    def highest(key: str) -> float:
+        model, mode = sharpened(*search_mode(_with_speeds(key)))
+        return model.exact_log_likelihood(mode.u)
+
+    assert highest("entrainment") < highest("turbulent-drag") + 1.0

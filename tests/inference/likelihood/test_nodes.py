@@ -1,0 +1,211 @@
+"""Nodes over friction against brute integration (`naive_nodes`)."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from avahazard.inference.likelihood.event_terms import event_terms
+from avahazard.inference.likelihood.nodes import Nodes, build_nodes
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
+from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
+from avahazard.physics.runout_table import MU
+from tests.inference import naive_nodes
+
+LOG_MU = np.log(MU)
+LEAVES = MU < 0.2
+PLAIN = 1000.0 + 1200.0 * np.clip((MU - 0.2) / 0.8, 0.0, 1.0)
+CURVES = {
+    "plain": PLAIN,
+    "steep": 1000.0 + 1200.0 * stats.norm.cdf((MU - 0.5) / 0.02),
+    "flat": 1000.0 + 0.3 * (PLAIN - 1000.0),
+    "jump": PLAIN + 150.0 * (MU > 0.45),
+    "twice": PLAIN + 150.0 * (MU > 0.45) - 200.0 * (MU > 0.55),
+}
+FRICTIONS = [(m, s) for m in np.log([0.35, 0.45, 0.5, 0.6]) for s in (0.07, 0.15, 0.3)]
+
+
+def _nodes(
+    curve: np.ndarray,
+    kind: int = ELEVATION,
+    observed: float = np.nan,
+    sigma: float = 10.0,
+    limit: float = np.nan,
+    speeds: tuple[SpeedRecord, np.ndarray] | None = None,
+    left: np.ndarray = LEAVES,
+    in_log: bool = True,
+) -> Nodes:
+    """Nodes of one event whose block stops on `curve`."""
+    study: Any = SimpleNamespace(
+        n_events=1,
+        speeds=() if speeds is None else (speeds[0],),
+        kind=np.array([kind]),
+        observed=np.array([observed]),
+        sigma=np.array([sigma]),
+        limit=np.array([limit]),
+    )
+    predicted = Predicted(
+        record=curve[None],
+        x=np.full((1, len(MU)), np.nan),
+        elevation=curve[None],
+        status=left[None].astype(np.int8),
+        speeds=() if speeds is None else (speeds[1],),
+    )
+    return build_nodes(study, predicted, in_log=in_log)
+
+
+def _log_likelihood(nodes: Nodes, m: float, s: float) -> float:
+    terms = event_terms(nodes, np.array([[m]]), np.array([[s]]), np.ones((1, 1)))
+    return float(terms.value[0])
+
+
+def _density(m: float, s: float):
+    return lambda nu: stats.norm.pdf(nu, m, s)
+
+
+@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("sigma", [3.0, 10.0, 25.0])
+@pytest.mark.parametrize("place", [0.1, 0.3, 0.5, 0.8])
+def test_a_record_has_its_marginal_likelihood(name: str, sigma: float, place: float) -> None:
+    curve = CURVES[name]
+    low, high = curve[~LEAVES].min(), curve.max()
+    observed = low + place * (high - low)
+    nodes = _nodes(curve, observed=observed, sigma=sigma)
+    for m, s in FRICTIONS:
+        slow = naive_nodes.likelihood(curve, LEAVES, observed, sigma, LOG_MU, _density(m, s))
+        # A record that is far less likely than the best needs less care.
+        if slow * sigma > 1e-4:
+            assert _log_likelihood(nodes, m, s) == pytest.approx(np.log(slow), abs=0.02)
+
+
+def test_where_f_jumps_over_the_record_the_friction_is_that_of_the_jump() -> None:
+    curve = CURVES["jump"]
+    before = curve[MU <= 0.45][-1]
+    nodes = _nodes(curve, observed=before + 75.0, sigma=10.0)
+    mean = float(np.exp(np.sum(nodes.weight * nodes.place)))
+    assert mean == pytest.approx(0.45, abs=0.003)
+
+
+@pytest.mark.parametrize("above", [50.0, 137.0, 203.0, 388.0])
+def test_a_jump_of_hundreds_of_standard_deviations(above: float) -> None:
+    curve = PLAIN + 400.0 * (MU > 0.45)
+    observed = curve[MU <= 0.45][-1] + above
+    nodes = _nodes(curve, observed=observed, sigma=1.0)
+    density = _density(-0.7, 0.15)
+    slow = naive_nodes.likelihood(curve, LEAVES, observed, 1.0, LOG_MU, density, per_cell=1000)
+    assert _log_likelihood(nodes, -0.7, 0.15) == pytest.approx(np.log(slow), abs=0.02)
+
+
+def test_two_places_with_one_elevation_have_two_bumps() -> None:
+    curve = CURVES["twice"]
+    nodes = _nodes(curve, observed=1630.0, sigma=5.0)
+    mu = np.exp(nodes.place[0])
+    for crossing in (0.52, 0.653):
+        assert nodes.weight[0, np.abs(mu - crossing) < 0.02].sum() > 0.3
+
+
+def test_nodes_in_friction_itself_for_normal_scatter() -> None:
+    nodes = _nodes(PLAIN, observed=1400.0, in_log=False)
+    slow = naive_nodes.likelihood(PLAIN, LEAVES, 1400.0, 10.0, MU, _density(0.5, 0.08))
+    assert _log_likelihood(nodes, 0.5, 0.08) == pytest.approx(np.log(slow), abs=1e-3)
+
+
+def test_an_event_that_left_has_the_chance_to_leave() -> None:
+    nodes = _nodes(PLAIN, kind=LEFT)
+    for m, s in FRICTIONS:
+        slow = naive_nodes.leaving(LEAVES, LOG_MU, _density(m, s))
+        if slow > 1e-8:
+            assert _log_likelihood(nodes, m, s) == pytest.approx(np.log(slow), abs=0.01)
+
+
+def test_leaving_where_the_status_changes_twice_or_never() -> None:
+    twice = LEAVES | ((MU > 0.3) & (MU < 0.4))
+    nodes = _nodes(PLAIN, kind=LEFT, left=twice)
+    slow = naive_nodes.leaving(twice, LOG_MU, _density(np.log(0.35), 0.15))
+    assert _log_likelihood(nodes, np.log(0.35), 0.15) == pytest.approx(np.log(slow), abs=1e-3)
+    always = _nodes(PLAIN, kind=LEFT, left=np.ones_like(LEAVES))
+    assert _log_likelihood(always, np.log(0.35), 0.15) == pytest.approx(0.0, abs=1e-12)
+    never = _nodes(PLAIN, kind=LEFT, left=np.zeros_like(LEAVES))
+    assert _log_likelihood(never, np.log(0.35), 0.15) < -500.0
+
+
+@pytest.mark.parametrize("limit", [1100.0, 1300.0, 1700.0, 2195.0, 2210.0])
+def test_the_likelihood_is_divided_by_the_chance_to_be_seen(limit: float) -> None:
+    observed = 1080.0
+    seen = _nodes(PLAIN, observed=observed, limit=limit)
+    plain = _nodes(PLAIN, observed=observed)
+    for m, s in FRICTIONS:
+        chance = naive_nodes.seen(PLAIN, LEAVES, limit, 10.0, LOG_MU, _density(m, s))
+        gain = _log_likelihood(seen, m, s) - _log_likelihood(plain, m, s)
+        if chance > 1e-6:
+            assert gain == pytest.approx(-np.log(chance), abs=0.01)
+
+
+def test_a_limit_above_every_stop_changes_nothing() -> None:
+    seen = _nodes(PLAIN, observed=1400.0, limit=3000.0)
+    plain = _nodes(PLAIN, observed=1400.0)
+    for m, s in FRICTIONS:
+        assert _log_likelihood(seen, m, s) == pytest.approx(_log_likelihood(plain, m, s), abs=1e-9)
+
+
+def _speeds() -> tuple[SpeedRecord, np.ndarray]:
+    """Speeds at two places: 60 m/s falling with friction, measured at μ = 0.4."""
+    predicted = np.sqrt(np.maximum(3600.0 * (1.0 - MU[:, None] / np.array([0.9, 0.7])), 0.0))
+    measured = predicted[int(np.argmin(np.abs(MU - 0.4)))]
+    x = np.array([200.0, 600.0])
+    return SpeedRecord(0, x, measured, np.array([3.0, 3.0])), predicted
+
+
+def test_speeds_join_the_record() -> None:
+    record, predicted = _speeds()
+    log_speed = speed_log_likelihood(record.x, record.speed, record.sigma, predicted, 0.0)
+    nodes = _nodes(PLAIN, observed=1350.0, sigma=25.0, speeds=(record, predicted))
+    for m, s in FRICTIONS:
+        density = _density(m, s)
+        slow = naive_nodes.likelihood(PLAIN, LEAVES, 1350.0, 25.0, LOG_MU, density, log_speed)
+        if slow > 1e-12:
+            assert _log_likelihood(nodes, m, s) == pytest.approx(np.log(slow), abs=0.02)
+
+
+def test_speeds_of_an_event_that_left() -> None:
+    record, predicted = _speeds()
+    log_speed = speed_log_likelihood(record.x, record.speed, record.sigma, predicted, 0.0)
+    left = MU < 0.42
+    nodes = _nodes(PLAIN, kind=LEFT, speeds=(record, predicted), left=left)
+    assert not nodes.is_probability[0]
+    for m, s in FRICTIONS:
+        slow = naive_nodes.leaving(left, LOG_MU, _density(m, s), log_speed)
+        if slow > 1e-8:
+            assert _log_likelihood(nodes, m, s) == pytest.approx(np.log(slow), abs=0.05)
+
+
+def test_errors_of_speed_are_alike_along_a_track() -> None:
+    x = np.array([0.0, 50.0, 400.0])
+    speed, sigma = np.array([20.0, 22.0, 15.0]), np.array([1.0, 2.0, 1.5])
+    predicted = np.array([[19.0, 23.0, 12.0], [25.0, 25.0, 25.0]])
+    covariance = np.diag(sigma**2) + 4.0 * np.exp(-np.abs(x[:, None] - x) / 100.0)
+    slow = [stats.multivariate_normal.logpdf(speed, p, covariance) for p in predicted]
+    assert speed_log_likelihood(x, speed, sigma, predicted, 2.0) == pytest.approx(slow)
+    independent = stats.norm.logpdf(speed, predicted, sigma).sum(axis=1)
+    assert speed_log_likelihood(x, speed, sigma, predicted, 0.0) == pytest.approx(independent)
+
+
+def test_a_record_that_no_friction_reaches_is_unlikely_but_not_lost() -> None:
+    far, farther = (_nodes(PLAIN, observed=y) for y in (2400.0, 2500.0))
+    values = [_log_likelihood(nodes, np.log(0.5), 0.15) for nodes in (far, farther)]
+    assert np.all(np.isfinite(values))
+    assert values[1] < values[0] < -100.0
+    out_of_reach = _nodes(PLAIN, kind=LEFT, speeds=_speeds(), left=np.zeros_like(LEAVES))
+    assert -1e5 < _log_likelihood(out_of_reach, np.log(0.5), 0.15) < -500.0
+
+
+def test_weights_of_a_record_sum_to_one() -> None:
+    for curve in CURVES.values():
+        nodes = _nodes(curve, observed=1300.0)
+        assert nodes.weight.sum() == pytest.approx(1.0)
+        assert np.all(nodes.weight >= 0.0)

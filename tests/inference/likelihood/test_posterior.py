@@ -1,0 +1,160 @@
+"""The posterior density against sums over fine grids (`naive_posterior`)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avahazard.inference.likelihood.posterior import Posterior
+from tests.inference.naive_posterior import NaivePosterior
+from tests.inference.studies import near, posterior, study
+
+MODELS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
+    "plain": ((), {}),
+    "normal": ((), {"distribution": "normal"}),
+    "student": ((), {"tails": "student"}),
+    "power": ((), {"law": "power"}),
+    "rational": ((), {"law": "rational"}),
+    "constant": ((), {"law": "constant"}),
+    "volume scatter": ((), {"scatter": "volume"}),
+    "no curvature": ((), {"centrifugal": False}),
+    "design": (("snow-type", "season", "covariate:wind"), {}),
+    "limit": (("observation-limit",), {}),
+    "epoch": (("epoch-bias",), {"distribution": "normal"}),
+    "front": (("leading-edge",), {}),
+    "drag": (("turbulent-drag", "forest-drag"), {}),
+}
+OFF_NEUTRAL = {
+    "observation-limit.margin": 0.25,
+    "epoch-bias.shift": 1.0,
+    "leading-edge.share": 1.2,
+    "turbulent-drag.drag": 0.26,
+    "forest-drag.drag": 0.35,
+}
+
+
+def _place(model: Posterior, seed: int) -> np.ndarray:
+    """Plausible coordinates, on the grids of the tables: between them the blend has its tests."""
+    u = near(model, 0.1, seed, **OFF_NEUTRAL)
+    for k, slot in enumerate(model.layout.slots):
+        if slot.grid:
+            u[k] = min(slot.grid, key=lambda g, v=u[k]: abs(g - v))  # type: ignore[misc]
+    return u
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_event_has_its_marginal_likelihood(name: str) -> None:
+    effects, settings = MODELS[name]
+    model = posterior(study(), *effects, **settings)
+    for seed in range(2):
+        u = _place(model, seed)
+        assert model.event_log_likelihood(u) == pytest.approx(
+            NaivePosterior(model, u).events(), abs=0.02
+        )
+
+
+def test_the_density_is_the_likelihood_times_the_prior() -> None:
+    model = posterior(study(), "release-elevation")
+    u, other = _place(model, 1), _place(model, 2)
+    slots = model.layout.slots
+    apart = sum(
+        -0.5 * ((u[k] - s.mean) ** 2 - (other[k] - s.mean) ** 2) / s.sd**2
+        for k, s in enumerate(slots)
+    )
+    likelihood = sum(
+        NaivePosterior(model, v).events().sum() * sign for v, sign in ((u, 1), (other, -1))
+    )
+    assert model.log_density(u) - model.log_density(other) == pytest.approx(
+        likelihood + apart, abs=0.02
+    )
+
+
+def test_out_of_bounds_there_is_no_density() -> None:
+    model = posterior(study(), "cohesion")
+    u = _place(model, 0)
+    u[[s.name for s in model.layout.slots].index("cohesion.strength")] = -0.01
+    assert model.log_density(u) == -np.inf
+
+
+@pytest.mark.parametrize(
+    ("settings", "tau", "tolerance"),
+    [
+        ({}, 0.1, 0.01),
+        pytest.param({}, 1.5, 0.03, marks=pytest.mark.slow),
+        # Laplace's method knows nothing of heavy tails.
+        pytest.param({"tails": "student"}, 0.5, 0.15, marks=pytest.mark.slow),
+        ({"distribution": "normal"}, 0.5, 0.1),
+    ],
+)
+def test_path_offsets_are_integrated_out(
+    settings: dict[str, str], tau: float, tolerance: float
+) -> None:
+    model = posterior(study(), "path-effect", **settings)
+    u = _place(model, 0)
+    u[model.layout.path_scatter or 0] = tau
+    slow = NaivePosterior(model, u).by_paths(0.2 * tau)
+    assert model.log_likelihood(u) == pytest.approx(slow, abs=tolerance)
+
+
+def test_offsets_have_the_mean_and_spread_of_their_conditional_distribution() -> None:
+    model = posterior(study(), "path-effect")
+    u = _place(model, 0)
+    tau = 0.2 * u[model.layout.path_scatter or 0]
+    offsets = model.path_offsets(u)
+    assert model.groups is not None
+    grid = np.linspace(-0.6, 0.6, 241)
+    logs = np.array([model.event_log_likelihood(u, np.full(6, d)) for d in grid])
+    for k in range(6):
+        path = logs[:, model.groups == k].sum(axis=1) - 0.5 * (grid / tau) ** 2
+        weight = np.exp(path - path.max())
+        mean = np.sum(weight * grid) / np.sum(weight)
+        sd = np.sqrt(np.sum(weight * (grid - mean) ** 2) / np.sum(weight))
+        assert offsets.mode[k] == pytest.approx(mean, abs=0.15 * sd)
+        assert offsets.sd[k] == pytest.approx(sd, rel=0.05)
+
+
+def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
+    model = posterior(study())
+    keep = np.arange(study().n_events) % 3 != 0
+    u = _place(model, 0)
+    part = model.restricted(keep)
+    assert part.log_likelihood(u) == pytest.approx(model.event_log_likelihood(u)[keep].sum())
+    again = part.regridded({"log speed sigma": (-1.0, 0.0, 1.0)})
+    on_both = u.copy()
+    on_both[model.layout.speed_scatter or 0] = model.layout.slots[-1].grid[3]
+    fine = part.regridded({"log speed sigma": (-1.0, float(on_both[-1]), 1.0)})
+    assert fine.log_likelihood(on_both) == part.log_likelihood(on_both)
+    assert again.layout.high[-1] == 1.0
+
+
+def test_paths_without_events_left_keep_a_prior_offset() -> None:
+    model = posterior(study(), "path-effect")
+    assert model.groups is not None
+    u = _place(model, 0)
+    tau = 0.2 * u[model.layout.path_scatter or 0]
+    offsets = model.restricted(model.groups != 2).path_offsets(u)
+    assert offsets.mode[2] == 0.0
+    assert offsets.sd[2] == pytest.approx(tau)
+
+
+def test_a_spread_of_nothing_between_paths_is_approached() -> None:
+    model, base = posterior(study(), "path-effect"), posterior(study())
+    u = _place(model, 0)
+    place = model.layout.path_scatter
+    assert place is not None
+    without = base.log_likelihood(np.delete(u, place))
+    u[place] = 0.005
+    assert model.log_likelihood(u) == pytest.approx(without, abs=1e-3)
+    u[place] = 0.0
+    assert model.log_likelihood(u) == without
+
+
+def test_scatter_that_falls_with_volume_stays_where_nodes_bear_it() -> None:
+    model = posterior(study(), scatter="volume")
+    u = near(model)
+    u[model.layout.scatter_slope] = 1.5
+    volume = np.full((model.study.n_events, 1), 50.0 * model.layout.reference_volume)
+    _, scatter = model.location_and_scatter(u, volume)
+    assert np.exp(model.layout.slots[model.layout.scatter].low) == pytest.approx(scatter)

@@ -1,0 +1,149 @@
+"""What each event would have left as its record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.effects.effect import Effect, Parameter
+from avahazard.inference.likelihood.predicted import predict_records, resistance_of
+from avahazard.inference.model.observations import Study, build_study
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import no_resistance
+from avahazard.physics.runout_table import MU
+from avahazard.physics.speed import speeds_along
+from avahazard.records.collection import Records
+from avahazard.records.event import Event, Speed
+from avahazard.records.path import Path, Profile
+
+X = np.linspace(0.0, 1900.0, 96)
+
+
+def _study() -> Study:
+    return build_study(
+        Records(
+            (Path("P"), Path("Q")),
+            tuple(
+                Profile(n, X, top - 0.8 * X + 2e-4 * X**2) for n, top in (("P", 1e3), ("Q", 2e3))
+            ),
+            (
+                Event("x", "P", runout_x_m=1200.0),
+                Event("y", "Q", runout_elevation_m=1300.0, release_elevation_m=1900.0),
+                Event("straight", fall_height_m=500.0, runout_length_m=1000.0),
+                Event("left", "Q", left_profile=True),
+            ),
+            (Speed("y", 20.0, 2.0, x_m=700.0), Speed("y", 25.0, 2.0, x_m=400.0)),
+        )
+    )
+
+
+def _effect(**action: object) -> Effect:
+    return Effect("e", (Parameter("", "m", 0.0, 0.0, 1.0),), **action)  # type: ignore[arg-type]
+
+
+STUDY = _study()
+BASE = predict_records(STUDY, (), {})
+
+
+def _alone(event: int):
+    """The stops of one event's block, run by itself."""
+    site = STUDY.sites[STUDY.columns.path_index[event]]
+    start = site.terrain.node(site.release_x[STUDY.release[event]])
+    stops = run(build_cells(site.terrain, no_resistance(site.terrain)), np.array([start]), MU)
+    return site, stops.x[0], stops.y[0], stops.status[0]
+
+
+@pytest.mark.parametrize("event", [0, 1, 3])
+def test_records_stand_in_the_coordinate_of_each_event(event: int) -> None:
+    site, x, y, status = _alone(event)
+    left = status == LEFT_PROFILE
+    assert 20 < left.sum() < len(MU) - 100
+    record = x if event == 0 else y
+    end = site.smooth.x_max if event == 0 else site.terrain.y[-1]
+    assert np.array_equal(BASE.record[event], np.where(left, end, record))
+    assert np.array_equal(BASE.x[event], np.where(left, site.smooth.x_max, x))
+    assert np.array_equal(BASE.elevation[event], np.where(left, site.terrain.y[-1], y))
+    assert np.array_equal(BASE.status[event], status)
+
+
+def test_without_a_profile_the_record_is_that_of_the_energy_line() -> None:
+    assert np.array_equal(BASE.record[2], 500.0 / MU)
+    assert np.isnan(BASE.elevation[2]).all()
+    assert np.all(BASE.status[2] == STOPPED)
+
+
+def test_speeds_at_the_places_where_they_were_measured() -> None:
+    site = STUDY.sites[1]
+    cells = build_cells(site.terrain, no_resistance(site.terrain))
+    start = site.terrain.node(site.release_x[STUDY.release[1]])
+    (speeds,) = BASE.speeds
+    assert speeds.shape == (len(MU), 2)
+    assert np.array_equal(speeds, speeds_along(cells, start, MU, np.array([400.0, 700.0])))
+
+
+def test_a_shift_moves_recorded_elevations_only() -> None:
+    effect = _effect(shift=lambda _columns, values: np.array([values[0], values[0], 0.0, 0.0]))
+    moved = predict_records(STUDY, (effect,), {"e": np.array([17.0])})
+    assert np.array_equal(moved.record[0], BASE.record[0])
+    assert moved.record[1] == pytest.approx(BASE.record[1] + 17.0)
+    assert np.array_equal(moved.record[2:], BASE.record[2:])
+
+
+@pytest.mark.parametrize("metres", [40.0, -40.0])
+def test_the_front_is_ahead_along_the_path(metres: float) -> None:
+    effect = _effect(advance=lambda columns, values: np.full(len(columns), values[0]))
+    moved = predict_records(STUDY, (effect,), {"e": np.array([metres])})
+    site = STUDY.sites[0]
+    inside = (moved.status[0] == STOPPED) & (BASE.status[0] == STOPPED) & (BASE.record[0] > 50.0)
+    assert inside.sum() > 50
+    for j in np.flatnonzero(inside)[::7]:
+        a, b = sorted([BASE.record[0, j], moved.record[0, j]])
+        x = np.linspace(a, b, 400)
+        length = np.sum(np.hypot(np.diff(x), np.diff(site.smooth.height(x))))
+        assert length == pytest.approx(abs(metres), abs=0.05)
+        assert np.sign(moved.record[0, j] - BASE.record[0, j]) == np.sign(metres)
+    height = site.smooth.height(moved.record[0, inside])
+    assert moved.elevation[0, inside] == pytest.approx(height)
+
+
+def test_a_front_past_the_end_has_left_where_the_block_has_not() -> None:
+    effect = _effect(advance=lambda columns, values: np.full(len(columns), values[0]))
+    moved = predict_records(STUDY, (effect,), {"e": np.array([200.0])})
+    newly = (moved.status[0] == LEFT_PROFILE) & (BASE.status[0] == STOPPED)
+    assert newly.sum() > 3
+    assert np.all(moved.record[0, newly] == 1900.0)
+    assert np.all(BASE.record[0, newly] > 1900.0 - 200.0)
+
+
+def _drag(_site, resistance, values):
+    return replace(resistance, drag=resistance.drag + values[0])
+
+
+def test_a_neutral_effect_is_the_base_model_bit_for_bit() -> None:
+    effect = _effect(motion=_drag)
+    neutral = predict_records(STUDY, (effect,), {"e": np.array([0.0])})
+    assert np.array_equal(neutral.record, BASE.record)
+    strong = predict_records(STUDY, (effect,), {"e": np.array([1e-3])})
+    stopped = (BASE.status[0] == STOPPED) & (MU < 0.7)
+    assert np.all(strong.record[0, stopped] < BASE.record[0, stopped])
+
+
+def test_an_effect_of_speed_runs_over_fine_cells() -> None:
+    site = STUDY.sites[0]
+    effect = replace(_effect(motion=_drag), speed_dependent=True)
+    active = resistance_of(site, (effect,), {"e": np.array([1e-3])}, 1.0)
+    assert len(active.drag) == site.fine_terrain.n_cells
+    neutral = resistance_of(site, (effect,), {"e": np.array([0.0])}, 1.0)
+    assert len(neutral.drag) == site.terrain.n_cells
+
+
+def test_without_curvature_the_block_is_on_the_energy_line() -> None:
+    flat = predict_records(STUDY, (), {}, curvature=0.0)
+    site = STUDY.sites[0]
+    top = float(site.smooth.height(site.release_x[0]))
+    stopped = (flat.status[0] == STOPPED) & (flat.record[0] > 10.0)
+    mu = (top - flat.elevation[0, stopped]) / (flat.record[0, stopped] - site.release_x[0])
+    assert mu == pytest.approx(MU[stopped], abs=1e-6)

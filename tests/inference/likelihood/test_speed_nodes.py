@@ -1,0 +1,110 @@
+"""Speeds that tell friction more closely than the tables are spaced."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from avahazard.inference.likelihood.event_terms import event_terms
+from avahazard.inference.likelihood.nodes import build_nodes
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.speed_nodes import SPLIT, between
+from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
+from avahazard.physics.runout_table import MU
+from tests.inference.studies import posterior, study
+
+REACH = np.array([0.9, 0.7])
+"""Frictions with which the block only just comes to the places of the speeds."""
+LEAVES = 0.42
+
+
+def _speed(mu: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.maximum(3600.0 * (1.0 - mu[:, None] / REACH), 0.0))
+
+
+def _stop(mu: np.ndarray) -> np.ndarray:
+    return 1000.0 + 1200.0 * np.clip((mu - 0.2) / 0.8, 0.0, 1.0)
+
+
+def _fast(kind: int, true_mu: float, sigma: float) -> float:
+    """Log likelihood by nodes of one event with two speeds, friction being 0.45 e^±0.15."""
+    given = study(6, 6, False)
+    measured = SpeedRecord(
+        0, np.array([200.0, 600.0]), _speed(np.array([true_mu]))[0], np.full(2, sigma)
+    )
+    one = type(given)(
+        **{name: getattr(given, name) for name in given.__slots__}
+        | {
+            "kind": np.array([kind]),
+            "observed": np.array([np.nan if kind == LEFT else float(_stop(np.array(true_mu)))]),
+            "sigma": np.array([10.0]),
+            "limit": np.array([np.nan]),
+            "speeds": (measured,),
+        }
+    )
+    table = np.repeat(_stop(MU)[None], 1, axis=0)
+    left = (MU < LEAVES if kind == LEFT else np.zeros(len(MU), bool)).astype(np.int8)[None]
+    predicted = Predicted(record=table, x=table, elevation=table, status=left, speeds=(_speed(MU),))
+    nodes = build_nodes(one, predicted, 0.0)
+    terms = event_terms(nodes, np.log([[0.45]]), np.array([[0.15]]), np.ones((1, 1)))
+    return float(terms.value[0])
+
+
+def _slow(kind: int, true_mu: float, sigma: float) -> float:
+    """The same by a sum over very fine frictions, with speeds and stops by their formulas."""
+    nu = np.linspace(np.log(0.2), np.log(1.2), 400001)
+    mu = np.exp(nu)
+    logs = stats.norm.logpdf(_speed(np.array([true_mu]))[0], _speed(mu), sigma).sum(axis=1)
+    if kind == LEFT:
+        logs = np.where(mu < LEAVES - 0.00125, logs, -np.inf)
+    else:
+        logs = logs + stats.norm.logpdf(float(_stop(np.array(true_mu))), _stop(mu), 10.0)
+    logs = logs + stats.norm.logpdf(nu, np.log(0.45), 0.15)
+    return float(np.log(np.sum(np.exp(logs - logs.max())) * (nu[1] - nu[0])) + logs.max())
+
+
+@pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0, 8.0])
+@pytest.mark.parametrize("true_mu", [0.3512, 0.45, 0.5237, 0.65])
+def test_a_record_with_speeds_has_its_likelihood(true_mu: float, sigma: float) -> None:
+    assert _fast(ELEVATION, true_mu, sigma) == pytest.approx(
+        _slow(ELEVATION, true_mu, sigma), abs=0.03
+    )
+
+
+@pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0])
+def test_one_that_left_has_its_likelihood(sigma: float) -> None:
+    assert _fast(LEFT, 0.3512, sigma) == pytest.approx(_slow(LEFT, 0.3512, sigma), abs=0.03)
+
+
+def test_between_keeps_the_frictions_of_the_table() -> None:
+    bound = np.where((MU[1:] > 0.4) & (MU[1:] < 0.45), 0.0, -1e3)
+    track = between(MU, _stop(MU), MU < LEAVES, _speed(MU), bound, True)
+    assert track.grid[0] < 0.4
+    assert track.grid[-1] > 0.45
+    assert len(track.grid) < 40 * SPLIT
+    inside = MU[(track.grid[0] <= MU) & (track.grid[-1] >= MU)]
+    assert np.all(np.isin(inside, track.grid))
+    assert track.speeds == pytest.approx(_speed(track.grid), abs=1e-6)
+    assert track.record == pytest.approx(_stop(track.grid))
+    assert np.all(track.left[track.grid < 0.4174])
+    assert not np.any(track.left[track.grid > 0.4226])
+
+
+def test_between_takes_fewer_parts_of_many_cells() -> None:
+    few = np.where((MU[1:] > 0.4) & (MU[1:] < 0.41), 0.0, -1e3)
+    many = np.zeros(len(MU) - 1)
+    fine = between(MU, _stop(MU), MU < LEAVES, _speed(MU), few, False).grid
+    coarse = between(MU, _stop(MU), MU < LEAVES, _speed(MU), many, False).grid
+    assert np.max(np.diff(fine)) < np.min(np.diff(coarse))
+    assert len(coarse) < len(fine) + 3 * len(MU)
+
+
+def test_events_without_speeds_are_untouched() -> None:
+    with_speeds, without = posterior(study()), posterior(study(speeds=False))
+    u = np.array([-0.8, 1.0, -1.9, 1.0])
+    silent = np.ones(study().n_events, bool)
+    silent[[m.event for m in study().speeds]] = False
+    assert with_speeds.event_log_likelihood(u)[silent] == pytest.approx(
+        without.event_log_likelihood(u[:3])[silent], abs=1e-9
+    )

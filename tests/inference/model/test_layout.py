@@ -1,0 +1,93 @@
+"""The parameters of a model: order, bounds, prior, readable names."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from avahazard.inference.model.layout import PATH_SCATTER, SPEED_GRID, regridded
+from tests.inference.studies import near, posterior, study
+
+
+def test_coordinates_are_law_scatter_effects_and_speed() -> None:
+    layout = posterior(
+        study(), "snow-type", "path-effect", "entrainment", scatter="volume", law="rational"
+    ).layout
+    assert [s.name for s in layout.slots] == [
+        "log a",
+        "log c in 1e5 m3",
+        "log n",
+        "log sigma",
+        "sigma_n",
+        "snow-type.mixed",
+        "snow-type.wet",
+        "tau",
+        "entrainment.rate",
+        "entrainment.above",
+        "log speed sigma",
+    ]
+    assert (layout.scatter, layout.scatter_slope) == (3, 4)
+    assert (layout.path_scatter, layout.speed_scatter) == (7, 10)
+    assert layout.places == {"snow-type": slice(5, 7), "entrainment": slice(8, 10)}
+    assert layout.tables == (8, 9)
+    assert layout.slots[10].grid == SPEED_GRID
+
+
+def test_without_speeds_there_is_no_scatter_of_speeds() -> None:
+    layout = posterior(study(speeds=False)).layout
+    assert layout.speed_scatter is None
+    assert [s.name for s in layout.slots] == ["log a", "n in 1e-6/m3", "log sigma"]
+
+
+def test_the_prior_is_normal_in_every_coordinate() -> None:
+    layout = posterior(study(), "turbulent-drag").layout
+    u, other = np.array([-0.5, 2.0, -1.5, 0.4, 1.0]), np.array([-0.7, 0.0, -2.0, 0.1, 2.0])
+    sd = np.array([0.5, 10.0, 1.0, 1.0, 1.0])
+    mean = np.array([np.log(0.5), 0.0, np.log(0.15), 0.0, np.log(3.0)])
+    expected = np.sum(stats.norm.logpdf(u, mean, sd) - stats.norm.logpdf(other, mean, sd))
+    assert layout.log_prior(u) - layout.log_prior(other) == pytest.approx(expected)
+
+
+def test_people_read_parameters_in_their_units() -> None:
+    model = posterior(study(), "turbulent-drag", "path-effect", scatter="volume")
+    u = near(model, **{"turbulent-drag.drag": 0.6, "sigma_n": 0.5, "tau": 1.5})
+    read = model.layout.readable(np.stack([u, u]))
+    values = {name: float(v[1]) for name, (v, _) in read.items()}
+    assert values == pytest.approx(
+        {
+            "a": np.exp(-0.8),
+            "n": 1e-6,
+            "sigma": 0.15,
+            "sigma_n": 0.5 / model.layout.reference_volume,
+            "turbulent-drag.drag": 0.003,
+            "path-effect.tau": 1.5 * PATH_SCATTER,
+            "speed_sigma": 3.0,
+        }
+    )
+    units = {name: unit for name, (_, unit) in read.items()}
+    assert (units["n"], units["sigma_n"], units["speed_sigma"]) == ("1/m3", "1/m3", "m/s")
+    assert units["turbulent-drag.drag"] == "1/m"
+
+
+def test_scatter_of_a_normal_law_is_of_friction_itself() -> None:
+    assert posterior(study(), distribution="normal").layout.readable(np.zeros(4))["sigma"][1] == (
+        "friction"
+    )
+
+
+def test_values_are_exactly_neutral_where_coordinates_are() -> None:
+    model = posterior(study(), "speed-weakening", "epoch-bias", "entrainment", "leading-edge")
+    values = model.layout.effect_values(near(model))
+    for effect in model.effects:
+        assert np.array_equal(values[effect.key], effect.neutral)
+
+
+def test_other_grids_are_other_ranges() -> None:
+    layout = posterior(study(), "cohesion").layout
+    k = layout.tables[0]
+    finer = regridded(layout, {"cohesion.strength": (0.2, 0.3, 0.4)})
+    assert finer.slots[k].grid == (0.2, 0.3, 0.4)
+    assert (finer.low[k], finer.high[k]) == (0.2, 0.4)
+    assert (layout.low[k], layout.high[k]) == (0.0, 3.5)
+    assert finer.slots[:k] == layout.slots[:k]

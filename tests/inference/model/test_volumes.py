@@ -1,0 +1,112 @@
+"""Volumes and their error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.effects.columns import build_columns
+from avahazard.inference.model.volumes import MIN_SPREAD, VolumeNodes, volume_nodes
+from avahazard.records.event import Event
+from avahazard.records.path import Path
+
+SPREAD, SIGMA = 1.2, 0.6
+
+
+def _world(n: int, n_paths: int, seed: int) -> tuple[list[Event], np.ndarray]:
+    """Events with lognormal volumes around the centre of their path, and their true log volumes."""
+    rng = np.random.default_rng(seed)
+    centre = rng.normal(10.0, 0.8, n_paths)
+    path = rng.integers(0, n_paths, n)
+    truth = centre[path] + SPREAD * rng.standard_normal(n)
+    recorded = truth + SIGMA * rng.standard_normal(n)
+    events = [
+        Event(str(i), f"P{path[i]}", volume_m3=float(np.exp(v)), volume_rel_sigma=SIGMA)
+        for i, v in enumerate(recorded)
+    ]
+    return events, truth
+
+
+def _nodes(events: list[Event], population: VolumeNodes | None = None) -> VolumeNodes:
+    names = {e.path_id for e in events if e.path_id}
+    columns = build_columns(events, {n: Path(n) for n in names}, np.full(len(events), np.nan))
+    return volume_nodes(events, columns, population)
+
+
+def _mean(nodes: VolumeNodes) -> np.ndarray:
+    return np.sum(nodes.weight * nodes.log_volume, axis=1)
+
+
+def test_records_are_drawn_to_the_centre_as_far_as_is_right() -> None:
+    events, truth = _world(4000, 8, 1)
+    recorded = np.log([e.volume_m3 for e in events])
+    nodes = _nodes(events)
+    mean = _mean(nodes)
+    # True volumes scatter about the nodes' mean without any slope; about the records they have one.
+    assert np.polyfit(mean, truth, 1)[0] == pytest.approx(1.0, abs=0.03)
+    assert np.polyfit(recorded, truth, 1)[0] < 0.92
+    assert np.std(truth - mean) == pytest.approx(nodes.sd.mean(), rel=0.04)
+    assert nodes.spread == pytest.approx(SPREAD, rel=0.05)
+    assert np.mean((truth - mean) ** 2) < 0.85 * np.mean((truth - recorded) ** 2)
+
+
+def test_nodes_have_the_moments_of_the_normal() -> None:
+    nodes = _nodes(_world(50, 3, 2)[0])
+    assert nodes.weight.sum(axis=1) == pytest.approx(1.0)
+    assert _mean(nodes) == pytest.approx(nodes.mean)
+    for power, moment in ((2, 1.0), (3, 0.0), (4, 3.0)):
+        z = (nodes.log_volume - nodes.mean[:, None]) / nodes.sd[:, None]
+        got = np.sum(nodes.weight * z**power, axis=1)
+        assert got == pytest.approx(np.full(50, moment), abs=1e-9)
+
+
+def test_an_event_without_a_volume_has_the_whole_population() -> None:
+    events, _ = _world(400, 2, 3)
+    nodes = _nodes([*events, Event("bare", "P1"), Event("stranger", "elsewhere")])
+    assert nodes.mean[-2] == pytest.approx(nodes.centre["P1"])
+    assert nodes.sd[-2] == pytest.approx(nodes.spread)
+    centres = [nodes.centre[p] for p in ("P0", "P1", "elsewhere")]
+    assert nodes.mean[-1] == pytest.approx(nodes.centre["elsewhere"])
+    assert min(centres) <= nodes.mean[-1] <= max(centres)
+
+
+def test_few_records_pull_a_centre_less_than_many() -> None:
+    rng = np.random.default_rng(4)
+
+    def event(name: str, path: str, level: float) -> Event:
+        return Event(name, path, volume_m3=float(np.exp(level + rng.standard_normal())))
+
+    common = [event(f"c{i}", f"P{i % 4}", 10.0) for i in range(200)]
+    few = [Event("few", "few", volume_m3=float(np.exp(13.0)))]
+    many = [Event(f"m{i}", "many", volume_m3=float(np.exp(13.0))) for i in range(40)]
+    centre = _nodes([*common, *few, *many]).centre
+    assert centre["few"] < centre["many"] < 13.05
+    assert centre["many"] == pytest.approx(13.0, abs=0.1)
+
+
+def test_exact_records_keep_their_volume() -> None:
+    events = [
+        Event(str(i), "P", volume_m3=float(v), volume_rel_sigma=1e-6)
+        for i, v in enumerate(np.geomspace(1e3, 1e6, 20))
+    ]
+    nodes = _nodes(events)
+    assert _mean(nodes) == pytest.approx(np.log([e.volume_m3 for e in events]), abs=1e-4)
+
+
+def test_a_population_from_elsewhere_is_used_as_it_is() -> None:
+    past = _nodes(_world(300, 2, 5)[0])
+    new = _nodes([Event("a", "P0", volume_m3=1e4), Event("b", "unknown")], past)
+    assert (new.centre, new.spread) == (past.centre, past.spread)
+    assert new.mean[1] == pytest.approx(np.mean(list(past.centre.values())))
+
+
+def test_without_any_volume_that_is_said() -> None:
+    nodes = _nodes([Event("a", "P"), Event("b", "Q")])
+    assert nodes.known is False
+    assert np.all(np.isfinite(nodes.log_volume))
+    assert _nodes([Event("a", "P", volume_m3=5e3)]).known is True
+
+
+def test_volumes_more_alike_than_their_error_keep_a_spread() -> None:
+    alike = [Event(str(i), "P", volume_m3=1e4 + i) for i in range(30)]
+    assert _nodes(alike).spread == MIN_SPREAD

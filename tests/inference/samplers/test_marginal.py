@@ -1,0 +1,118 @@
+"""Sampling the marginal posterior, against quadrature over a grid."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.samplers.marginal import Sample, sample
+from tests.inference.studies import near, one_path, posterior, study
+
+
+@cache
+def _law() -> Posterior:
+    """Constant law on one path: log a and log sigma; some events left the profile."""
+    return posterior(build_study(one_path(40, seed=1, cut_m=1600.0)), law="constant")
+
+
+@cache
+def _drag() -> Posterior:
+    """The same with drag, which these worlds do not have: it piles up at nought."""
+    return posterior(
+        build_study(one_path(40, seed=1, cut_m=1600.0)), "turbulent-drag", law="constant"
+    )
+
+
+def _by_grid(model: Posterior, axes: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Means and sds by a sum over a grid of midpoints."""
+    mesh = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    logs = np.array([model.log_density(u) for u in mesh.reshape(-1, len(axes))])
+    weight = np.exp(logs - logs.max()).reshape(mesh.shape[:-1])
+    weight /= weight.sum()
+    mean = np.array([np.sum(weight * mesh[..., k]) for k in range(len(axes))])
+    var = [np.sum(weight * (mesh[..., k] - mean[k]) ** 2) for k in range(len(axes))]
+    return mean, np.sqrt(var)
+
+
+def _midpoints(low: float, high: float, n: int) -> np.ndarray:
+    return low + (high - low) * (np.arange(n) + 0.5) / n
+
+
+def _agrees(found: Sample, mean: np.ndarray, sd: np.ndarray) -> None:
+    draws = found.coordinates.reshape(-1, len(mean))
+    assert found.chains.diagnostics.converged
+    assert np.abs(draws.mean(axis=0) - mean) / sd == pytest.approx(np.zeros(len(mean)), abs=0.06)
+    assert draws.std(axis=0) / sd == pytest.approx(np.ones(len(mean)), abs=0.05)
+
+
+def test_two_parameters_are_sampled_as_they_are_by_quadrature() -> None:
+    model = _law()
+    found = sample(model, n_draws=4000, seed=3)
+    m, s = found.mode.u, np.sqrt(np.diag(found.mode.covariance))
+    axes = [_midpoints(m[k] - 7 * s[k], m[k] + 7 * s[k], 80) for k in range(2)]
+    _agrees(found, *_by_grid(model, axes))
+
+
+@pytest.mark.slow
+def test_a_parameter_that_piles_up_at_its_bound_is_sampled_right() -> None:
+    model = _drag()
+    found = sample(model, n_draws=4000, seed=4)
+    draws = found.coordinates.reshape(-1, 3)
+    assert draws[:, 2].min() >= 0.0
+    assert np.mean(draws[:, 2] < 0.5 * draws[:, 2].std()) > 0.2
+    low, high = draws.min(axis=0), draws.max(axis=0)
+    margin = 0.15 * (high - low)
+    top = min(high[2] + margin[2], found.posterior.layout.high[2])
+    # Drag and log a are strongly correlated, so their grids are fine.
+    axes = [_midpoints(low[k] - margin[k], high[k] + margin[k], (70, 20)[k]) for k in range(2)]
+    axes.append(_midpoints(0.0, top, 44))
+    _agrees(found, *_by_grid(found.posterior, axes))
+
+
+def test_equal_seeds_give_equal_draws() -> None:
+    first, again, other = (sample(_law(), n_chains=2, n_draws=200, seed=s) for s in (5, 5, 6))
+    assert first.coordinates.tobytes() == again.coordinates.tobytes()
+    assert not np.array_equal(first.coordinates, other.coordinates)
+
+
+def test_offsets_of_paths_are_drawn_with_the_parameters() -> None:
+    model = posterior(study(speeds=False), "path-effect")
+    found = sample(model, n_chains=2, n_draws=300, seed=1)
+    assert found.offsets is not None
+    assert found.offsets.shape == (2, 300, 6)
+    again = sample(model, n_chains=2, n_draws=300, seed=1)
+    assert again.offsets is not None
+    assert found.offsets.tobytes() == again.offsets.tobytes()
+    tau = found.coordinates[..., model.layout.path_scatter or 0] * 0.2
+    # Offsets given τ are drawn about modes that shrink with it.
+    large = np.abs(found.offsets).mean(axis=-1)
+    assert np.corrcoef(large.ravel(), tau.ravel())[0, 1] > 0.2
+
+
+def test_what_people_read_is_in_the_chains() -> None:
+    found = sample(_drag(), n_chains=2, n_draws=200, seed=1)
+    assert found.chains.names == ("a", "sigma", "turbulent-drag.drag")
+    assert found.chains.draws.shape == (2, 200, 3)
+    assert found.chains.draws[..., 0] == pytest.approx(np.exp(found.coordinates[..., 0]))
+    assert found.chains.draws[..., 2] == pytest.approx(0.005 * found.coordinates[..., 2])
+
+
+def test_progress_ends_with_the_whole() -> None:
+    told: list[float] = []
+    sample(_law(), n_chains=2, n_draws=1500, seed=1, progress=told.append)
+    # A further round, where one is needed, makes the share done smaller again.
+    assert told[:3] == sorted(told[:3])
+    assert min(told) > 0.0
+    assert told[-1] == pytest.approx(1.0) == max(told)
+
+
+def test_a_start_far_from_the_mode_is_no_harm() -> None:
+    model = _law()
+    far = near(model)
+    far[0] += 1.0
+    found = sample(model, n_chains=2, n_draws=400, seed=1, start=far)
+    assert found.mode.u == pytest.approx(sample(model, n_chains=2, n_draws=50).mode.u, abs=1e-3)

@@ -1,0 +1,249 @@
+"""Calibration by the marginal method, and what is stored of it."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.specification import Specification
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.reading import read_records
+from avahazard.store.records import save_records
+from avahazard.store.session import writing
+from avahazard.workflow.calibrate import calibrate, calibrate_study
+from avahazard.workflow.models import show_models
+from avahazard.workflow.stored_model import load_stored
+from tests.workflow.twin import FEW_PATHS, TRUTH, twin_records, twin_study
+
+FEW: dict[str, Any] = {"paths": FEW_PATHS, "chains": 2, "draws": 100}
+
+
+@pytest.fixture
+def twin(database: str) -> str:
+    """Give a database with the twin."""
+    with writing(database) as session:
+        save_records(session, twin_records())
+    return database
+
+
+def _straight(n: int = 120, slope: float = 0.1) -> Records:
+    """Events without a profile on a power law."""
+    rng = np.random.default_rng(0)
+    volume = np.exp(rng.normal(11.0, 1.5, n))
+    mu = volume**-slope * np.exp(0.1 * rng.standard_normal(n))
+    return Records(
+        events=tuple(
+            Event(
+                f"E{k}",
+                fall_height_m=1000.0,
+                runout_length_m=1000.0 / m,
+                volume_m3=v,
+                volume_rel_sigma=0.01,
+            )
+            for k, (v, m) in enumerate(zip(volume.tolist(), mu.tolist(), strict=True))
+        )
+    )
+
+
+def test_marginal_is_the_regression_where_that_is_all_there_is() -> None:
+    records = _straight()
+    study = build_study(records)
+    found = calibrate_study(study, Specification(law="power"), {}, n_draws=500, seed=1)
+    x = study.columns.log_volume
+    y = np.log([e.fall_height_m / e.runout_length_m for e in records.events])
+    (slope, _), covariance = np.polyfit(x, y, 1, cov=True)
+    beta = found.chains.draws[..., found.chains.names.index("beta")]
+    assert beta.mean() == pytest.approx(-slope, abs=0.2 * np.sqrt(covariance[0, 0]))
+    assert beta.std() == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.15)
+    assert found.slots[:2] == ("log alpha", "beta")
+    assert (found.n_events, found.offsets, found.notes) == (120, {}, ())
+
+
+def test_the_stored_model_is_the_one_that_is_told(twin: str) -> None:
+    told: list[float] = []
+    document = calibrate(
+        twin, "m", **FEW, seed=3, report=lambda _what, done, total: told.append(done / total)
+    )
+    stored, records = load_stored(twin, "m")
+    assert stored.result == document
+    assert stored.paths == FEW_PATHS
+    assert len(records.events) == 173
+    assert document["n_events"] == 61
+    u = stored.coordinates
+    assert document["parameters"]["a"]["mean"] == pytest.approx(np.exp(u[:, 0]).mean())
+    assert document["parameters"]["sigma"]["q95"] == pytest.approx(
+        np.quantile(np.exp(u[:, 2]), 0.95)
+    )
+    assert (told[0], told[-1]) == (0.0, 1.0)
+
+
+def test_equal_seeds_equal_bits(twin: str) -> None:
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        calibrate(twin, name, **FEW, seed=seed)
+    a, b, c = (load_stored(twin, name)[0] for name in "abc")
+    np.testing.assert_array_equal(a.coordinates, b.coordinates)
+    assert a.result["parameters"] == b.result["parameters"]
+    assert not np.array_equal(a.coordinates, c.coordinates)
+
+
+def test_a_run_too_short_is_stored_as_such(twin: str) -> None:
+    document = calibrate(twin, "short", paths=["scey"], chains=2, draws=50)
+    assert document["diagnostics"]["converged"] is False
+    assert "not converged" in document["notes"][-1]
+    assert show_models(twin)[0]["converged"] is False
+
+
+def test_path_offsets_are_told_and_kept(twin: str) -> None:
+    document = calibrate(twin, "m", with_=["path-effect"], chains=2, draws=100)
+    offsets = {k for k in document["parameters"] if k.startswith("path:")}
+    assert offsets == {f"path:{p.path_id}" for p in twin_records().paths}
+    stored = load_stored(twin, "m")[0]
+    assert stored.offsets["scey"].shape == (200,)
+    assert document["parameters"]["path:scey"]["mean"] == pytest.approx(
+        stored.offsets["scey"].mean()
+    )
+    assert document["effects"] == ["path-effect"]
+
+
+def test_without_centrifugal(twin: str) -> None:
+    document = calibrate(twin, "m", **FEW, without=["centrifugal"])
+    assert document["centrifugal"] is False
+    assert load_stored(twin, "m")[0].specification.centrifugal is False
+    # Curvature loads the bed of these hollow paths: without, more friction is needed.
+    base = calibrate(twin, "base", **FEW)
+    assert document["parameters"]["a"]["mean"] > base["parameters"]["a"]["mean"] + 0.02
+
+
+def test_an_effect_asked_for_and_away_is_not_there(twin: str) -> None:
+    document = calibrate(twin, "m", **FEW, with_=["season"], without=["season"])
+    assert document["effects"] == []
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"without": ["season"]}, "does not have the effect 'season'"),
+        ({"without": ["ghosts"]}, "no effect 'ghosts'"),
+        ({"with_": ["ghosts"]}, "no effect 'ghosts'"),
+        ({"with_": ["path-effect"], "paths": FEW_PATHS}, "3 paths, fewer than 5"),
+        ({"paths": ["nowhere"]}, "no path 'nowhere'"),
+        ({"method": "gibbs", "with_": ["season"]}, "gibbs does not work with the effect season"),
+    ],
+)
+def test_what_cannot_be_calibrated_leaves_nothing_behind(twin: str, asked, message: str) -> None:
+    with pytest.raises(AvahazardError, match=message):
+        calibrate(twin, "m", **asked)
+    assert show_models(twin) == []
+
+
+def test_a_taken_name_is_refused_before_computing(twin: str, monkeypatch) -> None:
+    calibrate(twin, "m", **FEW, method="gibbs")
+    monkeypatch.setattr("avahazard.workflow.calibrate.build_study", None)
+    with pytest.raises(AvahazardError, match="a model m already"):
+        calibrate(twin, "m", **FEW)
+
+
+def test_volumes_are_needed_where_they_act(database: str) -> None:
+    events = tuple(
+        Event(f"E{k}", fall_height_m=500.0, runout_length_m=1000.0 + k) for k in range(30)
+    )
+    with writing(database) as session:
+        save_records(session, Records(events=events))
+    with pytest.raises(AvahazardError, match="exponential law has nothing to go by") as error:
+        calibrate(database, "m")
+    assert "constant" in error.value.hint
+    with pytest.raises(AvahazardError, match="volume-scatter"):
+        calibrate(database, "m", law="constant", scatter="volume")
+    document = calibrate(database, "m", law="constant", chains=2, draws=50)
+    assert 0.48 < document["parameters"]["a"]["mean"] < 0.5
+
+
+def test_refined_grids_are_those_that_were_sampled() -> None:
+    study = twin_study("scey", "saugy")
+    specification, facts = with_effects(study, Specification(law="constant"), ["turbulent-drag"])
+    found = calibrate_study(study, specification, facts, n_chains=2, n_draws=50)
+    whole = assemble(study, specification, facts).layout
+    drag = next(s for s in whole.slots if s.name == "turbulent-drag.drag")
+    for name, grid in found.grids.items():
+        assert name == drag.name
+        assert grid != drag.grid
+    draws = found.coordinates[..., found.slots.index(drag.name)]
+    assert drag.low <= draws.min() <= draws.max() <= drag.high
+
+
+def test_rock_avalanches_fall_as_published(database: str, shared_data: Path) -> None:
+    with writing(database) as session:
+        save_records(session, read_records([shared_data / "rock-avalanches-canada"]))
+    for method in ("marginal", "gibbs"):
+        beta = calibrate(database, method, law="power", method=method)["parameters"]["beta"]  # type: ignore[arg-type]
+        assert beta["mean"] == pytest.approx(0.085, abs=0.01)
+        assert beta["q05"] > 0.0
+
+
+def test_sensor_tracks_with_the_constant_law(database: str, shared_data: Path) -> None:
+    with writing(database) as session:
+        save_records(session, read_records([shared_data / "avanodes"]))
+    document = calibrate(database, "m", law="constant", draws=300)
+    parameters = document["parameters"]
+    assert 0.4 < parameters["a"]["mean"] < 0.8
+    # A block whose friction matches the stop misses the speeds by metres per second.
+    assert 3.0 < parameters["speed_sigma"]["mean"] < 7.0
+    assert parameters["speed_sigma"]["unit"] == "m/s"
+
+
+def test_marginal_finds_the_twins_law() -> None:
+    found = calibrate_study(twin_study(), Specification(), {}, n_draws=400, seed=2)
+    assert found.chains.diagnostics.converged
+    for k, name in enumerate(found.chains.names):
+        low, high = np.quantile(found.chains.draws[..., k], [0.05, 0.95])
+        assert low < TRUTH[name] < high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "scatter", "distribution", "tails"),
+    list(
+        product(
+            ("exponential", "power", "rational", "constant"),
+            ("constant", "volume"),
+            ("lognormal", "normal"),
+            ("normal", "student"),
+        )
+    ),
+)
+def test_every_choice_converges_on_the_twin(law, scatter, distribution, tails) -> None:
+    asked = Specification(law=law, scatter=scatter, distribution=distribution, tails=tails)
+    specification, facts = with_effects(twin_study(), asked, [])
+    found = calibrate_study(twin_study(), specification, facts, seed=4)
+    assert found.chains.diagnostics.converged
+    # Whatever the form, friction at 20 000 m3 is that of the twin.
+    posterior = assemble(twin_study(), specification, facts)
+    draws = found.coordinates.reshape(-1, found.coordinates.shape[2])[::20]
+    level = [posterior.location_and_scatter(u, np.array([[2e4]]))[0][0, 0] for u in draws]
+    mu = np.exp(level) if distribution == "lognormal" else np.array(level)
+    truth = TRUTH["a"] * np.exp(-TRUTH["n"] * 2e4)
+    assert abs(mu.mean() - truth) < 0.03
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["path-effect", "turbulent-drag", "season", "path-section"])
+def test_an_effect_that_is_not_there_is_not_found(key: str) -> None:
+    specification, facts = with_effects(twin_study(), Specification(), [key])
+    found = calibrate_study(twin_study(), specification, facts, seed=5)
+    assert found.chains.diagnostics.converged
+    for k, name in enumerate(found.chains.names):
+        if not name.startswith(key):
+            continue
+        low, high = np.quantile(found.chains.draws[..., k], [0.005, 0.995])
+        if name in ("path-effect.tau", "turbulent-drag.drag"):  # they cannot be below 0
+            assert low < 0.05 * high
+        else:
+            assert low < 0.0 < high

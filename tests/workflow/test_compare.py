@@ -1,0 +1,90 @@
+"""Comparison of a model with its measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avahazard.inference.model.observations import build_study
+from avahazard.records.errors import AvahazardError
+from avahazard.store.comparisons import latest_comparison
+from avahazard.store.session import reading
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare, coordinate_name
+from avahazard.workflow.import_files import import_files
+from tests.criticism.studies import slopes, straight, with_left
+
+
+@pytest.fixture(scope="module")
+def document(snow_world: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    file = tmp_path_factory.mktemp("compare") / "copy.db"
+    file.write_bytes((snow_world / "base.db").read_bytes())
+    return compare(str(file), "base")
+
+
+def test_the_document_of_the_contract(document: dict[str, Any]) -> None:
+    scores = document["scores"]
+    assert document["model"] == "base"
+    assert set(scores) >= {"runout", "speed", "elpd_loo", "elpd_loo_se"}
+    assert set(scores["runout"]) >= {
+        "n", "rmse_m", "bias_m", "crps_m", "coverage_50", "coverage_90", "noise_floor_m"
+    }  # fmt: skip
+    assert scores["speed"] is None
+    assert document["held_out"]["by"] == "path"
+    assert document["held_out"]["runout"]["n"] == scores["runout"]["n"] == 120
+    assert document["measured_force"] is None
+
+
+def test_it_points_at_snow(document: dict[str, Any]) -> None:
+    worst = document["where_it_fails"][0]
+    assert worst["axis"] == "snow_type"
+    assert worst["p_value"] < 0.01
+    p_values = [row["p_value"] for row in document["where_it_fails"]]
+    assert p_values == sorted(p_values)
+
+
+def test_scores_make_sense(document: dict[str, Any]) -> None:
+    scores, held = document["scores"], document["held_out"]
+    assert scores["runout"]["noise_floor_m"] < scores["runout"]["rmse_m"]
+    assert scores["runout"]["crps_m"] < scores["runout"]["rmse_m"]
+    assert abs(scores["runout"]["coverage_90"] - 0.9) < 0.08
+    assert held["elpd_loo"] < scores["elpd_loo"] + 3.0
+    assert abs(held["runout"]["crps_m"] / scores["runout"]["crps_m"] - 1.0) < 0.15
+
+
+def test_it_is_stored_and_the_same_again(snow_database: str, document: dict[str, Any]) -> None:
+    with reading(snow_database) as session:
+        assert latest_comparison(session, "base") is None
+    again = compare(snow_database, "base")
+    assert again == document
+    with reading(snow_database) as session:
+        stored = latest_comparison(session, "base")
+    assert stored is not None
+    assert stored["scores"]["elpd_loo"] == document["scores"]["elpd_loo"]
+
+
+def test_records_that_changed_since(snow_database: str, write: Any) -> None:
+    import_files(
+        snow_database, [write("events.csv", "event_id,fall_height_m,runout_length_m\nx,800,1500\n")]
+    )
+    with pytest.raises(AvahazardError, match="have changed"):
+        compare(snow_database, "base")
+
+
+def test_the_papers_methods(snow_database: str) -> None:
+    calibrate(snow_database, "gibbs", method="gibbs", chains=2, draws=300)
+    calibrate(snow_database, "mh", method="metropolis", chains=2, draws=300)
+    scores = compare(snow_database, "gibbs")["scores"]
+    assert np.isfinite(scores["elpd_loo"])
+    assert abs(scores["runout"]["coverage_90"] - 0.9) < 0.1
+    with pytest.raises(AvahazardError, match="metropolis"):
+        compare(snow_database, "mh")
+
+
+def test_the_coordinate_of_the_records() -> None:
+    assert coordinate_name(build_study(straight(5))) == "length"
+    assert coordinate_name(build_study(slopes())) == "elevation"
+    assert coordinate_name(build_study(with_left(slopes(kind="x")))) == "x"

@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
+from avahazard.store.diagnoses import latest_diagnosis
+from avahazard.store.session import reading
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.import_files import import_files
+from tests.criticism.lengths import as_csv, lengths
+
+KEYS = {"model", "verdict", "missing", "candidates", "detectable_m", "measure_next"}
+CANDIDATE_KEYS = {
+    "effect", "gain", "p_value", "error_before_m", "error_after_m", "parameters", "physics",
+    "confounded_with",
+}  # fmt: skip
+Write = Callable[[str, str], Path]
+
+
+@pytest.fixture
+def base(database: str, write: Write) -> str:
+    """Give a database with the model `base`, which does not know that column_1 matters."""
+    import_files(database, [write("events.csv", as_csv(lengths(90, 0.12)))])
+    calibrate(database, "base", law="power", chains=2, draws=200)
+    return database
+
+
+def diagnosed(database: str, **options: Any) -> dict[str, Any]:
+    return diagnose_model(database, "base", n_worlds=39, **options)
+
+
+def test_the_document_is_the_contracts(base: str) -> None:
+    told: list[float] = []
+    document = diagnosed(base, report=lambda _what, done, _total: told.append(done))
+    assert set(document) >= KEYS
+    assert document["model"] == "base"
+    assert document["verdict"] == "unexplained"
+    assert document["missing"] == ["covariate:column_1"]
+    for candidate in document["candidates"]:
+        assert set(candidate) >= CANDIDATE_KEYS
+        assert 0.0 < candidate["p_value"] <= 1.0
+        assert candidate["physics"]
+    best = document["candidates"][0]
+    assert best["error_after_m"] < best["error_before_m"]
+    assert best["parameters"]["covariate:column_1.slope"] == pytest.approx(0.12, abs=0.08)
+    assert [c["effect"] for c in document["candidates"]].count("covariate:column_1") == 1
+    for step in document["measure_next"]:
+        assert step["expected_gain"] > 0.0
+    with reading(base) as session:
+        assert latest_diagnosis(session, "base") == plain(document)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+def test_the_same_seed_gives_the_same_document(base: str) -> None:
+    assert diagnosed(base, seed=4) == diagnosed(base, seed=4)
+
+
+def test_an_unknown_model_is_one_message(base: str) -> None:
+    with pytest.raises(AvahazardError, match="nobody"):
+        diagnose_model(base, "nobody")
+
+
+def test_a_model_without_a_likelihood_for_effects_is_refused(database: str, write: Write) -> None:
+    import_files(database, [write("events.csv", as_csv(lengths(30)))])
+    calibrate(database, "base", method="gibbs", chains=2, draws=100)
+    with pytest.raises(AvahazardError, match="gibbs") as raised:
+        diagnosed(database)
+    assert "--method marginal" in (raised.value.hint or "")
+
+
+def test_changed_records_are_refused(base: str, write: Write) -> None:
+    more = as_csv(lengths(91, 0.12)).splitlines()
+    import_files(base, [write("more.csv", "\n".join([more[0], more[-1]]) + "\n")])
+    with pytest.raises(AvahazardError, match="have changed"):
+        diagnosed(base)
+
+
+def test_a_picture_that_cannot_be_is_refused_before_the_work(base: str, tmp_path: Path) -> None:
+    with pytest.raises(AvahazardError):
+        diagnosed(base, plot=tmp_path / "candidates.xyz")
+
+
+def test_the_candidates_are_drawn(base: str, tmp_path: Path) -> None:
+    file = tmp_path / "candidates.png"
+    diagnosed(base, plot=file)
+    assert file.stat().st_size > 5000
