@@ -12,7 +12,7 @@ import typer
 
 from avahazard import __version__
 from avahazard.cli.commands_group import CommandsGroup, Entry
-from avahazard.cli.settings import Settings
+from avahazard.cli.settings import CliSettings
 
 # Name, module under avahazard.cli.commands, and the first line of its help.
 COMMANDS: tuple[Entry, ...] = (
@@ -124,7 +124,7 @@ def options(
     ] = False,
 ) -> None:
     """Calibrate avalanche friction on recorded events, find what the model misses, draw bounds."""
-    context.obj = Settings(database=db, as_json=as_json)
+    context.obj = CliSettings(database=db, as_json=as_json)
 
 
 def main() -> None:

@@ -8,15 +8,15 @@ import typer
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class CliSettings:
     """The database by path or URL, and whether the output is JSON."""
 
     database: str
     as_json: bool
 
 
-def settings(context: typer.Context) -> Settings:
+def settings(context: typer.Context) -> CliSettings:
     """Return the settings of a running command."""
     found = context.obj
-    assert isinstance(found, Settings)
+    assert isinstance(found, CliSettings)
     return found

@@ -46,7 +46,7 @@ FORMS = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class EffectTrack:
     """A path as an effect sees it: arrays over its cells `[n_cells]`.
 
     `x`, `y` (m) are the middle of each cell, `slope` its angle in degrees (> 0 downhill),
@@ -61,10 +61,10 @@ class Track:
     land_cover: NDArray[np.str_]
 
 
-def track_of(site: Site, terrain: Terrain) -> Track:
+def track_of(site: Site, terrain: Terrain) -> EffectTrack:
     """The track of a site, over the cells of one of its terrains."""
     x = terrain.middle_x
-    return Track(
+    return EffectTrack(
         path_id=site.path.path_id,
         section=site.path.section or "",
         x=x,
@@ -173,4 +173,4 @@ GIVEN = frozenset(
     ("profile", "land_cover", "date", "volume_m3", "release_elevation_m", "deposit_length_m",
      "section")
 )  # fmt: skip
-"""What every study has a place for."""
+"""What all observations have a place for."""

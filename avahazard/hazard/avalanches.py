@@ -20,7 +20,7 @@ from avahazard.hazard.posterior_draws import PosteriorDraws, posterior_draws
 from avahazard.hazard.rate_kernel import normal_rates
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, Values
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
@@ -84,7 +84,7 @@ def avalanches(
 ) -> Avalanches:
     """Avalanches of a path by a model.
 
-    The study of `posterior` holds one event for each class, all of this path and equally
+    The observations of `posterior` hold one event for each class, all of this path and equally
     frequent; `coordinates` `[n_draws, n_slots]`, `offsets` and `metres` as for `forecaster`. The
     posterior of the model is spread over the draws of `volumes`, which know nothing of each
     other.
@@ -95,12 +95,12 @@ def avalanches(
     again = np.arange(n) * len(draws.u) // n
     location, scatter = _friction(posterior, draws, path_id, volumes.log_volume, rng)
     specification = posterior.specification
-    n_classes = posterior.study.n_events
-    site = posterior.study.sites[0]
+    n_classes = posterior.observations.n_events
+    site = posterior.observations.sites[0]
     return Avalanches(
         path_id=path_id,
         site=site,
-        release=posterior.study.release,
+        release=posterior.observations.release,
         volumes=volumes,
         class_share=np.full(n_classes, 1.0 / n_classes),
         location=location[again],
@@ -124,15 +124,15 @@ def _friction(
     rng: np.random.Generator,
 ) -> tuple[Floats, Floats]:
     """Location and scatter `[n_parameters, n_classes, n_volumes]`, the path's offset in them."""
-    study = posterior.study
-    shape = (study.n_events, len(log_volume))
+    observations = posterior.observations
+    shape = (observations.n_events, len(log_volume))
     many = Posterior(
-        _at_volumes(study, log_volume),
+        _at_volumes(observations, log_volume),
         posterior.specification,
         posterior.effects,
         {slot.name: slot.grid for slot in posterior.layout.slots if slot.grid},
     )
-    volume = np.exp(np.tile(log_volume, study.n_events))[:, None]
+    volume = np.exp(np.tile(log_volume, observations.n_events))[:, None]
     location = np.empty((len(draws.u), *shape))
     scatter = np.empty_like(location)
     for p, row in enumerate(draws.u):
@@ -146,21 +146,21 @@ def _friction(
 
 def _ahead(posterior: Posterior, values: Values) -> Floats:
     """Metres of the front ahead of the block for each class `[n_classes]`."""
-    columns = posterior.study.columns
-    total = np.zeros(posterior.study.n_events)
+    columns = posterior.observations.columns
+    total = np.zeros(posterior.observations.n_events)
     for effect in posterior.effects:
         if effect.advance is not None:
             total = total + effect.advance(columns, values[effect.key])
     return total
 
 
-def _at_volumes(study: Study, log_volume: Floats) -> Study:
-    """Every event of the study once for each volume: columns only, it cannot be run."""
+def _at_volumes(observations: Observations, log_volume: Floats) -> Observations:
+    """Every event of the observations once for each volume: columns only, it cannot be run."""
     n = len(log_volume)
-    columns = study.columns
-    nodes = np.repeat(study.volumes.log_volume, n, axis=0)
+    columns = observations.columns
+    nodes = np.repeat(observations.volumes.log_volume, n, axis=0)
     return replace(
-        study,
+        observations,
         columns=replace(
             columns,
             event_id=tuple(name for name in columns.event_id for _ in range(n)),
@@ -175,8 +175,8 @@ def _at_volumes(study: Study, log_volume: Floats) -> Study:
             numbers={name: np.repeat(v, n) for name, v in columns.numbers.items()},
             texts={name: np.repeat(v, n) for name, v in columns.texts.items()},
         ),
-        volumes=replace(study.volumes, log_volume=nodes),
-        observed=np.repeat(study.observed, n),
+        volumes=replace(observations.volumes, log_volume=nodes),
+        observed=np.repeat(observations.observed, n),
     )
 
 

@@ -26,10 +26,10 @@ STUDENT_DF = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Prospect:
+class FutureEvent:
     """An avalanche to come: `volume_m3` on a path, None where the model has no use for it.
 
-    `events` are indices of the study's events that it may be like (their columns matter to some
+    `events` are indices of the observations that it may be like (their columns matter to some
     effects); every draw takes one of them.
     """
 
@@ -40,7 +40,7 @@ class Prospect:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Forecaster:
-    """Posterior draws of friction for a study of avalanches to come.
+    """Posterior draws of friction for observations of avalanches to come.
 
     `location`, `scatter` `[n_parameters, n_events]` as `Posterior.location_and_scatter`, in the
     order of `draws`. `sigma_m` `[n_parameters]` is the scatter in metres of the metropolis
@@ -79,15 +79,15 @@ def forecaster(
     )
 
 
-def prospect_bounds(
-    ready: Forecaster, prospect: Prospect, n_draws: int, rng: np.random.Generator
+def future_bounds(
+    ready: Forecaster, future_event: FutureEvent, n_draws: int, rng: np.random.Generator
 ) -> RunoutBounds:
-    """Bounds of the runout of one prospect, from `n_draws` draws over the posterior."""
+    """Bounds of the runout of one future_event, from `n_draws` draws over the posterior."""
     n = len(ready.location)
     parameter = np.arange(n_draws) * n // n_draws
-    event = prospect.events[rng.integers(len(prospect.events), size=n_draws)]
+    event = future_event.events[rng.integers(len(future_event.events), size=n_draws)]
     location = ready.location[parameter, event]
-    shift = ready.draws.path_shift(prospect.path_id, rng)
+    shift = ready.draws.path_shift(future_event.path_id, rng)
     specification = ready.posterior.specification
     if ready.posterior.layout.log_scatter:
         friction = np.exp(location + shift[parameter])
@@ -100,11 +100,11 @@ def prospect_bounds(
     if ready.sigma_m is not None:
         scatter = np.zeros(n_draws)
     xs, ys, held = [], [], 0
-    kinds = _kinds(ready, prospect.events)
+    kinds = _kinds(ready, future_event.events)
     group = ready.draws.group[parameter]
     for g, tables in enumerate(ready.draws.tables):
         for kind in np.unique(kinds):
-            mine = (group == g) & (kinds[np.searchsorted(prospect.events, event)] == kind)
+            mine = (group == g) & (kinds[np.searchsorted(future_event.events, event)] == kind)
             if not mine.any():
                 continue
             curve = _curve(tables, int(event[mine][0]))
@@ -117,7 +117,7 @@ def prospect_bounds(
                 rng,
             )
             if ready.sigma_m is not None:
-                x, y, n_held = _scattered(ready, prospect, y, parameter[mine], rng)
+                x, y, n_held = _scattered(ready, future_event, y, parameter[mine], rng)
                 counts[NOT_RELEASED] = n_held
             xs.append(x)
             ys.append(y)
@@ -139,11 +139,15 @@ def _curve(tables: Predicted, event: int) -> RunoutCurve:
 
 
 def _scattered(
-    ready: Forecaster, prospect: Prospect, y: Floats, parameter: Indices, rng: np.random.Generator
+    ready: Forecaster,
+    future_event: FutureEvent,
+    y: Floats,
+    parameter: Indices,
+    rng: np.random.Generator,
 ) -> tuple[Floats, Floats, int]:
     assert ready.sigma_m is not None
-    study = ready.posterior.study
-    event = int(prospect.events[0])
-    site = study.sites[study.columns.path_index[event]]
-    release = float(site.release_x[study.release[event]])
+    observations = ready.posterior.observations
+    event = int(future_event.events[0])
+    site = observations.sites[observations.columns.path_index[event]]
+    release = float(site.release_x[observations.release[event]])
     return scattered_stops(site.smooth, release, y, ready.sigma_m[parameter], rng)

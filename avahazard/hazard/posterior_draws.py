@@ -73,7 +73,7 @@ def posterior_draws(
         middle[shaping] = np.median(u[first:last, shaping], axis=0)
         values.append(layout.effect_values(middle))
         curvature = float(posterior.specification.centrifugal)
-        tables.append(predict_records(posterior.study, effects, values[-1], curvature))
+        tables.append(predict_records(posterior.observations, effects, values[-1], curvature))
     tau = None if layout.path_scatter is None else PATH_SCATTER * u[:, layout.path_scatter]
     return PosteriorDraws(
         u=u,

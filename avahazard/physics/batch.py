@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.physics.cell_motion import end_accelerations, resisting
-from avahazard.physics.cell_step import LANES, step, step_by_speed
+from avahazard.physics.cell_step import BATCH_SIZE, step, step_by_speed
 from avahazard.physics.cells import Cells
 from avahazard.physics.constants import GRAVITY, KERNEL
 from avahazard.physics.contact import step_with_contact
@@ -18,12 +18,12 @@ from avahazard.physics.stop_place import first_zero, newton_zero
 Floats = NDArray[np.float64]
 
 
-class Lanes(NamedTuple):
-    """State of `LANES` blocks; arrays `[LANES]`.
+class Batch(NamedTuple):
+    """State of `BATCH_SIZE` blocks; arrays `[BATCH_SIZE]`.
 
-    `w` `[n_rows, LANES]` is u² at node k in row `k & rows`: with `rows` = 1 the last two nodes are
-    kept, with -1 all. It is nan where a block rests: no comparison with nan is true, so blocks at
-    rest need no mask. A block stops in cell `stop_cell` (-1: nowhere), at its fraction `stop_t`;
+    `w` `[n_rows, BATCH_SIZE]` is u² at node k in row `k & rows`: with `rows` = 1 the last two nodes
+    are kept, with -1 all. It is nan where a block rests: no comparison with nan is true, so blocks
+    at rest need no mask. A block stops in cell `stop_cell` (-1: nowhere), at its fraction `stop_t`;
     `stop_w0`, `stop_d0`, `stop_w1`, `stop_d1` are w and its derivative (per cell) at the ends of
     that cell. `lost_x` is where a block first lost contact with its bed, nan if it never did.
     """
@@ -44,100 +44,100 @@ class Lanes(NamedTuple):
 
 
 @njit(**KERNEL)
-def new_lanes(n_rows: int, rows: int) -> Lanes:
-    """Lanes with memory for the given rows of `Lanes.w`."""
-    return Lanes(
-        np.empty(LANES),
-        np.empty((n_rows, LANES)),
-        np.empty(LANES, dtype=np.int64),
-        np.empty(LANES),
-        np.empty(LANES),
-        np.empty(LANES),
-        np.empty(LANES),
-        np.empty(LANES),
-        np.empty(LANES),
-        np.empty(LANES),
-        np.empty(LANES),
-        np.empty(LANES),
+def new_batch(n_rows: int, rows: int) -> Batch:
+    """Batch with memory for the given rows of `Batch.w`."""
+    return Batch(
+        np.empty(BATCH_SIZE),
+        np.empty((n_rows, BATCH_SIZE)),
+        np.empty(BATCH_SIZE, dtype=np.int64),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
         rows,
     )
 
 
 @njit(**KERNEL)
-def release(cells: Cells, start: int, mu: Floats, first: int, lanes: Lanes) -> int:
+def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> int:
     """Place blocks with frictions `mu[first:]` at the start node; the number that move off.
 
     A block moves off if the slope at the release exceeds what holds it.
     """
-    row = start & lanes.rows
-    lanes.w[row, :] = np.nan
-    lanes.stop_cell[:] = -1
-    lanes.lost_x[:] = np.nan
-    for j in range(LANES):
-        lanes.friction[j] = mu[min(first + j, len(mu) - 1)]
+    row = start & batch.rows
+    batch.w[row, :] = np.nan
+    batch.stop_cell[:] = -1
+    batch.lost_x[:] = np.nan
+    for j in range(BATCH_SIZE):
+        batch.friction[j] = mu[min(first + j, len(mu) - 1)]
     if start == len(cells.length):
         return 0
     n_moving = 0
     slope = cells.slope[start]
     stretch = np.sqrt(1.0 + slope * slope)
-    for j in range(min(LANES, len(mu) - first)):
-        friction, constant = resisting(cells, start, lanes.friction[j], 0.0)
+    for j in range(min(BATCH_SIZE, len(mu) - first)):
+        friction, constant = resisting(cells, start, batch.friction[j], 0.0)
         if friction < slope - constant * stretch / GRAVITY:
-            lanes.w[row, j] = 0.0
+            batch.w[row, j] = 0.0
             n_moving += 1
     return n_moving
 
 
 @njit(**KERNEL)
-def march(cells: Cells, start: int, lanes: Lanes, n_moving: int) -> None:
+def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
-    friction, w = lanes.friction, lanes.w
+    friction, w = batch.friction, batch.w
     for i in range(start, len(cells.length)):
         if n_moving == 0:
             break
-        row, row_new = i & lanes.rows, (i + 1) & lanes.rows
+        row, row_new = i & batch.rows, (i + 1) & batch.rows
         if cells.speed_dependent:
-            low, high = step_by_speed(cells, i, friction, w, row, row_new, lanes.held, lanes.push)
+            low, high = step_by_speed(cells, i, friction, w, row, row_new, batch.held, batch.push)
         else:
             low, high = step(cells, i, friction, w, row, row_new)
         if high:
-            held, push, lost = lanes.held, lanes.push, lanes.lost_here
+            held, push, lost = batch.held, batch.push, batch.lost_here
             step_with_contact(cells, i, friction, w, row, row_new, held, push, lost)
-            for j in range(LANES):
-                if np.isnan(lanes.lost_x[j]):
-                    lanes.lost_x[j] = lost[j]
+            for j in range(BATCH_SIZE):
+                if np.isnan(batch.lost_x[j]):
+                    batch.lost_x[j] = lost[j]
         if low or high:
-            n_moving -= stop_in_cell(cells, i, lanes)
-    place_stops(cells, lanes)
+            n_moving -= stop_in_cell(cells, i, batch)
+    place_stops(cells, batch)
 
 
 @njit(**KERNEL, forceinline=True)
-def stop_in_cell(cells: Cells, i: int, lanes: Lanes) -> int:
+def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     """Stop the blocks whose w touches zero in cell i; their number."""
-    row, row_new = i & lanes.rows, (i + 1) & lanes.rows
+    row, row_new = i & batch.rows, (i + 1) & batch.rows
     h = cells.x[i + 1] - cells.x[i]
     dip = cells.dip[i]
     n = 0
-    for j in range(LANES):
-        if lanes.w[row_new, j] <= dip:
-            w0, w1 = lanes.w[row, j], lanes.w[row_new, j]
-            a0, a1 = end_accelerations(cells, i, lanes.friction[j], w0, w1)
+    for j in range(BATCH_SIZE):
+        if batch.w[row_new, j] <= dip:
+            w0, w1 = batch.w[row, j], batch.w[row_new, j]
+            a0, a1 = end_accelerations(cells, i, batch.friction[j], w0, w1)
             if w1 <= 0.0 or first_zero(w0, h * a0, w1, h * a1) >= 0.0:
-                lanes.stop_cell[j] = i
-                lanes.stop_w0[j], lanes.stop_d0[j] = w0, h * a0
-                lanes.stop_w1[j], lanes.stop_d1[j] = w1, h * a1
-                lanes.w[row_new, j] = np.nan
+                batch.stop_cell[j] = i
+                batch.stop_w0[j], batch.stop_d0[j] = w0, h * a0
+                batch.stop_w1[j], batch.stop_d1[j] = w1, h * a1
+                batch.w[row_new, j] = np.nan
                 n += 1
     return n
 
 
 @njit(**KERNEL)
-def place_stops(cells: Cells, lanes: Lanes) -> None:
-    """Fill `Lanes.stop_t` of the blocks that stopped: in vectors where that converges."""
-    w0, d0, w1, d1, t = lanes.stop_w0, lanes.stop_d0, lanes.stop_w1, lanes.stop_d1, lanes.stop_t
-    for j in range(LANES):
+def place_stops(cells: Cells, batch: Batch) -> None:
+    """Fill `Batch.stop_t` of the blocks that stopped: in vectors where that converges."""
+    w0, d0, w1, d1, t = batch.stop_w0, batch.stop_d0, batch.stop_w1, batch.stop_d1, batch.stop_t
+    for j in range(BATCH_SIZE):
         t[j] = newton_zero(w0[j], d0[j], w1[j], d1[j])
-    for j in range(LANES):
-        i = lanes.stop_cell[j]
+    for j in range(BATCH_SIZE):
+        i = batch.stop_cell[j]
         if i >= 0 and (np.isnan(t[j]) or cells.dip[i] > 0.0):
             t[j] = first_zero(w0[j], d0[j], w1[j], d1[j])

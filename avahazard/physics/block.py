@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.physics.batch import march, new_lanes, release
+from avahazard.physics.batch import march, new_batch, release
 from avahazard.physics.cell_motion import elevation_in_cell
-from avahazard.physics.cell_step import LANES
+from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
 from avahazard.physics.constants import KERNEL
 
@@ -50,22 +50,22 @@ def _run(cells, starts, mu):  # type: ignore[no-untyped-def]
     stop_y = np.full((n_starts, n_mu), np.nan)
     lift_off_x = np.full((n_starts, n_mu), np.nan)
     status = np.full((n_starts, n_mu), LEFT_PROFILE, dtype=np.int8)
-    lanes = new_lanes(2, 1)
+    batch = new_batch(2, 1)
     for s in range(n_starts):
         start = starts[s]
-        for first in range(0, n_mu, LANES):
-            n_moving = release(cells, start, mu, first, lanes)
-            for j in range(min(LANES, n_mu - first)):
-                if np.isnan(lanes.w[start & 1, j]):
+        for first in range(0, n_mu, BATCH_SIZE):
+            n_moving = release(cells, start, mu, first, batch)
+            for j in range(min(BATCH_SIZE, n_mu - first)):
+                if np.isnan(batch.w[start & 1, j]):
                     status[s, first + j] = NOT_RELEASED
                     stop_x[s, first + j] = cells.x[start]
                     stop_y[s, first + j] = cells.y[start]
-            march(cells, start, lanes, n_moving)
-            for j in range(min(LANES, n_mu - first)):
-                lift_off_x[s, first + j] = lanes.lost_x[j]
-                i = lanes.stop_cell[j]
+            march(cells, start, batch, n_moving)
+            for j in range(min(BATCH_SIZE, n_mu - first)):
+                lift_off_x[s, first + j] = batch.lost_x[j]
+                i = batch.stop_cell[j]
                 if i >= 0:
-                    t = lanes.stop_t[j]
+                    t = batch.stop_t[j]
                     status[s, first + j] = STOPPED
                     stop_x[s, first + j] = cells.x[i] + t * (cells.x[i + 1] - cells.x[i])
                     stop_y[s, first + j] = elevation_in_cell(cells, i, t)

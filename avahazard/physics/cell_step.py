@@ -12,7 +12,7 @@ from avahazard.physics.constants import KERNEL
 
 Floats = NDArray[np.float64]
 
-LANES = 32
+BATCH_SIZE = 32
 """Frictions that go through a cell together: enough for the widest registers."""
 CORRECTIONS = 3
 GAUSS_LOW, GAUSS_HIGH = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
@@ -22,7 +22,7 @@ GAUSS_LOW, GAUSS_HIGH = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 def step(
     cells: Cells, i: int, friction: Floats, w: Floats, row: int, row_new: int
 ) -> tuple[bool, bool]:
-    """Fill `w[row_new]` `[LANES]`, u² at the end of cell i, from `w[row]` at its start.
+    """Fill `w[row_new]` `[BATCH_SIZE]`, u² at the end of cell i, from `w[row]` at its start.
 
     Returns whether any block may touch zero in the cell, and whether any may leave the ground.
     """
@@ -34,7 +34,7 @@ def step(
     dip, lift = cells.dip[i], cells.lift[i]
     can_lift = lift < np.inf
     low, high = False, False
-    for j in range(LANES):
+    for j in range(BATCH_SIZE):
         m = friction[j] * factor + offset
         growth = g0 + m * (g1 + m * (g2 + m * (g3 + m * (g4 + m * (g5 + m * g6)))))
         drive = d0 + m * (d1 + m * (d2 + m * (d3 + m * (d4 + m * (d5 + m * d6)))))
@@ -61,7 +61,7 @@ def step_by_speed(
 
     The mean is taken at the two Gauss points between w at the start and at the end, which is
     predicted and then corrected; √w near rest is met well enough by these. `first` and `second`
-    `[LANES]` are working memory.
+    `[BATCH_SIZE]` are working memory.
     """
     g0, g1, g2, g3 = cells.growth[i, 0], cells.growth[i, 1], cells.growth[i, 2], cells.growth[i, 3]
     g4, g5, g6 = cells.growth[i, 4], cells.growth[i, 5], cells.growth[i, 6]
@@ -70,18 +70,18 @@ def step_by_speed(
     factor, offset, length = cells.factor[i], cells.offset[i], cells.length[i]
     dip, lift = cells.dip[i], cells.lift[i]
     factors, constants = cells.speed_factor, cells.speed_constant
-    for j in range(LANES):
+    for j in range(BATCH_SIZE):
         first[j] = second[j] = w[row, j]
     # Each loop by itself goes through registers in vectors, but for the one that looks up.
     for _ in range(CORRECTIONS):
-        for j in range(LANES):
+        for j in range(BATCH_SIZE):
             first[j] = table_place(factors, first[j])
             second[j] = table_place(factors, second[j])
-        for j in range(LANES):
+        for j in range(BATCH_SIZE):
             share = 0.5 * (between(factors, first[j]) + between(factors, second[j]))
             push = between(constants, first[j]) + between(constants, second[j])
             first[j], second[j] = share, push
-        for j in range(LANES):
+        for j in range(BATCH_SIZE):
             w0, share, push = w[row, j], first[j], second[j]
             m = friction[j] * share * factor + offset
             growth = g0 + m * (g1 + m * (g2 + m * (g3 + m * (g4 + m * (g5 + m * g6)))))
@@ -92,7 +92,7 @@ def step_by_speed(
             first[j] = w0 + GAUSS_LOW * rise
             second[j] = w0 + GAUSS_HIGH * rise
     low, high = False, False
-    for j in range(LANES):
+    for j in range(BATCH_SIZE):
         low |= w[row_new, j] <= dip
         high |= (w[row_new, j] > lift) | (w[row, j] > lift)
     return low, high

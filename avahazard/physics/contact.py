@@ -52,7 +52,7 @@ def step_with_contact(
     constant: Floats,
     lost_x: Floats,
 ) -> None:
-    """Step the lanes that may lose contact in cell i; arrays `[n_lanes]`.
+    """Step the batch that may lose contact in cell i; arrays `[batch_size]`.
 
     `w[row_new]` holds the step on the ground and is overwritten where the block flies; `lost_x`
     receives the place where it lost contact, nan where it did not. `friction` and `constant` are

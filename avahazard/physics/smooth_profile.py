@@ -50,7 +50,7 @@ def smooth_profile(x: Floats, y: Floats, method: Method = "auto") -> SmoothProfi
     """Regularise the points (x, y), both `[n_points]`, x strictly rising.
 
     `auto` takes the Legendre polynomial unless it misses a point by more than
-    `MISFIT_LIMIT_M`; then the smoothing spline. The last profiles are kept, since a study is
+    `MISFIT_LIMIT_M`; then the smoothing spline. The last profiles are kept, since observations is
     often built again on the same paths.
     """
     points = (np.asarray(x, dtype=float).tobytes(), np.asarray(y, dtype=float).tobytes())

@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.physics.batch import Lanes, march, new_lanes, release
+from avahazard.physics.batch import Batch, march, new_batch, release
 from avahazard.physics.cell_motion import end_accelerations, hermite
-from avahazard.physics.cell_step import LANES
+from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
 from avahazard.physics.constants import KERNEL
 
@@ -29,29 +29,29 @@ def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
 def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
     n_cells = len(cells.length)
     speeds = np.zeros((len(mu), len(x)))
-    lanes = new_lanes(n_cells + 1, -1)
-    for first in range(0, len(mu), LANES):
-        n_moving = release(cells, start, mu, first, lanes)
-        march(cells, start, lanes, n_moving)
+    batch = new_batch(n_cells + 1, -1)
+    for first in range(0, len(mu), BATCH_SIZE):
+        n_moving = release(cells, start, mu, first, batch)
+        march(cells, start, batch, n_moving)
         for k in range(len(x)):
             if cells.x[start] <= x[k] <= cells.x[n_cells]:
                 i = min(np.searchsorted(cells.x, x[k], side="right") - 1, n_cells - 1)
                 t = (x[k] - cells.x[i]) / (cells.x[i + 1] - cells.x[i])
-                for j in range(min(LANES, len(mu) - first)):
-                    if not np.isnan(lanes.w[start, j]):
-                        speeds[first + j, k] = speed_in_cell(cells, i, t, lanes, j)
+                for j in range(min(BATCH_SIZE, len(mu) - first)):
+                    if not np.isnan(batch.w[start, j]):
+                        speeds[first + j, k] = speed_in_cell(cells, i, t, batch, j)
     return speeds
 
 
 @njit(**KERNEL)
-def speed_in_cell(cells: Cells, i: int, t: float, lanes: Lanes, j: int) -> float:
-    """Speed of lane j at fraction t of cell i, of a block that was released above."""
-    w0, w1 = lanes.w[i, j], lanes.w[i + 1, j]
-    if lanes.stop_cell[j] >= 0:
-        if i > lanes.stop_cell[j] or (i == lanes.stop_cell[j] and t > lanes.stop_t[j]):
+def speed_in_cell(cells: Cells, i: int, t: float, batch: Batch, j: int) -> float:
+    """Speed of block j at fraction t of cell i, of a block that was released above."""
+    w0, w1 = batch.w[i, j], batch.w[i + 1, j]
+    if batch.stop_cell[j] >= 0:
+        if i > batch.stop_cell[j] or (i == batch.stop_cell[j] and t > batch.stop_t[j]):
             return 0.0
-        if i == lanes.stop_cell[j]:
-            w1 = lanes.stop_w1[j]
+        if i == batch.stop_cell[j]:
+            w1 = batch.stop_w1[j]
     h = cells.x[i + 1] - cells.x[i]
-    a0, a1 = end_accelerations(cells, i, lanes.friction[j], w0, w1)
+    a0, a1 = end_accelerations(cells, i, batch.friction[j], w0, w1)
     return np.sqrt(max(hermite(t, w0, h * a0, w1, h * a1), 0.0))

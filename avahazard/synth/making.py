@@ -14,7 +14,7 @@ from avahazard.synth.effects import NEED_SPEEDS, Parameters, WorldEffect, find_e
 from avahazard.synth.integrator import LEFT_PROFILE
 from avahazard.synth.observing import recorded_events, recorded_paths, recorded_speeds
 from avahazard.synth.running import Runs, run_world
-from avahazard.synth.settings import Settings, Site
+from avahazard.synth.settings import Settings, SitePlan
 from avahazard.synth.sites import make_sites
 from avahazard.synth.world import World, draw_world
 
@@ -27,7 +27,7 @@ def make_world(
     n_paths: int = 9,
     effects: Mapping[str, float] | None = None,
     settings: Settings | None = None,
-    sites: tuple[Site, ...] | None = None,
+    sites: tuple[SitePlan, ...] | None = None,
     own_effects: Mapping[str, WorldEffect] | None = None,
 ) -> tuple[Records, dict[str, object]]:
     """Records of a world with known effects, and its truth (what `truth.json` holds).

@@ -35,7 +35,7 @@ class Power:
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
+class SitePlan:
     """A path, its terrain, and the events that come down it.
 
     Volumes are lognormal between `volume_low_m3` and `volume_high_m3`; with `pin_range`

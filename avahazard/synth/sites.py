@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
 from avahazard.synth.seeds import generator
-from avahazard.synth.settings import Site
+from avahazard.synth.settings import SitePlan
 from avahazard.synth.track import Floats
 
 SPACING_M = 15.0
@@ -48,7 +48,7 @@ def concave_profile(
     return np.round(x, 1), np.round(top_m - fall, 3)
 
 
-def make_sites(seed: int, n_paths: int, n_events: int) -> tuple[Site, ...]:
+def make_sites(seed: int, n_paths: int, n_events: int) -> tuple[SitePlan, ...]:
     """`n_paths` paths with drops of 600 to 2000 m and about `n_events` / `n_paths` events each."""
     rng = generator(seed, "sites")
     weights = rng.lognormal(0.0, 0.4, n_paths)
@@ -60,7 +60,7 @@ def make_sites(seed: int, n_paths: int, n_events: int) -> tuple[Site, ...]:
     )
 
 
-def given_sites(seed: int, records: Records, n_events: int) -> tuple[Site, ...]:
+def given_sites(seed: int, records: Records, n_events: int) -> tuple[SitePlan, ...]:
     """Sites on given paths and profiles, which share `n_events` evenly.
 
     Surveyed profiles want a smoothing: `Settings(smooth_m=200.0)`. A path without a
@@ -72,7 +72,7 @@ def given_sites(seed: int, records: Records, n_events: int) -> tuple[Site, ...]:
     counts = np.diff(np.linspace(0, n_events, len(paths) + 1).round().astype(int))
     sections = rng.permutation(["channelled", "open"] * ((len(paths) + 1) // 2))
     return tuple(
-        Site(
+        SitePlan(
             path=replace(
                 path,
                 section=path.section or str(section),
@@ -87,7 +87,7 @@ def given_sites(seed: int, records: Records, n_events: int) -> tuple[Site, ...]:
     )
 
 
-def _make_site(rng: np.random.Generator, path_id: str, section: str, n_events: int) -> Site:
+def _make_site(rng: np.random.Generator, path_id: str, section: str, n_events: int) -> SitePlan:
     drop = float(rng.uniform(600.0, 2000.0))
     waves = tuple(
         (float(rng.uniform(0.02, 0.09)), float(rng.uniform(low, low + 1.5)), float(rng.uniform()))
@@ -107,7 +107,7 @@ def _make_site(rng: np.random.Generator, path_id: str, section: str, n_events: i
         first = rng.uniform(0.35, 0.6)
         t = x / x[-1]
         cover[(t > first) & (t < first + rng.uniform(0.1, 0.3))] = "forest"
-    return Site(
+    return SitePlan(
         path=Path(
             path_id,
             name=f"Synthetic path {path_id}",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from avahazard.synth.seeds import generator
-from avahazard.synth.settings import Settings, Site
+from avahazard.synth.settings import Settings, SitePlan
 from avahazard.synth.track import Floats, Track, make_track
 
 WINTER_DAYS = 150
@@ -31,7 +31,7 @@ class World:
 
     seed: int
     settings: Settings
-    sites: tuple[Site, ...]
+    sites: tuple[SitePlan, ...]
     tracks: list[Track]
     path: NDArray[np.int64]
     volume_m3: Floats
@@ -57,7 +57,7 @@ class World:
         return generator(self.seed, key)
 
 
-def draw_world(seed: int, sites: tuple[Site, ...], settings: Settings, spare: float) -> World:
+def draw_world(seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare: float) -> World:
     """The base world: events by path, their volumes, releases, dates and columns.
 
     `spare` is how many times the events of each site are drawn.
@@ -100,7 +100,7 @@ def draw_world(seed: int, sites: tuple[Site, ...], settings: Settings, spare: fl
 
 
 def _draw_volumes(
-    rng: np.random.Generator, sites: tuple[Site, ...], path: NDArray[np.int64]
+    rng: np.random.Generator, sites: tuple[SitePlan, ...], path: NDArray[np.int64]
 ) -> Floats:
     uniform = rng.uniform(size=len(path))
     volume = np.empty(len(path))
@@ -117,7 +117,7 @@ def _draw_volumes(
 
 def _draw_releases(
     rng: np.random.Generator,
-    sites: tuple[Site, ...],
+    sites: tuple[SitePlan, ...],
     tracks: list[Track],
     path: NDArray[np.int64],
 ) -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
@@ -73,22 +73,24 @@ def add(
     parent, all_records = load_stored(database, name, definitions)
     require_unchanged(parent, all_records)
     records = training_records(parent, all_records)
-    study = build_study(records)
-    specification, new_facts = with_effects(study, parent.specification, effects, definitions)
+    observations = build_observations(records)
+    specification, new_facts = with_effects(
+        observations, parent.specification, effects, definitions
+    )
     if specification == parent.specification:
         raise AvahazardError(f"The model {name} has {', '.join(effects)} already.")
     facts = {**parent.facts, **new_facts}
     seed = int(parent.result["seed"])
     same_method = parent.method == "marginal"
     found = calibrate_study(
-        study,
+        observations,
         specification,
         facts,
         n_chains=int(parent.result["chains"]) if same_method else N_CHAINS,
         n_draws=int(parent.result["draws"]) if same_method else N_DRAWS["marginal"],
         seed=seed,
         own=definitions,
-        start=_start(parent, assemble(study, specification, facts, definitions)),
+        start=_start(parent, assemble(observations, specification, facts, definitions)),
         progress=lambda share: report(f"Calibrating {new_name}", share, 1.0),
     )
     document = result_document(
@@ -97,7 +99,7 @@ def add(
     built = build_effects(specification, facts, definitions)
     after = comparison(
         new_name,
-        Posterior(study, specification, built, found.grids),
+        Posterior(observations, specification, built, found.grids),
         found.coordinates.reshape(-1, found.coordinates.shape[2]),
         {path: draws.ravel() for path, draws in found.offsets.items()},
         lambda share: report(f"Comparing {new_name}", share, 1.0),

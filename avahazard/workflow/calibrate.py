@@ -12,7 +12,7 @@ from avahazard.effects.catalogue import definition, require
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import (
     DistributionName,
     LawName,
@@ -75,13 +75,13 @@ def calibrate(
     with reading(database) as session:
         refuse_taken_name(session, name)
         records = only_paths(load_records(session), paths)
-    study = build_study(records)
+    observations = build_observations(records)
     if scatter == "volume":
-        require(definition("volume-scatter"), study.columns, study.sites)
-    specification, facts = with_effects(study, asked, keys)
+        require(definition("volume-scatter"), observations.columns, observations.sites)
+    specification, facts = with_effects(observations, asked, keys)
     report(f"Calibrating {name}", 0.0, 1.0)
     found = calibrate_study(
-        study,
+        observations,
         specification,
         facts,
         method=method,
@@ -97,7 +97,7 @@ def calibrate(
 
 
 def calibrate_study(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     facts: dict[str, Facts],
     *,
@@ -109,7 +109,7 @@ def calibrate_study(
     start: Floats | None = None,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Calibrated:
-    """Calibrate a model on a study; nothing is stored.
+    """Calibrate a model on observations; nothing is stored.
 
     `specification` and `facts` are those of `with_effects`, `own` the user's definitions among
     its effects; `start` `[n_slots]` is where the mode is sought from. Raises `AvahazardError`
@@ -117,15 +117,15 @@ def calibrate_study(
     """
     if method != "marginal":
         return calibrate_paper(
-            study, specification, method, n_chains=n_chains, n_draws=n_draws, seed=seed
+            observations, specification, method, n_chains=n_chains, n_draws=n_draws, seed=seed
         )
-    posterior = assemble(study, specification, facts, own)
+    posterior = assemble(observations, specification, facts, own)
     drawn = sample(
         posterior, n_chains=n_chains, n_draws=n_draws, seed=seed, start=start, progress=progress
     )
     offsets = {}
     if drawn.offsets is not None:
-        paths = study.columns.paths
+        paths = observations.columns.paths
         offsets = {paths[k]: drawn.offsets[..., k] for k in range(drawn.offsets.shape[2])}
     return Calibrated(
         specification=specification,
@@ -134,7 +134,7 @@ def calibrate_study(
         chains=drawn.chains,
         slots=tuple(slot.name for slot in drawn.posterior.layout.slots),
         coordinates=drawn.coordinates,
-        n_events=study.n_events,
+        n_events=observations.n_events,
         offsets=offsets,
         grids=_refined_grids(posterior, drawn.posterior),
     )

@@ -20,7 +20,7 @@ KDE_DRAWS, KDE_POINTS = 4000, 401
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibrated:
-    """A model calibrated on a study.
+    """A model calibrated on observations.
 
     `chains` holds the parameters that people read; `coordinates` `[n_chains, n_draws, n_slots]`
     those that the model runs on, named by `slots`; `offsets` `[n_chains, n_draws]` of log

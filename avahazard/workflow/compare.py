@@ -32,7 +32,7 @@ from avahazard.criticism.scoring.speed_misfit import (
 from avahazard.criticism.scoring.where_it_fails import where_it_fails
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Study
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
@@ -119,7 +119,7 @@ def comparison(
     contract's keys: Pareto k over 0.7 and how many of these were refitted, misfit of speeds by
     place and by speed, and the measured force along the tracks.
     """
-    study = posterior.study
+    observations = posterior.observations
     rng = generator(0, "compare")
     by_group = offset_array(posterior, coordinates, offsets, rng)
     expected = expected_records(posterior, coordinates, offsets, RECORD_DRAWS, rng)
@@ -129,7 +129,7 @@ def comparison(
     progress(0.25)
     loo = leave_one_out(posterior, coordinates, by_group)
     progress(0.4)
-    held = choose_groups(study)
+    held = choose_groups(observations)
     others = held_out_predictions(
         posterior,
         held.groups,
@@ -137,10 +137,10 @@ def comparison(
         coordinates,
         lambda share: progress(0.4 + 0.6 * share),
     )
-    axes = event_axes(study, np.median(expected.x, axis=1))
+    axes = event_axes(observations, np.median(expected.x, axis=1))
     return {
         "model": name,
-        "coordinate": coordinate_name(study),
+        "coordinate": coordinate_name(observations),
         "scores": {
             "runout": runout_scores(expected, pit),
             "speed": _speed_scores(speeds),
@@ -150,15 +150,19 @@ def comparison(
             "pareto_k_refitted": loo.n_refitted,
         },
         "held_out": {"by": held.by, **_held_out_scores(others)},
-        "where_it_fails": where_it_fails(axes, expected.error, pit, study.columns.path_index),
-        "speed_misfit": None if speeds is None else speed_misfit(study, speeds),
-        "measured_force": measured_force(study) if study.speeds else None,
+        "where_it_fails": where_it_fails(
+            axes, expected.error, pit, observations.columns.path_index
+        ),
+        "speed_misfit": None if speeds is None else speed_misfit(observations, speeds),
+        "measured_force": measured_force(observations) if observations.speeds else None,
     }
 
 
-def coordinate_name(study: Study) -> str:
+def coordinate_name(observations: Observations) -> str:
     """The coordinate of the records: elevation, x, length, or mixed."""
-    names = {COORDINATES[int(kind)] for kind in np.unique(study.kind[study.kind != LEFT])}
+    names = {
+        COORDINATES[int(kind)] for kind in np.unique(observations.kind[observations.kind != LEFT])
+    }
     return names.pop() if len(names) == 1 else ("mixed" if names else "elevation")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from avahazard.criticism.diagnosis.diagnose import Candidate, Diagnosis, diagnose
 from avahazard.criticism.diagnosis.measurements import measurement_gains
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.store.diagnoses import save_diagnosis
@@ -51,9 +51,9 @@ def diagnose_model(
             "Calibrate one with --method marginal.",
         )
     require_unchanged(stored, records)
-    study = build_study(training_records(stored, records))
+    observations = build_observations(training_records(stored, records))
     found = diagnose(
-        study,
+        observations,
         stored.specification,
         stored.facts,
         own,
@@ -123,7 +123,7 @@ def _measure_next(found: Diagnosis, seed: int) -> list[dict[str, Any]]:
     if fits:
         return measurement_gains(fits[0], found.base, seed)
     # An effect as large as the smallest detectable gains in proportion to the events.
-    n = found.base.posterior.study.n_events
+    n = found.base.posterior.observations.n_events
     return [
         {
             "measurement": f"{n} more events: effects of {found.detectable_m / 2**0.5:.0f} m show",

@@ -12,7 +12,7 @@ from avahazard.effects.catalogue import KEYS, definition
 from avahazard.effects.covariate import PREFIX
 from avahazard.effects.effect import Definition, Effect
 from avahazard.effects.file_template import TEMPLATE
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
@@ -25,12 +25,12 @@ def list_effects(database: str) -> list[dict[str, Any]]:
 
     `lacking` says what the present data lack for it, None where nothing.
     """
-    study = _study(database)
+    observations = _study(database)
     keys: Sequence[str] = KEYS
-    if study is not None:
-        names = (*study.columns.numbers, *study.columns.texts)
+    if observations is not None:
+        names = (*observations.columns.numbers, *observations.columns.texts)
         keys = (*KEYS, *(PREFIX + name for name in names))
-    return [_entry(definition(key), study) for key in keys]
+    return [_entry(definition(key), observations) for key in keys]
 
 
 def show_effect(database: str, key: str) -> dict[str, Any]:
@@ -43,11 +43,11 @@ def show_effect(database: str, key: str) -> dict[str, Any]:
         AvahazardError: there is no such effect.
     """
     entry = definition(key)
-    study = _study(database)
-    result = _entry(entry, study)
+    observations = _study(database)
+    result = _entry(entry, observations)
     effect = None
-    if study is not None and result["lacking"] is None:
-        effect = entry.build(entry.facts(study.columns, study.sites))
+    if observations is not None and result["lacking"] is None:
+        effect = entry.build(entry.facts(observations.columns, observations.sites))
     else:
         try:
             effect = entry.build({})
@@ -72,19 +72,21 @@ def write_template(file: Path) -> dict[str, Any]:
     return {"file": str(file)}
 
 
-def _study(database: str) -> Study | None:
-    """The study of the present records; None where there is no database or nothing in it."""
+def _study(database: str) -> Observations | None:
+    """The observations of the present records; None where there is no database or nothing in it."""
     try:
         with reading(database) as session:
             records = load_records(session)
-        return build_study(records)
+        return build_observations(records)
     except AvahazardError:
         # The catalogue is there before any data are.
         return None
 
 
-def _entry(entry: Definition, study: Study | None) -> dict[str, Any]:
-    lacking = NO_DATA if study is None else entry.lacking(study.columns, study.sites)
+def _entry(entry: Definition, observations: Observations | None) -> dict[str, Any]:
+    lacking = (
+        NO_DATA if observations is None else entry.lacking(observations.columns, observations.sites)
+    )
     return {
         "key": entry.key,
         "meaning": entry.meaning,

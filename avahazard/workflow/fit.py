@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.paper.least_squares import LawFit, fit_law
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
@@ -25,9 +25,9 @@ def fit_laws(database: str) -> dict[str, Any]:
         AvahazardError: the database is missing, or there are too few such events.
     """
     with reading(database) as session:
-        study = build_study(load_records(session))
-    mu = back_calculate(study, predict_records(study, (), {})).mu
-    volume = np.exp(study.columns.log_volume)
+        observations = build_observations(load_records(session))
+    mu = back_calculate(observations, predict_records(observations, (), {})).mu
+    volume = np.exp(observations.columns.log_volume)
     n_events = int(np.sum(np.isfinite(mu) & np.isfinite(volume)))
     if n_events < 2:
         raise AvahazardError(
@@ -41,10 +41,11 @@ def fit_laws(database: str) -> dict[str, Any]:
             fits.append(_entry(fit_law(law, volume, mu), n_events))
         except AvahazardError as error:
             notes.append(error.message)
-    if n_events < study.n_events:
+    if n_events < observations.n_events:
         notes.append(
-            f"{study.n_events - n_events} of {study.n_events} events are left out: they have no "
-            "volume, or no friction stops the block where they did (see `avahazard friction`)."
+            f"{observations.n_events - n_events} of {observations.n_events} events are left out: "
+            "they have no volume, or no friction stops the block where they did (see "
+            "`avahazard friction`)."
         )
     return {"fits": fits, "notes": notes}
 

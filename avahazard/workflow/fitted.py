@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import PATH_SCATTER
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.volumes import VolumeNodes
 from avahazard.records.collection import Records
 from avahazard.workflow.stored_model import StoredFit, posterior_for
@@ -18,28 +18,30 @@ from avahazard.workflow.stored_model import StoredFit, posterior_for
 Floats = NDArray[np.float64]
 
 
-def fitted_posterior(stored: StoredFit, records: Records, prior: Study | None = None) -> Posterior:
+def fitted_posterior(
+    stored: StoredFit, records: Records, prior: Observations | None = None
+) -> Posterior:
     """The model's posterior over `records`; see `posterior_for`.
 
     The paper's methods take volumes as exact, and so does what they predict.
     """
-    study, posterior = posterior_for(stored, records, prior)
+    observations, posterior = posterior_for(stored, records, prior)
     if stored.method == "marginal":
         return posterior
-    study = replace(study, volumes=exact_volumes(study))
-    return Posterior(study, stored.specification, posterior.effects, stored.grids)
+    observations = replace(observations, volumes=exact_volumes(observations))
+    return Posterior(observations, stored.specification, posterior.effects, stored.grids)
 
 
-def exact_volumes(study: Study) -> VolumeNodes:
+def exact_volumes(observations: Observations) -> VolumeNodes:
     """One node at each recorded volume; an event without one keeps the middle of its path's."""
-    recorded = study.columns.log_volume
-    mean = np.where(np.isfinite(recorded), recorded, study.volumes.mean)
+    recorded = observations.columns.log_volume
+    mean = np.where(np.isfinite(recorded), recorded, observations.volumes.mean)
     return replace(
-        study.volumes,
+        observations.volumes,
         log_volume=mean[:, None],
         weight=np.ones((len(mean), 1)),
         mean=mean,
-        sd=np.where(np.isfinite(recorded), 0.0, study.volumes.sd),
+        sd=np.where(np.isfinite(recorded), 0.0, observations.volumes.sd),
     )
 
 
@@ -60,6 +62,6 @@ def offset_array(
     return np.column_stack(
         [
             offsets[path] if path in offsets else tau * rng.standard_normal(len(tau))
-            for path in posterior.study.columns.paths
+            for path in posterior.observations.columns.paths
         ]
     )

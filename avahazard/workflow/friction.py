@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import law
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Study, build_study
+from avahazard.inference.model.observations import (
+    ELEVATION,
+    LEFT,
+    LENGTH,
+    Observations,
+    build_observations,
+)
 from avahazard.inference.paper.apparent import STATUSES, UNIQUE, apparent_friction, jump_size
 from avahazard.inference.paper.density import DEFAULT_KAPPA, choose_kappa, holy_density
 from avahazard.inference.paper.least_squares import fit_law
@@ -82,14 +88,16 @@ def show_frictions(
                 f"Path {path_id} has no events.", "Import some: avahazard import FOLDER."
             )
         records = Records(records.paths, records.profiles, mine, records.speeds)
-    study = build_study(records)
-    predicted = predict_records(study, (), {})
-    found = back_calculate(study, predicted)
-    names = [study.columns.paths[k] if k >= 0 else None for k in study.columns.path_index]
+    observations = build_observations(records)
+    predicted = predict_records(observations, (), {})
+    found = back_calculate(observations, predicted)
+    names = [
+        observations.columns.paths[k] if k >= 0 else None for k in observations.columns.path_index
+    ]
     document: dict[str, Any] = {
         "events": [
             {
-                "event_id": study.columns.event_id[i],
+                "event_id": observations.columns.event_id[i],
                 "path_id": names[i],
                 "mu": found.mu[i],
                 "mu_sd": found.perturbation.mu_sd[i],
@@ -97,11 +105,11 @@ def show_frictions(
                 "mu_low": found.mu_low[i],
                 "mu_high": found.mu_high[i],
             }
-            for i in range(study.n_events)
+            for i in range(observations.n_events)
         ],
-        "density": friction_densities(found.mu, study, kappa),
-        "perturbation": _perturbation(found, study),
-        "jumps": _jumps(study, predicted, found),
+        "density": friction_densities(found.mu, observations, kappa),
+        "perturbation": _perturbation(found, observations),
+        "jumps": _jumps(observations, predicted, found),
     }
     if plot is not None:
         from avahazard.report.friction_figure import draw_densities  # noqa: PLC0415 (slow)
@@ -110,16 +118,16 @@ def show_frictions(
     return document
 
 
-def back_calculate(study: Study, predicted: Predicted) -> Frictions:
+def back_calculate(observations: Observations, predicted: Predicted) -> Frictions:
     """Invert F at every record, and again at `N_REPLICATES` sets of records moved by their errors.
 
     `predicted` is that of the model without effects. Without a profile μ = H/L.
     """
-    straight = study.kind == LENGTH
+    straight = observations.kind == LENGTH
     # A place x falls with friction, where elevations rise.
-    sign = np.where(study.kind == ELEVATION, 1.0, -1.0)
-    sign[study.kind == LEFT] = 1.0
-    records = np.where(study.kind == LEFT, -np.inf, sign * study.observed)
+    sign = np.where(observations.kind == ELEVATION, 1.0, -1.0)
+    sign[observations.kind == LEFT] = 1.0
+    records = np.where(observations.kind == LEFT, -np.inf, sign * observations.observed)
     rows = np.flatnonzero(~straight)
     tables = (
         np.arange(len(rows)),
@@ -128,10 +136,10 @@ def back_calculate(study: Study, predicted: Predicted) -> Frictions:
         float(MU[0]),
         MU_STEP,
     )
-    mu = study.fall_height / study.observed
-    low, high, status = mu.copy(), mu.copy(), np.full(study.n_events, UNIQUE)
-    moved = np.full((N_REPLICATES, study.n_events), np.nan)
-    sd = np.full(study.n_events, np.nan)
+    mu = observations.fall_height / observations.observed
+    low, high, status = mu.copy(), mu.copy(), np.full(observations.n_events, UNIQUE)
+    moved = np.full((N_REPLICATES, observations.n_events), np.nan)
+    sd = np.full(observations.n_events, np.nan)
     if len(rows):
         inverse = apparent_friction(records[rows], *tables)
         mu[rows], low[rows] = inverse.mu, inverse.mu_low
@@ -139,11 +147,11 @@ def back_calculate(study: Study, predicted: Predicted) -> Frictions:
         high[rows] = np.minimum(inverse.mu_high, _held_from(predicted.status[rows]))
         status[rows] = inverse.status
         spread = perturb(
-            records[rows], study.sigma[rows], *tables, seed=SEED, n_replicates=N_REPLICATES
+            records[rows], observations.sigma[rows], *tables, seed=SEED, n_replicates=N_REPLICATES
         )
         moved[:, rows], sd[rows] = spread.mu, spread.mu_sd
     if np.any(straight):
-        moved[:, straight] = _perturb_straight(study, straight)
+        moved[:, straight] = _perturb_straight(observations, straight)
         sd[straight] = np.nanstd(moved[:, straight], axis=0, ddof=1)
     return Frictions(mu, low, high, status, Perturbation(moved, sd))
 
@@ -154,17 +162,17 @@ def _held_from(status: NDArray[np.int8]) -> Floats:
     return np.where(held.any(axis=1), MU[held.argmax(axis=1)], np.inf)
 
 
-def _perturb_straight(study: Study, straight: NDArray[np.bool_]) -> Floats:
+def _perturb_straight(observations: Observations, straight: NDArray[np.bool_]) -> Floats:
     """H/L of moved lengths, `[N_REPLICATES, n_straight]`; nan where a length fell below zero."""
     noise = generator(SEED, "perturbation", "straight").standard_normal(
         (N_REPLICATES, int(np.sum(straight)))
     )
-    length = study.observed[straight] + study.sigma[straight] * noise
-    return np.where(length > 0.0, study.fall_height[straight] / length, np.nan)
+    length = observations.observed[straight] + observations.sigma[straight] * noise
+    return np.where(length > 0.0, observations.fall_height[straight] / length, np.nan)
 
 
 def friction_densities(
-    mu: Floats, study: Study, kappa: Kappa = DEFAULT_KAPPA
+    mu: Floats, observations: Observations, kappa: Kappa = DEFAULT_KAPPA
 ) -> list[dict[str, Any]]:
     """Holy's density of all events and of each path that has at least two frictions.
 
@@ -172,8 +180,8 @@ def friction_densities(
     `show_frictions`.
     """
     groups = {"all": np.isfinite(mu)} | {
-        name: np.isfinite(mu) & (study.columns.path_index == k)
-        for k, name in enumerate(study.columns.paths)
+        name: np.isfinite(mu) & (observations.columns.path_index == k)
+        for k, name in enumerate(observations.columns.paths)
     }
     densities = []
     for name, members in groups.items():
@@ -195,10 +203,10 @@ def friction_densities(
     return densities
 
 
-def _perturbation(found: Frictions, study: Study) -> dict[str, Any]:
+def _perturbation(found: Frictions, observations: Observations) -> dict[str, Any]:
     """What the errors of the records do to the frictions, and to the law fitted to them."""
     sd = found.perturbation.mu_sd[np.isfinite(found.perturbation.mu_sd)]
-    volume = np.exp(study.columns.log_volume)
+    volume = np.exp(observations.columns.log_volume)
     document: dict[str, Any] = {
         "n_replicates": N_REPLICATES,
         "n_events": len(sd),
@@ -221,14 +229,16 @@ def _perturbation(found: Frictions, study: Study) -> dict[str, Any]:
     return document
 
 
-def _jumps(study: Study, predicted: Predicted, found: Frictions) -> list[dict[str, Any]]:
+def _jumps(
+    observations: Observations, predicted: Predicted, found: Frictions
+) -> list[dict[str, Any]]:
     """For each path where F jumps within the frictions of its events, the largest jump.
 
     A jump is from one friction of the grid to the next.
     """
     jumps = []
-    for k, name in enumerate(study.columns.paths):
-        mine = np.flatnonzero(study.columns.path_index == k)
+    for k, name in enumerate(observations.columns.paths):
+        mine = np.flatnonzero(observations.columns.path_index == k)
         known = np.concatenate([found.mu_low[mine], found.mu_high[mine]])
         known = known[np.isfinite(known)]
         if not len(known):

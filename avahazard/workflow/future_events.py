@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches, avalanches
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.future_events import Forecaster, Prospect, forecaster
+from avahazard.hazard.future_events import Forecaster, FutureEvent, forecaster
 from avahazard.hazard.release_zone import ReleaseZone, release_zone
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -63,20 +63,20 @@ def forecast(
     stored: StoredFit,
     records: Records,
     wanted: Sequence[tuple[str, float | None]],
-    prior: Study | None = None,
-) -> tuple[Forecaster, tuple[Prospect, ...]]:
+    prior: Observations | None = None,
+) -> tuple[Forecaster, tuple[FutureEvent, ...]]:
     """Make a model ready for avalanches of (path, volume in m3), by `classes_to_come`.
 
-    `prior` is the study of the calibration, for those who have it.
+    `prior` is the observations of the calibration, for those who have it.
     """
     events: list[Event] = []
-    prospects = []
+    future_events = []
     for path_id, volume in wanted:
         first = len(events)
         classes = classes_to_come(stored, records, path_id, volume)
         events += [replace(e, event_id=f"to come {first + k}") for k, e in enumerate(classes)]
-        prospects.append(Prospect(path_id, volume, np.arange(first, len(events))))
-    prior = build_study(training_records(stored, records)) if prior is None else prior
+        future_events.append(FutureEvent(path_id, volume, np.arange(first, len(events))))
+    prior = build_observations(training_records(stored, records)) if prior is None else prior
     future = Records(records.paths, records.profiles, tuple(events))
     _, posterior = posterior_for(stored, future, prior)
     volumes = np.array([1.0 if e.volume_m3 is None else e.volume_m3 for e in events])
@@ -87,7 +87,7 @@ def forecast(
         volumes,
         metres=stored.method == "metropolis",
     )
-    return ready, tuple(prospects)
+    return ready, tuple(future_events)
 
 
 def path_avalanches(
@@ -96,15 +96,15 @@ def path_avalanches(
     path_id: str,
     volumes: EventVolumes,
     seed: int,
-    prior: Study | None = None,
+    prior: Observations | None = None,
 ) -> Avalanches:
     """What comes down a path by a model and its draws of `volumes`.
 
-    `prior` is the study of the calibration, for those who ask for many paths.
+    `prior` is the observations of the calibration, for those who ask for many paths.
     """
     middle = float(np.exp(np.median(volumes.log_volume)))
     classes = classes_to_come(stored, records, path_id, middle)
-    prior = build_study(training_records(stored, records)) if prior is None else prior
+    prior = build_observations(training_records(stored, records)) if prior is None else prior
     future = Records(records.paths, records.profiles, classes)
     _, posterior = posterior_for(stored, future, prior)
     return avalanches(

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.future_events import prospect_bounds
+from avahazard.hazard.future_events import future_bounds
 from avahazard.hazard.row import hazard_row
 from avahazard.hazard.runout_bounds import RunoutBounds, Spread
 from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency, return_volume
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -87,9 +87,9 @@ def hazard(
     frequencies = volume_frequencies(records, seed, source) if return_periods else None
     wanted, notes = _wanted(stored, records, return_periods, volumes, paths, frequencies)
     report("Runout", 0.0, len(wanted))
-    prior = build_study(training_records(stored, records))
+    prior = build_observations(training_records(stored, records))
     pairs = [(w.path_id, w.volume_m3) for w in wanted]
-    ready, prospects = forecast(stored, records, pairs, prior)
+    ready, future_events = forecast(stored, records, pairs, prior)
     rows: list[dict[str, Any]] = []
     for path_id in dict.fromkeys(w.path_id for w in wanted):
         mine = [k for k, w in enumerate(wanted) if w.path_id == path_id]
@@ -99,7 +99,7 @@ def hazard(
         for k, more in zip(mine, apart, strict=True):
             row = wanted[k]
             keys = (seed, "hazard", path_id, repr(row.volume_m3), repr(row.return_period))
-            bounds = prospect_bounds(ready, prospects[k], n_draws, generator(*keys))
+            bounds = future_bounds(ready, future_events[k], n_draws, generator(*keys))
             rows.append(_row(stored, records, row, bounds, more))
             report("Runout", float(len(rows)), len(wanted))
     with writing(database) as session:

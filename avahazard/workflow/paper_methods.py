@@ -1,4 +1,4 @@
-"""The paper's own samplers on a study: Metropolis-Hastings (2c) and Gibbs (2d).
+"""The paper's own samplers on observations: Metropolis-Hastings (2c) and Gibbs (2d).
 
 Both use the stops as recorded and the volumes as exact, and no measured speeds.
 """
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Study
+from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName, Specification
 from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis
@@ -46,7 +46,7 @@ def check_method(method: MethodName, specification: Specification) -> None:
 
 
 def calibrate_paper(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     method: MethodName,
     *,
@@ -62,20 +62,20 @@ def calibrate_paper(
     """
     check_method(method, specification)
     chosen = law(specification.law)
-    predicted = predict_records(study, (), {}, float(specification.centrifugal))
-    mu = back_calculate(study, predicted).mu
-    keep, left_out = _usable(study, method, chosen, mu)
-    volume = np.exp(study.columns.log_volume[keep])
+    predicted = predict_records(observations, (), {}, float(specification.centrifugal))
+    mu = back_calculate(observations, predicted).mu
+    keep, left_out = _usable(observations, method, chosen, mu)
+    volume = np.exp(observations.columns.log_volume[keep])
     if chosen.name == "constant":
         volume = np.ones(len(volume))
     if method == "gibbs":
         chains = gibbs(chosen, volume, mu[keep], seed=seed, n_chains=n_chains, n_draws=n_draws)
     else:
-        table, stop_y = _tables(study, predicted, keep)
+        table, stop_y = _tables(observations, predicted, keep)
         chains = metropolis(
             chosen,
             volume,
-            recorded_elevation(study)[keep],
+            recorded_elevation(observations)[keep],
             table,
             stop_y,
             float(MU[0]),
@@ -95,10 +95,10 @@ def calibrate_paper(
     if left_out:
         reasons = ", ".join(f"{n} {reason}" for reason, n in left_out.items())
         notes.append(
-            f"method {method} leaves out {sum(left_out.values())} of {study.n_events} events: "
-            f"{reasons}."
+            f"method {method} leaves out {sum(left_out.values())} of {observations.n_events} "
+            f"events: {reasons}."
         )
-    if study.speeds:
+    if observations.speeds:
         notes.append(f"method {method} does not use measured speeds.")
     return Calibrated(
         specification=specification,
@@ -113,26 +113,28 @@ def calibrate_paper(
     )
 
 
-def recorded_elevation(study: Study) -> Floats:
+def recorded_elevation(observations: Observations) -> Floats:
     """Elevation (m) of every recorded stop, `[n_events]`; nan without one."""
-    elevation = np.where((study.kind == LEFT) | (study.kind == LENGTH), np.nan, study.observed)
-    for i in np.flatnonzero(study.kind == PLACE):
-        smooth = study.sites[study.columns.path_index[i]].smooth
-        elevation[i] = float(smooth.height(study.observed[i]))
+    elevation = np.where(
+        (observations.kind == LEFT) | (observations.kind == LENGTH), np.nan, observations.observed
+    )
+    for i in np.flatnonzero(observations.kind == PLACE):
+        smooth = observations.sites[observations.columns.path_index[i]].smooth
+        elevation[i] = float(smooth.height(observations.observed[i]))
     return elevation
 
 
 def _usable(
-    study: Study, method: MethodName, chosen: Law, mu: Floats
+    observations: Observations, method: MethodName, chosen: Law, mu: Floats
 ) -> tuple[NDArray[np.bool_], dict[str, int]]:
     """The events that the method can use, and the number of others by their first reason."""
-    none = np.zeros(study.n_events, dtype=np.bool_)
+    none = np.zeros(observations.n_events, dtype=np.bool_)
     reasons = {
-        "left the profile": study.kind == LEFT,
+        "left the profile": observations.kind == LEFT,
         "have no volume": none
         if chosen.name == "constant"
-        else ~np.isfinite(study.columns.log_volume),
-        "have no profile": study.kind == LENGTH if method == "metropolis" else none,
+        else ~np.isfinite(observations.columns.log_volume),
+        "have no profile": observations.kind == LENGTH if method == "metropolis" else none,
         "stopped where no friction stops the block": ~np.isfinite(mu)
         if method == "gibbs"
         else none,
@@ -147,7 +149,7 @@ def _usable(
     if n < MIN_EVENTS:
         why = ", ".join(f"{count} {reason}" for reason, count in left_out.items())
         raise AvahazardError(
-            f"Method {method} can use {n} of {study.n_events} events, and needs {MIN_EVENTS}"
+            f"Method {method} can use {n} of {observations.n_events} events, and needs {MIN_EVENTS}"
             + (f" ({why})." if why else "."),
             "Take --method marginal, or import more events.",
         )
@@ -155,11 +157,11 @@ def _usable(
 
 
 def _tables(
-    study: Study, predicted: Predicted, keep: NDArray[np.bool_]
+    observations: Observations, predicted: Predicted, keep: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], Floats]:
     """Row `[n_kept]` of each event's table, and the tables `[n_tables, n_friction]`, one for
     each path and release."""
-    places = np.column_stack([study.columns.path_index, study.release])[keep]
+    places = np.column_stack([observations.columns.path_index, observations.release])[keep]
     _, first, row = np.unique(places, axis=0, return_index=True, return_inverse=True)
     return row.ravel(), predicted.elevation[keep][first]
 

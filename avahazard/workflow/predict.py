@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import record_pit, runout_scores
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import LENGTH, Study, build_study
+from avahazard.inference.model.observations import LENGTH, Observations, build_observations
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
@@ -61,13 +61,13 @@ def predict(
     notes = []
     if records_changed(stored, records):
         notes.append(f"the records have changed since {name} was calibrated")
-    prior = build_study(training_records(stored, records))
+    prior = build_observations(training_records(stored, records))
     posterior = _posterior(stored, records, new.events, prior)
     coordinates = coordinates_for(stored, posterior)
     stops = predict_stops(
         posterior, coordinates, stored.offsets, STOP_DRAWS, generator(0, "predict")
     )
-    lengths = posterior.study.kind == LENGTH
+    lengths = posterior.observations.kind == LENGTH
     values = np.where(lengths[:, None], stops.record, stops.elevation)
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
@@ -93,7 +93,7 @@ def predict(
 
 
 def _posterior(
-    stored: StoredFit, records: Records, events: tuple[Event, ...], prior: Study
+    stored: StoredFit, records: Records, events: tuple[Event, ...], prior: Observations
 ) -> Posterior:
     return fitted_posterior(stored, replace(records, events=events, speeds=()), prior)
 

@@ -116,13 +116,13 @@ def gather(
     report("Writing the report", 0.1, 1.0)
     records = training_records(stored, everything)
     posterior = fitted_posterior(stored, records)
-    study = posterior.study
-    found = back_calculate(study, predict_records(study, (), {}))
+    observations = posterior.observations
+    found = back_calculate(observations, predict_records(observations, (), {}))
     report("Writing the report", 0.3, 1.0)
     events = event_views(records.events, stored, posterior, found.mu, found.status)
     report("Writing the report", 0.6, 1.0)
     baseline = alpha_beta_paths(database) if everything.profiles else []
-    paths = path_views(stored, everything, study, events, rows, baseline, zones, grounds)
+    paths = path_views(stored, everything, observations, events, rows, baseline, zones, grounds)
     report("Writing the report", 0.9, 1.0)
     document = show_model(database, name)
     model = next(model for model in models if model.name == name)
@@ -132,10 +132,10 @@ def gather(
         draws=load_parameter_draws(database, name),
         paths=paths,
         events=events,
-        n_speeds=sum(len(track.x) for track in study.speeds),
-        covariates=unknown_columns(study),
+        n_speeds=sum(len(track.x) for track in observations.speeds),
+        covariates=unknown_columns(observations),
         friction=friction_view(stored, posterior),
-        densities=friction_densities(found.mu, study),
+        densities=friction_densities(found.mu, observations),
         ladder=ladder_rows(models, comparisons),
         comparison=comparisons[name],
         diagnosis=diagnosis,

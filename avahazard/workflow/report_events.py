@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Study
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.paper.apparent import STATUSES
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
@@ -36,23 +36,23 @@ def event_views(
     mu: Floats,
     status: NDArray[np.int64],
 ) -> tuple[EventView, ...]:
-    """The events of the posterior's study, in its order; `mu`, `status` `[n_events]` of them."""
-    study = posterior.study
+    """The events of the posterior, in its order; `mu`, `status` `[n_events]` of them."""
+    observations = posterior.observations
     draws, left = _predicted(stored, posterior)
     metres = stored.method == "metropolis"
-    observed = recorded_elevation(study) if metres else study.observed
-    smooth = {site.path.path_id: site.smooth for site in study.sites}
+    observed = recorded_elevation(observations) if metres else observations.observed
+    smooth = {site.path.path_id: site.smooth for site in observations.sites}
     views = []
     for i, event in enumerate(events):
         known = bool(np.isfinite(draws[i]).all())
         low, middle, high = np.quantile(draws[i], QUANTILES) if known else (0.0, 0.0, 0.0)
-        kind = ELEVATION if metres and study.kind[i] == PLACE else int(study.kind[i])
+        kind = ELEVATION if metres and observations.kind[i] == PLACE else int(observations.kind[i])
         views.append(
             event_view(
                 event,
                 smooth.get(event.path_id or ""),
                 coordinate=COORDINATES[kind],
-                observed_m=None if study.kind[i] == LEFT else float(observed[i]),
+                observed_m=None if observations.kind[i] == LEFT else float(observed[i]),
                 mu=float(mu[i]) if np.isfinite(mu[i]) else None,
                 mu_status=STATUSES[status[i]],
                 predicted=(float(low), float(middle), float(high)) if known else None,
@@ -92,9 +92,9 @@ def event_view(
     )
 
 
-def unknown_columns(study: Study) -> Mapping[str, int]:
+def unknown_columns(observations: Observations) -> Mapping[str, int]:
     """For every column of the events that some lack, by how many."""
-    columns = study.columns
+    columns = observations.columns
     lacking = {name: int(np.isnan(values).sum()) for name, values in columns.numbers.items()}
     lacking |= {name: int(np.sum(values == "")) for name, values in columns.texts.items()}
     return {name: n for name, n in lacking.items() if n}
@@ -115,5 +115,5 @@ def _predicted(stored: StoredFit, posterior: Posterior) -> tuple[Floats, NDArray
     stops = predict_stops(posterior, flat, stored.offsets, RECORD_DRAWS, rng)
     noise = sigma * rng.standard_normal(stops.elevation.shape)
     elevation = np.where(stops.left, stops.elevation, stops.elevation + noise)
-    elevation[posterior.study.kind == LENGTH] = np.nan
+    elevation[posterior.observations.kind == LENGTH] = np.nan
     return elevation, stops.left

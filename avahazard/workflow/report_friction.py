@@ -26,7 +26,7 @@ def friction_view(stored: StoredFit, posterior: Posterior) -> FrictionView | Non
     Effects on friction by columns of the event are at their reference; the spread between paths
     is left out.
     """
-    recorded = posterior.study.columns.log_volume
+    recorded = posterior.observations.columns.log_volume
     recorded = recorded[np.isfinite(recorded)]
     if not len(recorded):
         return None

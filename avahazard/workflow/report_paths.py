@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.effects.site import release_place
 from avahazard.inference.likelihood.predicted import resistance_of
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -34,7 +34,7 @@ ANY_VOLUME_M3 = 1e4
 def path_views(
     stored: StoredFit,
     records: Records,
-    prior: Study,
+    prior: Observations,
     events: Sequence[EventView],
     rows: Rows,
     alpha_beta: Rows,
@@ -43,8 +43,8 @@ def path_views(
 ) -> tuple[PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
-    `prior` is the study of the calibration, `events` its events; `rows`, `alpha_beta` and `zones`
-    are the documents of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by path.
+    `prior` are the observations of the calibration, `events` its events; `rows`, `alpha_beta` and
+    `zones` are the documents of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by path.
     """
     bounded = {row["path_id"] for row in rows}
     trained = set(stored.paths) or {path.path_id for path in records.paths}
@@ -93,7 +93,7 @@ def _notes(
 
 
 def _speeds(
-    stored: StoredFit, records: Records, prior: Study, rows: Rows
+    stored: StoredFit, records: Records, prior: Observations, rows: Rows
 ) -> Iterator[tuple[str, list[tuple[Mapping[str, Any], Floats, Floats]]]]:
     """By path, for each of its rows: the row, x and speed of the block of median friction."""
     if not rows:
@@ -104,15 +104,15 @@ def _speeds(
         for k, (row, volume) in enumerate(zip(rows, volumes, strict=True))
     )
     future = Records(records.paths, records.profiles, to_come)
-    study, posterior = posterior_for(stored, future, prior)
+    observations, posterior = posterior_for(stored, future, prior)
     u = coordinates_for(stored, posterior)
     friction = median_friction(stored, posterior, u, np.array(volumes))
     values = posterior.layout.effect_values(u.mean(axis=0))
     curvature = float(stored.specification.centrifugal)
-    for k, site in enumerate(study.sites):
+    for k, site in enumerate(observations.sites):
         resistance = resistance_of(site, posterior.effects, values, curvature)
         lines = []
-        for i in np.flatnonzero(study.columns.path_index == k).tolist():
+        for i in np.flatnonzero(observations.columns.path_index == k).tolist():
             if rows[i]["p_not_released"] > 0.5:
                 continue
             found = run_site(site, float(friction[i]), resistance)["speeds"]

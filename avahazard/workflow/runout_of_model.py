@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import resistance_of
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
@@ -51,7 +51,7 @@ def run_model(
         assert volume_m3 is not None
         mu = float(median_friction(stored, posterior, u, np.array([volume_m3]))[0])
         source = "posterior median"
-    site = posterior.study.sites[0]
+    site = posterior.observations.sites[0]
     resistance = resistance_of(
         site,
         posterior.effects,
@@ -77,7 +77,7 @@ def _one_event(
     """The model over one event of that volume on the path, from the path's own release."""
     event = Event("", path_id=path_id, volume_m3=volume_m3)
     one = Records(records.paths, records.profiles, (event,))
-    prior = build_study(training_records(stored, records))
+    prior = build_observations(training_records(stored, records))
     return posterior_for(stored, one, prior)[1]
 
 
@@ -91,7 +91,7 @@ def median_friction(stored: StoredFit, posterior: Posterior, u: Floats, volume: 
     )
     if stored.specification.distribution == "lognormal":
         median = np.exp(median)
-    columns = posterior.study.columns
+    columns = posterior.observations.columns
     for k, path_id in enumerate(columns.paths):
         if path_id in stored.offsets:
             mine = columns.path_index == k

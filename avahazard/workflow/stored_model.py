@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import build_effects, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import MethodName, Specification
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -163,22 +163,22 @@ def _require_own(
 
 
 def posterior_for(
-    stored: StoredFit, records: Records, prior: Study | None = None
-) -> tuple[Study, Posterior]:
-    """The study of `records`, and the model's posterior over it.
+    stored: StoredFit, records: Records, prior: Observations | None = None
+) -> tuple[Observations, Posterior]:
+    """The observations of `records`, and the model's posterior over it.
 
     `records` are those of the calibration (`training_records`), or others, whose volumes are
-    then read in the light of `prior`, the study of the calibration.
+    then read in the light of `prior`, the observations of the calibration.
     """
-    study = build_study(records, prior)
+    observations = build_observations(records, prior)
     effects = build_effects(stored.specification, stored.facts, stored.own)
-    return study, Posterior(study, stored.specification, effects, stored.grids)
+    return observations, Posterior(observations, stored.specification, effects, stored.grids)
 
 
 def coordinates_for(stored: StoredFit, posterior: Posterior) -> Floats:
     """The model's draws `[n_draws, n_slots]` in the order of the slots of `posterior`.
 
-    A study with speeds has a slot for their scatter that one without has not; where the model
+     observations with speeds has a slot for their scatter that one without has not; where the model
     was calibrated without, it stays at the mean of its prior.
     """
     place = {slot: k for k, slot in enumerate(stored.slots)}

@@ -21,7 +21,7 @@ from avahazard.hazard.exceedance import (
     runout_spread,
 )
 from avahazard.hazard.volume_frequency import N_DRAWS, ReturnVolume, VolumeFrequency
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.records.collection import Records
 from avahazard.workflow.frequencies import Frequencies
 from avahazard.workflow.future_events import ignores_volume, path_avalanches
@@ -59,7 +59,7 @@ def path_uncertainties(
     wanted: Sequence[WantedRow],
     frequencies: Frequencies | None,
     seed: int,
-    prior: Study,
+    prior: Observations,
 ) -> list[dict[str, Any]]:
     """For each of one path's rows what it has besides the bounds.
 

@@ -16,7 +16,7 @@ from avahazard.hazard.zones.pressure import (
     DENSITY_SD_KG_M3,
     draw_densities,
 )
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -86,7 +86,7 @@ def zones(
     frequencies = volume_frequencies(records, seed, source)
     volumes, notes = volumes_by_path(stored, records, frequencies, paths)
     periods = sorted({*return_periods, *wanted.return_periods})
-    prior = build_study(training_records(stored, records))
+    prior = build_observations(training_records(stored, records))
     report("Zones", 0.0, len(volumes))
     entries = []
     for path_id, of_path in volumes.items():

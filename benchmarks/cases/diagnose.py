@@ -6,7 +6,7 @@ import os
 from statistics import median
 
 from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
@@ -27,9 +27,9 @@ def measure() -> Result:
         os.sched_setaffinity(0, range(os.cpu_count() or 1))
     found = {}
     for k, (name, (effects, settings)) in enumerate(WORLDS.items()):
-        study = build_study(make_world(70 + k, 240, 9, effects, settings)[0])
-        diagnosis(study)  # compiles
-        found[name] = seconds(lambda study=study: diagnosis(study))  # type: ignore[misc]
+        observations = build_observations(make_world(70 + k, 240, 9, effects, settings)[0])
+        diagnosis(observations)  # compiles
+        found[name] = seconds(lambda observations=observations: diagnosis(observations))  # type: ignore[misc]
     if one_core is not None:
         os.sched_setaffinity(0, one_core)
     typical = median(found.values())
@@ -47,6 +47,6 @@ def measure() -> Result:
     )
 
 
-def diagnosis(study: Study) -> object:
+def diagnosis(observations: Observations) -> object:
     """What the command computes."""
-    return diagnose(study, Specification(), {}, n_worlds=199)
+    return diagnose(observations, Specification(), {}, n_worlds=199)

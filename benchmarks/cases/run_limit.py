@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
-from avahazard.physics.cell_step import LANES
+from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
 from avahazard.physics.terrain import build_terrain
@@ -17,23 +17,23 @@ from benchmarks.measuring import Result, alternate, seconds
 @njit(fastmath={"contract"})
 def bare(growth, drive, mu, n_cells, w_end):  # type: ignore[no-untyped-def]
     """w ← A(μ) w + B(μ), two polynomials of order 6, over the first cells; nothing else."""
-    friction, w = np.empty(LANES), np.empty(LANES)
+    friction, w = np.empty(BATCH_SIZE), np.empty(BATCH_SIZE)
     for b in range(len(n_cells)):
-        for j in range(LANES):
-            friction[j] = mu[min(b * LANES + j, len(mu) - 1)]
+        for j in range(BATCH_SIZE):
+            friction[j] = mu[min(b * BATCH_SIZE + j, len(mu) - 1)]
             w[j] = 0.0
         for i in range(n_cells[b]):
             g0, g1, g2, g3 = growth[i, 0], growth[i, 1], growth[i, 2], growth[i, 3]
             g4, g5, g6 = growth[i, 4], growth[i, 5], growth[i, 6]
             d0, d1, d2, d3 = drive[i, 0], drive[i, 1], drive[i, 2], drive[i, 3]
             d4, d5, d6 = drive[i, 4], drive[i, 5], drive[i, 6]
-            for j in range(LANES):
+            for j in range(BATCH_SIZE):
                 m = friction[j]
                 a = g0 + m * (g1 + m * (g2 + m * (g3 + m * (g4 + m * (g5 + m * g6)))))
                 c = d0 + m * (d1 + m * (d2 + m * (d3 + m * (d4 + m * (d5 + m * d6)))))
                 w[j] = a * w[j] + c
-        for j in range(min(LANES, len(mu) - b * LANES)):
-            w_end[b * LANES + j] = w[j]
+        for j in range(min(BATCH_SIZE, len(mu) - b * BATCH_SIZE)):
+            w_end[b * BATCH_SIZE + j] = w[j]
 
 
 def sides(method: str):  # type: ignore[no-untyped-def]
@@ -45,7 +45,7 @@ def sides(method: str):  # type: ignore[no-untyped-def]
     stopped, left = stops.status[0] == STOPPED, stops.status[0] == LEFT_PROFILE
     last[stopped] = np.searchsorted(cells.x, stops.x[0][stopped])
     last[left] = len(cells.length)
-    n_cells = np.maximum.reduceat(last, np.arange(0, len(MU), LANES))
+    n_cells = np.maximum.reduceat(last, np.arange(0, len(MU), BATCH_SIZE))
     w_end = np.empty(len(MU))
     return (
         lambda: seconds(lambda: run(cells, start, MU), 50),

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from avahazard.hazard.exceedance import exceeded_runout, runout_spread
-from avahazard.hazard.future_events import prospect_bounds
+from avahazard.hazard.future_events import future_bounds
 from avahazard.hazard.volume_frequency import Family, return_volume
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
 from avahazard.workflow.calibrate import calibrate_study
@@ -34,9 +34,9 @@ CHAINS, DRAWS = 2, 400
 def judge(world: TrueWorld) -> dict[str, Any]:
     """The true runout of 100 years of each path, and the intervals of both ways."""
     started = time.monotonic()
-    study = build_study(world.records)
+    observations = build_observations(world.records)
     found = calibrate_study(
-        study, Specification(), {}, n_chains=CHAINS, n_draws=DRAWS, seed=world.seed
+        observations, Specification(), {}, n_chains=CHAINS, n_draws=DRAWS, seed=world.seed
     )
     stored = stored_fit(found)
     paths: list[dict[str, Any]] = []
@@ -66,14 +66,14 @@ def judge(world: TrueWorld) -> dict[str, Any]:
             frequency = frequencies.of(path_id)
             returned = return_volume(frequency, YEARS)
             ready = path_avalanches(
-                stored, world.records, path_id, frequency.volumes(), world.seed, study
+                stored, world.records, path_id, frequency.volumes(), world.seed, observations
             )
             b = runout_spread(ready, exceeded_runout(ready, YEARS)).x
-            forecaster, (prospect,) = forecast(
-                stored, world.records, [(path_id, returned.volume_m3)], study
+            forecaster, (future_event,) = forecast(
+                stored, world.records, [(path_id, returned.volume_m3)], observations
             )
             rng = generator(world.seed, "coverage", path_id)
-            a = prospect_bounds(forecaster, prospect, 20_000, rng).x
+            a = future_bounds(forecaster, future_event, 20_000, rng).x
             line[family] = {
                 "volume_m3": [returned.q05_m3, returned.volume_m3, returned.q95_m3],
                 "a": [a.q05, a.q50, a.q95],

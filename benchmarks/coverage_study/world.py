@@ -12,7 +12,7 @@ from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
 from avahazard.synth.integrator import LEFT_PROFILE, NOT_RELEASED, run_track
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Exponential, Settings, Site
+from avahazard.synth.settings import Exponential, Settings, SitePlan
 from avahazard.synth.sites import FIRST_YEAR, LAST_YEAR, concave_profile
 from avahazard.synth.track import make_track
 from avahazard.synth.world import STEEP
@@ -33,7 +33,7 @@ class TrueWorld:
 
     seed: int
     records: Records
-    sites: tuple[Site, ...]
+    sites: tuple[SitePlan, ...]
     rates: Floats
     settings: Settings
 
@@ -54,7 +54,7 @@ def true_world(seed: int) -> TrueWorld:
     return TrueWorld(seed, records, sites, rates, settings)
 
 
-def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> Site:
+def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> SitePlan:
     """A path as those of `synth`, with a longer end: its 100-year runout lies on it."""
     waves = tuple(
         (float(rng.uniform(0.02, 0.09)), float(rng.uniform(low, low + 1.5)), float(rng.uniform()))
@@ -69,7 +69,7 @@ def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> Sit
         tail=(4000.0, 0.03),
     )
     path_id = f"P{k + 1}"
-    return Site(
+    return SitePlan(
         path=Path(path_id, observed_from=FIRST_YEAR, observed_to=LAST_YEAR),
         profile=Profile(path_id, x, y),
         n_events=n_events,

@@ -14,7 +14,7 @@ from avahazard.criticism.scoring.held_out import choose_groups
 from avahazard.criticism.scoring.scores import crps, record_pit
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
 from avahazard.synth.making import make_world
@@ -30,9 +30,9 @@ DRAWS = 120
 def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
     """Make the world, diagnose it, and hold the answer against the truth and the rivals."""
     began = time.perf_counter()
-    study = world(plan)
+    observations = world(plan)
     base = Specification(centrifugal="centrifugal" not in plan.effects)
-    found = diagnose(study, base, {}, n_worlds=n_worlds)
+    found = diagnose(observations, base, {}, n_worlds=n_worlds)
     seconds = time.perf_counter() - began
     line: dict[str, Any] = {
         "name": plan.name,
@@ -59,9 +59,9 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
         "regression": regression(found),
         "seconds": round(seconds, 1),
     }
-    line |= _errors(plan, study, found)
+    line |= _errors(plan, observations, found)
     if plan.speeds_later:
-        again = diagnose(build_study(with_speeds(plan)), base, {}, n_worlds=n_worlds)
+        again = diagnose(build_observations(with_speeds(plan)), base, {}, n_worlds=n_worlds)
         line["with_speeds"] = [again.verdict, list(again.missing)]
     if found.verdict == "ambiguous":
         line["measure_next"] = diagnosis_document("", found, 0)["measure_next"][0]
@@ -73,38 +73,40 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
     return line
 
 
-def world(plan: Plan) -> Study:
-    """The study of a plan's world."""
+def world(plan: Plan) -> Observations:
+    """The observations of a plan's world."""
     records, _ = make_world(
         plan.seed, plan.n_events, plan.n_paths, plan.effects, plan.settings, own_effects=EFFECTS
     )
-    return build_study(records)
+    return build_observations(records)
 
 
-def _errors(plan: Plan, study: Study, found: Diagnosis) -> dict[str, Any]:
+def _errors(plan: Plan, observations: Observations, found: Diagnosis) -> dict[str, Any]:
     """Held-out CRPS (m) and coverage of the model, of the child that was named, of the oracle."""
     base = found.base
     fits = {c.key: c.fit for c in found.candidates if c.fit is not None}
-    line: dict[str, Any] = {"base": held_out(study, base)}
+    line: dict[str, Any] = {"base": held_out(observations, base)}
     named = [k for k in found.missing if k != PATH_EFFECT]
     chosen = fits.get(named[0]) if named else base
-    line["child"] = held_out(study, chosen) if chosen is not None and named else line["base"]
-    true = _true_fit(plan, study, found, fits)
+    line["child"] = held_out(observations, chosen) if chosen is not None and named else line["base"]
+    true = _true_fit(plan, observations, found, fits)
     if true is not None:
         line["oracle_gain"] = round(true.log_likelihood - base.log_likelihood, 2)
         same = named and true is chosen
-        line["oracle"] = line["child"] if same else held_out(study, true)
+        line["oracle"] = line["child"] if same else held_out(observations, true)
     elif plan.true == (PATH_EFFECT,):
         line["oracle_gain"] = round(found.screening.path_gain, 2)
         line["oracle"] = line["base"]
     if plan.wrong is not None:
-        needless = refit(study, base.specification, base.facts, (plan.wrong,), (), base)
-        line["wrong"] = held_out(study, needless)
+        needless = refit(observations, base.specification, base.facts, (plan.wrong,), (), base)
+        line["wrong"] = held_out(observations, needless)
         line["wrong_effect"] = plan.wrong
     return line
 
 
-def _true_fit(plan: Plan, study: Study, found: Diagnosis, fits: dict[str, Refit]) -> Refit | None:
+def _true_fit(
+    plan: Plan, observations: Observations, found: Diagnosis, fits: dict[str, Refit]
+) -> Refit | None:
     """The model with the true effects, fitted as the candidates are; None where there is none."""
     base = found.base
     own = (effect_file(plan.outside),) if plan.outside else ()
@@ -113,17 +115,17 @@ def _true_fit(plan: Plan, study: Study, found: Diagnosis, fits: dict[str, Refit]
         return None
     if len(keys) == 1 and keys[0] in fits:
         return fits[keys[0]]
-    return refit(study, base.specification, base.facts, keys, own, base)
+    return refit(observations, base.specification, base.facts, keys, own, base)
 
 
-def held_out(study: Study, fit: Refit) -> list[float]:
+def held_out(observations: Observations, fit: Refit) -> list[float]:
     """CRPS (m) of records and coverage of 90 % intervals, whole paths held out and fitted anew.
 
     Draws vary all parameters but those that shape the tables, which stay at their mode.
     """
     posterior = fit.posterior
-    groups = choose_groups(study).groups
-    scores, inside = np.empty(study.n_events), np.empty(study.n_events)
+    groups = choose_groups(observations).groups
+    scores, inside = np.empty(observations.n_events), np.empty(observations.n_events)
     for group in np.unique(groups):
         out = groups == group
         rest = posterior.restricted(~out)
@@ -134,7 +136,7 @@ def held_out(study: Study, fit: Refit) -> list[float]:
         if rest.groups is not None:
             rows = [rest.path_offsets(v) for v in u]
             shift = np.array([r.mode + r.sd * rng.standard_normal(len(r.mode)) for r in rows])
-            offsets = {p: shift[:, k] for k, p in enumerate(study.columns.paths)}
+            offsets = {p: shift[:, k] for k, p in enumerate(observations.columns.paths)}
         records = expected_records(rest, u, offsets, DRAWS, rng)
         scores[out] = crps(records.draws, records.observed)[out]
         inside[out] = (np.abs(record_pit(records, rng) - 0.5) <= 0.45)[out]

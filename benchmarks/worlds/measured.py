@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.criticism.diagnosis.measurements import N_MIDDLES, N_TRACKS
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.collection import Records
 from avahazard.records.event import Speed
 from avahazard.synth.making import make_world
@@ -24,15 +24,15 @@ def with_speeds(plan: Plan, share: float = SHARE) -> Records:
     )[0]
 
 
-def as_told(plan: Plan, measurement: str) -> Study | None:
-    """The study with this measurement made; None if it asks for something else than speeds."""
+def as_told(plan: Plan, measurement: str) -> Observations | None:
+    """The observations with this measurement made; None if it asks for something else."""
     if "track" not in measurement:
         return None
     middles = "mid-track" in measurement
     records = with_speeds(plan, (N_MIDDLES if middles else N_TRACKS) / plan.n_events)
     if middles:
         records = replace(records, speeds=_middles(records.speeds))
-    return build_study(records)
+    return build_observations(records)
 
 
 def _middles(speeds: tuple[Speed, ...]) -> tuple[Speed, ...]:

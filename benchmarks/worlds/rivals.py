@@ -8,7 +8,7 @@ from scipy import stats
 
 from avahazard.criticism.diagnosis.diagnose import Diagnosis
 from avahazard.inference.fitting.mode import likely_friction
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 
 Floats = NDArray[np.float64]
 
@@ -31,19 +31,19 @@ def best_bic(found: Diagnosis) -> str | None:
     Gains are those of the full refit where there is one, else of the quick fit. An unknown limit
     of sight counts a parameter for each path, which favours this rival.
     """
-    study = found.base.posterior.study
+    observations = found.base.posterior.observations
     best, name = 0.0, None
     for c in found.candidates:
         gain = c.screened.gain
         if c.fit is not None:
             gain = c.fit.log_likelihood - found.base.log_likelihood
         entry = c.screened.definition
-        effect = entry.build(entry.facts(study.columns, study.sites))
-        k = max(1, len(effect.parameters)) + (len(study.sites) if c.key == SIGHT else 0)
-        score = 2.0 * gain - k * float(np.log(study.n_events))
+        effect = entry.build(entry.facts(observations.columns, observations.sites))
+        k = max(1, len(effect.parameters)) + (len(observations.sites) if c.key == SIGHT else 0)
+        score = 2.0 * gain - k * float(np.log(observations.n_events))
         if score > best:
             best, name = score, c.key
-    if 2.0 * found.screening.path_gain - float(np.log(study.n_events)) > best:
+    if 2.0 * found.screening.path_gain - float(np.log(observations.n_events)) > best:
         name = "path-effect"
     return name
 
@@ -54,12 +54,12 @@ def regression(found: Diagnosis) -> str | None:
     F test beside volume, Bonferroni's correction over the columns, level 0.05.
     """
     posterior = found.base.posterior
-    study = posterior.study
+    observations = posterior.observations
     friction = np.log(likely_friction(posterior.nodes.at(found.base.mode.u), True))
     known = np.isfinite(friction)
-    volume = np.exp(study.volumes.mean)
+    volume = np.exp(observations.volumes.mean)
     nothing = np.column_stack([np.ones(len(volume)), volume / volume.mean()])
-    tested = {name: c for name, c in smooths(study).items() if np.all(np.isfinite(c))}
+    tested = {name: c for name, c in smooths(observations).items() if np.all(np.isfinite(c))}
     best, name = 0.05 / max(1, len(tested)), None
     for column, smooth in tested.items():
         p = _f_test(friction[known], nothing[known], smooth[known])
@@ -68,15 +68,15 @@ def regression(found: Diagnosis) -> str | None:
     return name
 
 
-def smooths(study: Study) -> dict[str, Floats]:
+def smooths(observations: Observations) -> dict[str, Floats]:
     """Columns `[n_events, n]` of the cubic, or of the levels, of everything known."""
-    columns = study.columns
+    columns = observations.columns
     numbers = {
         "year": columns.year,
         "day_of_winter": columns.day_of_winter,
         "release_elevation": columns.release_elevation,
         "deposit_length": np.log(columns.deposit_length),
-        "volume": study.volumes.mean,
+        "volume": observations.volumes.mean,
         **columns.numbers,
     }
     texts = {

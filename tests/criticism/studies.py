@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
@@ -67,9 +67,9 @@ def with_speeds(records: Records, speed: float = 15.0) -> Records:
 
 def fitted(records: Records, *effects: str) -> tuple[Posterior, Mode]:
     """The posterior of the constant law with effects, and its mode."""
-    study = build_study(records)
-    specification, facts = with_effects(study, Specification(law="constant"), effects)
-    posterior = assemble(study, specification, facts)
+    observations = build_observations(records)
+    specification, facts = with_effects(observations, Specification(law="constant"), effects)
+    posterior = assemble(observations, specification, facts)
     return posterior, find_mode(posterior)
 
 

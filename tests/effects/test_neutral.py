@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from avahazard.effects.catalogue import KEYS, definition
 from avahazard.inference.likelihood.posterior import Posterior
-from tests.inference.studies import near, posterior, study
+from tests.inference.studies import near, observations, posterior
 
 ADDED = tuple(k for k in KEYS if definition(k).changes is None)
 KEYS_WITH_NEUTRAL = (*ADDED, "volume-scatter", "centrifugal", "covariate:wind")
@@ -26,7 +26,7 @@ SETTINGS = (
 
 @cache
 def _base(choice: int) -> Posterior:
-    return posterior(study(), **SETTINGS[choice])
+    return posterior(observations(), **SETTINGS[choice])
 
 
 @given(
@@ -37,7 +37,7 @@ def _base(choice: int) -> Posterior:
 @settings(max_examples=60, deadline=None, derandomize=True)
 def test_neutral_effects_are_the_base_model(keys: list[str], choice: int, seed: int) -> None:
     base = _base(choice)
-    model = posterior(study(), *keys, **SETTINGS[choice])
+    model = posterior(observations(), *keys, **SETTINGS[choice])
     u = near(base, 0.1, seed)
     # The speeds have their own grid: between its points both models blend alike.
     with_effects = _with_neutral(model, base, u)
@@ -48,7 +48,7 @@ def test_every_effect_alone_is_the_base_model() -> None:
     base = _base(0)
     u = near(base, 0.1, 3)
     for key in KEYS_WITH_NEUTRAL:
-        model = posterior(study(), key)
+        model = posterior(observations(), key)
         _assert_same(model, _with_neutral(model, base, u), base, u)
 
 
@@ -79,7 +79,7 @@ def test_off_their_neutral_values_effects_change_the_likelihood() -> None:
     base = _base(0)
     u = near(base, 0.1, 3)
     for key in (*ADDED, "volume-scatter", "covariate:wind"):
-        model = posterior(study(), key)
+        model = posterior(observations(), key)
         moved = _with_neutral(model, base, u)
         added = [s.name not in {b.name for b in base.layout.slots} for s in model.layout.slots]
         moved[added] += np.where(moved[added] >= model.layout.high[added], -0.5, 0.5)

@@ -11,7 +11,7 @@ from avahazard.effects.effect import Effect
 from avahazard.hazard.avalanches import Avalanches, avalanches
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
@@ -25,7 +25,7 @@ TOP_M = 2450.0
 
 
 @cache
-def study(releases: tuple[float, ...] = (TOP_M,)) -> Study:
+def observations(releases: tuple[float, ...] = (TOP_M,)) -> Observations:
     """An event to come from each release (m), on a parabola 3600 m long."""
     x = np.arange(0.0, 3601.0, 30.0)
     y = 2500.0 - 0.9 * x + 1.2e-4 * x**2
@@ -33,7 +33,7 @@ def study(releases: tuple[float, ...] = (TOP_M,)) -> Study:
         Event(f"e{k}", path_id="p", volume_m3=1e5, release_elevation_m=z)
         for k, z in enumerate(releases)
     )
-    return build_study(Records((Path("p"),), (Profile("p", x, y),), events))
+    return build_observations(Records((Path("p"),), (Profile("p", x, y),), events))
 
 
 def draws(sigma: float, n: int, *more: float) -> np.ndarray:
@@ -49,14 +49,14 @@ def ready(
     effects: tuple[Effect, ...] = (),
     metres: bool = False,
 ) -> Avalanches:
-    posterior = Posterior(study(tuple(releases)), specification or Specification(), effects)
+    posterior = Posterior(observations(tuple(releases)), specification or Specification(), effects)
     rng = np.random.default_rng(3)
     return avalanches(posterior, "p", coordinates, {}, volumes, rng, metres=metres)
 
 
 def stop(mu: float, release_m: float = TOP_M) -> float:
     """Where one run of the block stops, x in m."""
-    site = study((release_m,)).sites[0]
+    site = observations((release_m,)).sites[0]
     cells = build_cells(site.terrain, no_resistance(site.terrain))
     start = np.array([site.terrain.node(site.release_x[0])])
     return float(run(cells, start, np.array([mu])).x[0, 0])
@@ -65,7 +65,7 @@ def stop(mu: float, release_m: float = TOP_M) -> float:
 def stops(mu: np.ndarray, release_m: float) -> np.ndarray:
     """Stops x (m) of many frictions, between single runs; inf past the end."""
     grid = np.linspace(0.2, 1.0, 401)
-    site = study((release_m,)).sites[0]
+    site = observations((release_m,)).sites[0]
     cells = build_cells(site.terrain, no_resistance(site.terrain))
     start = np.array([site.terrain.node(site.release_x[0])])
     found = run(cells, start, grid).x[0]

@@ -19,7 +19,7 @@ from avahazard.hazard.avalanches import (
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.passing import passing_rate
 from avahazard.inference.model.specification import Specification
-from tests.hazard.parabola import LAW, TOP_M, draws, ready, stops, study
+from tests.hazard.parabola import LAW, TOP_M, draws, observations, ready, stops
 
 VOLUMES = EventVolumes(
     np.array([0.4, 0.2]),
@@ -119,4 +119,4 @@ def test_a_year_has_one_or_more_with_chance_one_in_t() -> None:
 
 
 def test_the_study_of_the_twin_has_one_class_for_each_release() -> None:
-    assert study(RELEASES).n_events == ready(draws(0.1, 1), VOLUMES, RELEASES).n_classes == 2
+    assert observations(RELEASES).n_events == ready(draws(0.1, 1), VOLUMES, RELEASES).n_classes == 2

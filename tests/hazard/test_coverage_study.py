@@ -1,4 +1,4 @@
-"""The study of coverage: its truth, and a small part of it."""
+"""The observations of coverage: its truth, and a small part of it."""
 
 from __future__ import annotations
 

@@ -16,10 +16,10 @@ from avahazard.hazard.exceedance import (
     reach,
     runout_spread,
 )
-from avahazard.hazard.future_events import Prospect, forecaster, prospect_bounds
+from avahazard.hazard.future_events import FutureEvent, forecaster, future_bounds
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.specification import Specification
-from tests.hazard.parabola import LAW, TOP_M, draws, ready, stop, stops, study
+from tests.hazard.parabola import LAW, TOP_M, draws, observations, ready, stop, stops
 
 VOLUME = 1e5
 MEDIAN = np.exp(LAW[0] - LAW[1] * VOLUME * 1e-6)
@@ -33,10 +33,10 @@ def test_one_volume_and_no_scatter_is_the_deterministic_stop_by_both_ways() -> N
     for period in (10.0, 100.0, 300.0):
         mixed = exceeded_runout(avalanches, period)
         assert mixed == pytest.approx([deterministic] * 4, abs=0.5)
-    posterior = Posterior(study(), Specification(), ())
+    posterior = Posterior(observations(), Specification(), ())
     forecast = forecaster(posterior, coordinates, {}, np.array([VOLUME]))
-    prospect = Prospect("p", VOLUME, np.array([0]))
-    bounds = prospect_bounds(forecast, prospect, 100, np.random.default_rng(0))
+    future_event = FutureEvent("p", VOLUME, np.array([0]))
+    bounds = future_bounds(forecast, future_event, 100, np.random.default_rng(0))
     assert (bounds.x.q05, bounds.x.q95) == pytest.approx((deterministic,) * 2, abs=0.5)
     assert middle_runout(avalanches) == pytest.approx([deterministic] * 4, abs=0.5)
     assert natural_runouts(avalanches) == pytest.approx(deterministic, abs=0.5)
@@ -124,10 +124,10 @@ def test_stops_that_scatter_in_metres_agree_with_the_paper_s_way() -> None:
     coordinates = draws(60.0, 50)
     avalanches = ready(coordinates, one_volume(VOLUME, 50), metres=True)
     natural = runout_spread(avalanches, natural_runouts(avalanches))
-    posterior = Posterior(study(), Specification(), ())
+    posterior = Posterior(observations(), Specification(), ())
     forecast = forecaster(posterior, coordinates, {}, np.array([VOLUME]), metres=True)
-    prospect = Prospect("p", VOLUME, np.array([0]))
-    bounds = prospect_bounds(forecast, prospect, 40_000, np.random.default_rng(0))
+    future_event = FutureEvent("p", VOLUME, np.array([0]))
+    bounds = future_bounds(forecast, future_event, 40_000, np.random.default_rng(0))
     for key in ("q05", "q50", "q95"):
         assert getattr(natural.elevation, key) == pytest.approx(
             getattr(bounds.elevation, key), abs=3.0

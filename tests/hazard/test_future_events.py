@@ -10,11 +10,11 @@ import pytest
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Effect
-from avahazard.hazard.future_events import Forecaster, Prospect, forecaster, prospect_bounds
+from avahazard.hazard.future_events import Forecaster, FutureEvent, forecaster, future_bounds
 from avahazard.hazard.runout_bounds import RunoutBounds
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
@@ -30,7 +30,7 @@ MEDIAN = 0.7 * np.exp(-0.2)
 
 
 @cache
-def study(*lengths: float) -> Study:
+def observations(*lengths: float) -> Observations:
     """One event to come for each length of deposit, or one without; on a parabola."""
     x = np.arange(0.0, 3601.0, 30.0)
     y = 2500.0 - 0.9 * x + 1.2e-4 * x**2
@@ -39,7 +39,7 @@ def study(*lengths: float) -> Study:
         for k, length in enumerate(lengths or (None,))
     )
     path = Path("p", release_elevation_m=2450.0)
-    return build_study(Records((path,), (Profile("p", x, y),), events))
+    return build_observations(Records((path,), (Profile("p", x, y),), events))
 
 
 def ready(
@@ -50,15 +50,15 @@ def ready(
     offsets: dict[str, np.ndarray] | None = None,
     metres: bool = False,
 ) -> Forecaster:
-    posterior = Posterior(study(*lengths), specification or Specification(), effects)
-    volume = np.full(posterior.study.n_events, VOLUME)
+    posterior = Posterior(observations(*lengths), specification or Specification(), effects)
+    volume = np.full(posterior.observations.n_events, VOLUME)
     return forecaster(posterior, draws, offsets or {}, volume, metres=metres)
 
 
 def bounds(forecast: Forecaster, n_draws: int = 40_000) -> RunoutBounds:
     n = forecast.location.shape[1]
-    prospect = Prospect("p", VOLUME, np.arange(n))
-    return prospect_bounds(forecast, prospect, n_draws, np.random.default_rng(11))
+    future_event = FutureEvent("p", VOLUME, np.arange(n))
+    return future_bounds(forecast, future_event, n_draws, np.random.default_rng(11))
 
 
 def one(sigma: float, *more: float) -> np.ndarray:
@@ -68,7 +68,7 @@ def one(sigma: float, *more: float) -> np.ndarray:
 
 def stop(mu: float) -> tuple[float, float]:
     """Stop x, y of one run of the block."""
-    site = study().sites[0]
+    site = observations().sites[0]
     cells = build_cells(site.terrain, no_resistance(site.terrain))
     stops = run(cells, np.array([site.terrain.node(site.release_x[0])]), np.array([mu]))
     return float(stops.x[0, 0]), float(stops.y[0, 0])
@@ -119,7 +119,7 @@ def test_drag_stays_with_the_friction_that_it_was_drawn_with() -> None:
     found = bounds(ready(draws, effects=(effect,)), 30_000)
     stops = []
     for row in draws:
-        table = predict_records(study(), (effect,), {"turbulent-drag": row[3:] * scale})
+        table = predict_records(observations(), (effect,), {"turbulent-drag": row[3:] * scale})
         stops.append(np.interp(np.exp(row[0] - 0.2), MU, table.x[0]))
     expected = np.quantile(stops, [0.05, 0.5, 0.95])
     assert (found.x.q05, found.x.q50, found.x.q95) == pytest.approx(expected, abs=12.0)

@@ -1,4 +1,4 @@
-"""The likelihood of a study as it is written down: sums over fine grids, event by event."""
+"""The likelihood of observations as it is written down: sums over fine grids, event by event."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class NaivePosterior:
         self.nu, self.width = fine(grid, 24)
         middles = 0.5 * (grid[1:] + grid[:-1])
         self.nearest = np.searchsorted(middles, self.nu)
-        limit = posterior.study.limit
+        limit = posterior.observations.limit
         for effect in posterior.effects:
             if effect.limit is not None:
-                limit = effect.limit(posterior.study.columns, self.values[effect.key])
-        n = posterior.study.n_events
+                limit = effect.limit(posterior.observations.columns, self.values[effect.key])
+        n = posterior.observations.n_events
         self.masses = [self._mass(i) for i in range(n)]
-        seen = ~np.isnan(limit) & (posterior.study.columns.path_index >= 0)
+        seen = ~np.isnan(limit) & (posterior.observations.columns.path_index >= 0)
         self.sights = [self._sight(i, limit[i]) if seen[i] else None for i in range(n)]
 
     def events(self, shift: float = 0.0):
@@ -53,18 +53,18 @@ class NaivePosterior:
 
     def _wrong(self, i: int) -> float:
         """Density of record i as a grossly wrong one."""
-        study = self.posterior.study
-        if study.kind[i] == LEFT or any(m.event == i for m in study.speeds):
+        observations = self.posterior.observations
+        if observations.kind[i] == LEFT or any(m.event == i for m in observations.speeds):
             return 0.0
-        if study.kind[i] == LENGTH:
-            return 0.02 / (10.0 * float(study.fall_height[i]))
-        terrain = study.sites[study.columns.path_index[i]].terrain
-        line = terrain.y if study.kind[i] == ELEVATION else terrain.x
+        if observations.kind[i] == LENGTH:
+            return 0.02 / (10.0 * float(observations.fall_height[i]))
+        terrain = observations.sites[observations.columns.path_index[i]].terrain
+        line = terrain.y if observations.kind[i] == ELEVATION else terrain.x
         return 0.02 / float(np.ptp(line))
 
     def by_paths(self, tau: float) -> float:
         """Log likelihood, the offset of every path summed over its normal distribution."""
-        groups = self.posterior.study.columns.path_index
+        groups = self.posterior.observations.columns.path_index
         weight = stats.norm.pdf(OFFSET_Z) * (OFFSET_Z[1] - OFFSET_Z[0])
         logs = np.array([self.events(tau * z) for z in OFFSET_Z])
         total = float(np.sum(self.events()[groups < 0]))
@@ -74,21 +74,25 @@ class NaivePosterior:
         return total
 
     def _mass(self, i: int):
-        study, left = self.posterior.study, self.tables.status[i] == LEFT_PROFILE
-        if study.kind[i] == LEFT:
+        observations, left = self.posterior.observations, self.tables.status[i] == LEFT_PROFILE
+        if observations.kind[i] == LEFT:
             mass = self.width * left[self.nearest]
         else:
             f = np.interp(self.nu, self.grid, self.tables.record[i])
             stays = ~np.repeat(left[:-1] & left[1:], 24)
-            mass = self.width * stays * stats.norm.pdf(study.observed[i], f, study.sigma[i])
-        for measured, predicted in zip(study.speeds, self.tables.speeds, strict=True):
+            mass = (
+                self.width
+                * stays
+                * stats.norm.pdf(observations.observed[i], f, observations.sigma[i])
+            )
+        for measured, predicted in zip(observations.speeds, self.tables.speeds, strict=True):
             if measured.event == i:
                 log_speed = self._log_speed(measured, predicted)
                 mass = mass * np.exp(np.interp(self.nu, self.grid, log_speed))
         return self.nu[mass > 0.0], mass[mass > 0.0]
 
     def _sight(self, i: int, limit: float):
-        y, sigma = self.tables.elevation[i], self.posterior.study.sigma[i]
+        y, sigma = self.tables.elevation[i], self.posterior.observations.sigma[i]
         left = self.tables.status[i] == LEFT_PROFILE
         chance = np.where(left, 1.0, stats.norm.cdf((limit - y) / sigma))
         return self.nu, self.width * np.interp(self.nu, self.grid, chance)
@@ -102,7 +106,7 @@ class NaivePosterior:
 
     def _density(self, i: int, nu, shift: float):
         """p(ν) of event i, summed over its volume."""
-        layout, volumes = self.posterior.layout, self.posterior.study.volumes
+        layout, volumes = self.posterior.layout, self.posterior.observations.volumes
         weight = stats.norm.pdf(VOLUME_Z) / np.sum(stats.norm.pdf(VOLUME_Z))
         total = np.zeros(len(nu))
         for h, z in zip(weight, VOLUME_Z, strict=True):
@@ -111,7 +115,7 @@ class NaivePosterior:
             middle = float(law.log_friction(self.u[: len(law.coordinates)], volume)[0]) + shift
             for effect in self.posterior.effects:
                 if effect.design is not None:
-                    design = effect.design(self.posterior.study.columns)[i]
+                    design = effect.design(self.posterior.observations.columns)[i]
                     middle += float(design @ self.values[effect.key])
             log_scatter = self.u[layout.scatter]
             if layout.scatter_slope is not None:

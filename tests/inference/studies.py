@@ -10,7 +10,7 @@ import numpy as np
 from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
@@ -85,13 +85,13 @@ def records(n_events: int = 36, n_paths: int = 6, speeds: bool = True) -> Record
 
 
 @cache
-def study(n_events: int = 36, n_paths: int = 6, speeds: bool = True) -> Study:
+def observations(n_events: int = 36, n_paths: int = 6, speeds: bool = True) -> Observations:
     """The records arranged for the likelihood."""
-    return build_study(records(n_events, n_paths, speeds))
+    return build_observations(records(n_events, n_paths, speeds))
 
 
-def posterior(given: Study, *effects: str, **settings: str) -> Posterior:
-    """The posterior of a model on a study; `settings` are those of `Specification`."""
+def posterior(given: Observations, *effects: str, **settings: str) -> Posterior:
+    """The posterior of a model on observations; `settings` are those of `Specification`."""
     specification, facts = with_effects(given, Specification(**settings), effects)  # type: ignore[arg-type]
     return assemble(given, specification, facts)
 
@@ -133,7 +133,7 @@ def one_path(n_events: int, seed: int, sigma: float = 10.0, cut_m: float = 1900.
         for i, v in enumerate(volume)
     )
     path = Path("P0")
-    given = build_study(Records((path,), (points,), bare))
+    given = build_observations(Records((path,), (points,), bare))
     table = posterior(given).nodes.predicted(())
     events = []
     for i, event in enumerate(bare):

@@ -7,19 +7,19 @@ import pytest
 from numpy.polynomial.polynomial import polyval
 
 from avahazard.physics.cell_motion import at_speed
-from avahazard.physics.cell_step import LANES, step, step_by_speed
+from avahazard.physics.cell_step import BATCH_SIZE, step, step_by_speed
 from avahazard.physics.resistance import SPEEDS
 from avahazard.physics.terrain import build_terrain
 from tests.physics.paths import cells_of, ski_jump
 
 TERRAIN = build_terrain(ski_jump())
 RNG = np.random.default_rng(2)
-FRICTION = RNG.uniform(0.1, 1.3, LANES)
+FRICTION = RNG.uniform(0.1, 1.3, BATCH_SIZE)
 
 
 def before() -> np.ndarray:
-    w = np.empty((2, LANES))
-    w[0] = RNG.uniform(0.0, 3000.0, LANES) * (RNG.uniform(size=LANES) > 0.2)
+    w = np.empty((2, BATCH_SIZE))
+    w[0] = RNG.uniform(0.0, 3000.0, BATCH_SIZE) * (RNG.uniform(size=BATCH_SIZE) > 0.2)
     w[0, 3] = np.nan
     return w
 
@@ -44,7 +44,7 @@ def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
     cells = cells_of(TERRAIN, speed_factor=factor, speed_constant=push, offset=0.01)
     for i in range(0, TERRAIN.n_cells, 7):
         w = before()
-        step_by_speed(cells, i, FRICTION, w, 0, 1, np.empty(LANES), np.empty(LANES))
+        step_by_speed(cells, i, FRICTION, w, 0, 1, np.empty(BATCH_SIZE), np.empty(BATCH_SIZE))
         w1 = w[0].copy()
         for _ in range(60):
             u = np.sqrt(0.5 * (w[0] + np.maximum(w1, 0.0)))

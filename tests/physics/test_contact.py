@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.physics.cell_step import LANES, step
+from avahazard.physics.cell_step import BATCH_SIZE, step
 from avahazard.physics.contact import step_with_contact
 from avahazard.physics.smooth_profile import spline_profile
 from avahazard.physics.terrain import build_terrain
@@ -43,15 +43,15 @@ def test_rough_path(shared_data) -> None:
 def check(profile, terrain, resistance, tolerance, place_tolerance) -> None:
     cells = cells_of(terrain, **resistance)
     rng = np.random.default_rng(1)
-    mu = rng.uniform(0.15, 0.8, LANES)
+    mu = rng.uniform(0.15, 0.8, BATCH_SIZE)
     kinds = set()
     reachable = 2.0 * naive.G * (terrain.y[0] - terrain.y[1:])
     for i in np.flatnonzero(cells.lift < reachable)[::3]:
-        w = np.empty((2, LANES))
-        w[0] = cells.lift[i] * rng.uniform(0.9, 1.4, LANES)
+        w = np.empty((2, BATCH_SIZE))
+        w[0] = cells.lift[i] * rng.uniform(0.9, 1.4, BATCH_SIZE)
         step(cells, i, mu, w, 0, 1)
         on_ground = w[1].copy()
-        held, push, lost = np.empty(LANES), np.empty(LANES), np.empty(LANES)
+        held, push, lost = np.empty(BATCH_SIZE), np.empty(BATCH_SIZE), np.empty(BATCH_SIZE)
         step_with_contact(cells, i, mu, w, 0, 1, held, push, lost)
         w_end, place = follow(profile, terrain, i, mu, w[0].copy(), **resistance)
         np.testing.assert_allclose(w[1], w_end, atol=tolerance)

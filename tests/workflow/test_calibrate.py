@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from avahazard.inference.likelihood.assemble import assemble, with_effects
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -55,9 +55,9 @@ def _straight(n: int = 120, slope: float = 0.1) -> Records:
 
 def test_marginal_is_the_regression_where_that_is_all_there_is() -> None:
     records = _straight()
-    study = build_study(records)
-    found = calibrate_study(study, Specification(law="power"), {}, n_draws=500, seed=1)
-    x = study.columns.log_volume
+    observations = build_observations(records)
+    found = calibrate_study(observations, Specification(law="power"), {}, n_draws=500, seed=1)
+    x = observations.columns.log_volume
     y = np.log([e.fall_height_m / e.runout_length_m for e in records.events])
     (slope, _), covariance = np.polyfit(x, y, 1, cov=True)
     beta = found.chains.draws[..., found.chains.names.index("beta")]
@@ -146,7 +146,7 @@ def test_what_cannot_be_calibrated_leaves_nothing_behind(twin: str, asked, messa
 
 def test_a_taken_name_is_refused_before_computing(twin: str, monkeypatch) -> None:
     calibrate(twin, "m", **FEW, method="gibbs")
-    monkeypatch.setattr("avahazard.workflow.calibrate.build_study", None)
+    monkeypatch.setattr("avahazard.workflow.calibrate.build_observations", None)
     with pytest.raises(AvahazardError, match="a model m already"):
         calibrate(twin, "m", **FEW)
 
@@ -167,10 +167,12 @@ def test_volumes_are_needed_where_they_act(database: str) -> None:
 
 
 def test_refined_grids_are_those_that_were_sampled() -> None:
-    study = twin_study("scey", "saugy")
-    specification, facts = with_effects(study, Specification(law="constant"), ["turbulent-drag"])
-    found = calibrate_study(study, specification, facts, n_chains=2, n_draws=50)
-    whole = assemble(study, specification, facts).layout
+    observations = twin_study("scey", "saugy")
+    specification, facts = with_effects(
+        observations, Specification(law="constant"), ["turbulent-drag"]
+    )
+    found = calibrate_study(observations, specification, facts, n_chains=2, n_draws=50)
+    whole = assemble(observations, specification, facts).layout
     drag = next(s for s in whole.slots if s.name == "turbulent-drag.drag")
     for name, grid in found.grids.items():
         assert name == drag.name

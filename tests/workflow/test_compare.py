@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.store.comparisons import latest_comparison
 from avahazard.store.session import reading
@@ -85,6 +85,6 @@ def test_the_papers_methods(snow_database: str) -> None:
 
 
 def test_the_coordinate_of_the_records() -> None:
-    assert coordinate_name(build_study(straight(5))) == "length"
-    assert coordinate_name(build_study(slopes())) == "elevation"
-    assert coordinate_name(build_study(with_left(slopes(kind="x")))) == "x"
+    assert coordinate_name(build_observations(straight(5))) == "length"
+    assert coordinate_name(build_observations(slopes())) == "elevation"
+    assert coordinate_name(build_observations(with_left(slopes(kind="x")))) == "x"

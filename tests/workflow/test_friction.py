@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.paper.apparent import STATUSES
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -33,8 +33,8 @@ def _events(**given: float) -> tuple[Event, ...]:
 
 
 def _found(records: Records):
-    study = build_study(records)
-    return back_calculate(study, predict_records(study, (), {}))
+    observations = build_observations(records)
+    return back_calculate(observations, predict_records(observations, (), {}))
 
 
 def test_the_friction_of_known_runs_is_given_back() -> None:

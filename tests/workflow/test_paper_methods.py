@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS
-from avahazard.inference.model.observations import LEFT, build_study
+from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records
@@ -35,7 +35,7 @@ def _bowl_study(volumes: list[float | None], mus: list[float], **more):
         Event(f"E{k}", "B", runout_x_m=stop_x(mu), volume_m3=v, **more)
         for k, (v, mu) in enumerate(zip(volumes, mus, strict=True))
     )
-    return build_study(bowl(events=events))
+    return build_observations(bowl(events=events))
 
 
 def test_gibbs_finds_the_twins_law() -> None:
@@ -53,9 +53,9 @@ def test_gibbs_finds_the_twins_law() -> None:
 def test_metropolis_finds_the_law_of_the_mean_stop() -> None:
     # Friction scatters, the stop is not linear in it, and this method scatters the stop about
     # F(μ(V)): what it looks for is the law whose stops are the means of the twin's.
-    study = twin_study()
-    stops = predict_records(study, (), {}).elevation
-    volume = np.exp(study.columns.log_volume)
+    observations = twin_study()
+    stops = predict_records(observations, (), {}).elevation
+    volume = np.exp(observations.columns.log_volume)
 
     def stop(i: int, mu: np.ndarray) -> np.ndarray:
         return np.interp(mu, MU, stops[i])
@@ -71,21 +71,25 @@ def test_metropolis_finds_the_law_of_the_mean_stop() -> None:
 
     a, n = minimize(squares, [0.519, 3.36], method="Nelder-Mead").x
 
-    found = calibrate_paper(study, Specification(), "metropolis", n_chains=4, n_draws=5000, seed=1)
+    found = calibrate_paper(
+        observations, Specification(), "metropolis", n_chains=4, n_draws=5000, seed=1
+    )
     assert found.chains.diagnostics.converged
     intervals = _intervals(found)
     for sought in ({"a": a, "n": n * 1e-7}, TRUTH):
         assert intervals["a"][0] < sought["a"] < intervals["a"][1]
         assert intervals["n"][0] < sought["n"] < intervals["n"][1]
     assert found.chains.units[-1] == "m"
-    assert found.n_events == int(np.sum(study.kind != LEFT)) < 173
+    assert found.n_events == int(np.sum(observations.kind != LEFT)) < 173
 
 
 @pytest.mark.parametrize("law", ["exponential", "power", "rational", "constant"])
 def test_coordinates_are_those_of_the_draws(law: str) -> None:
-    study = twin_study("scey", "saugy")
+    observations = twin_study("scey", "saugy")
     specification = Specification(law=law)  # type: ignore[arg-type]
-    found = calibrate_paper(study, specification, "metropolis", n_chains=2, n_draws=100, seed=3)
+    found = calibrate_paper(
+        observations, specification, "metropolis", n_chains=2, n_draws=100, seed=3
+    )
     chosen = LAWS[law]
     assert found.slots == (*chosen.coordinates, "log sigma")
     natural = chosen.to_natural(found.coordinates[..., :-1])
@@ -96,20 +100,20 @@ def test_coordinates_are_those_of_the_draws(law: str) -> None:
 
 
 def test_a_place_counts_as_the_elevation_there() -> None:
-    study = _bowl_study([1e4, 1e4, 1e4], [0.45, 0.5, 0.55])
+    observations = _bowl_study([1e4, 1e4, 1e4], [0.45, 0.5, 0.55])
     expected = [float(height(stop_x(mu))) for mu in (0.45, 0.5, 0.55)]
-    np.testing.assert_allclose(recorded_elevation(study), expected, atol=1.0)
-    left = replace(study, kind=np.array([1, 3, 2]))
+    np.testing.assert_allclose(recorded_elevation(observations), expected, atol=1.0)
+    left = replace(observations, kind=np.array([1, 3, 2]))
     assert np.isnan(recorded_elevation(left)).tolist() == [False, True, True]
 
 
 @pytest.mark.parametrize("method", ["metropolis", "gibbs"])
 def test_events_without_a_volume_are_left_out_but_by_the_constant_law(method) -> None:
-    study = _bowl_study([1e4, None, 1e5, 2e4, 5e4], [0.45, 0.5, 0.55, 0.47, 0.53])
+    observations = _bowl_study([1e4, None, 1e5, 2e4, 5e4], [0.45, 0.5, 0.55, 0.47, 0.53])
     run = {"method": method, "n_chains": 2, "n_draws": 100, "seed": 0}
-    found = calibrate_paper(study, Specification(), **run)
+    found = calibrate_paper(observations, Specification(), **run)
     assert (found.n_events, found.left_out) == (4, {"have no volume": 1})
-    found = calibrate_paper(study, Specification(law="constant"), **run)
+    found = calibrate_paper(observations, Specification(law="constant"), **run)
     assert (found.n_events, found.left_out, found.notes) == (5, {}, ())
 
 
@@ -119,21 +123,21 @@ def test_gibbs_takes_events_without_a_profile_and_metropolis_does_not() -> None:
         Event(f"E{k}", fall_height_m=500.0, runout_length_m=500.0 / mu, volume_m3=1e4)
         for k, mu in enumerate(0.4 * np.exp(0.1 * rng.standard_normal(400)))
     )
-    study = build_study(Records(events=events))
+    observations = build_observations(Records(events=events))
     law = Specification(law="constant")
-    found = calibrate_paper(study, law, "gibbs", n_chains=2, n_draws=1000, seed=0)
-    mu = 500.0 / study.observed
+    found = calibrate_paper(observations, law, "gibbs", n_chains=2, n_draws=1000, seed=0)
+    mu = 500.0 / observations.observed
     assert found.chains.draws[..., 0].mean() == pytest.approx(np.exp(np.log(mu).mean()), rel=1e-3)
     assert found.chains.draws[..., 1].mean() == pytest.approx(np.log(mu).std(), rel=0.02)
     with pytest.raises(AvahazardError, match=r"0 of 400 events.*400 have no profile") as error:
-        calibrate_paper(study, law, "metropolis", n_chains=2, n_draws=100, seed=0)
+        calibrate_paper(observations, law, "metropolis", n_chains=2, n_draws=100, seed=0)
     assert "--method marginal" in error.value.hint
 
 
 def test_records_that_fit_exactly_leave_no_scatter() -> None:
-    study = _bowl_study([1e4] * 3, [0.45] * 3)
+    observations = _bowl_study([1e4] * 3, [0.45] * 3)
     # At the profile's very end lies the stop of every block that would run on.
-    end = replace(study, observed=np.full(3, study.sites[0].smooth.x_max))
+    end = replace(observations, observed=np.full(3, observations.sites[0].smooth.x_max))
     with pytest.raises(AvahazardError, match="no scatter"):
         calibrate_paper(
             end, Specification(law="constant"), "metropolis", n_chains=2, n_draws=100, seed=0

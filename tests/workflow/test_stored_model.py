@@ -10,7 +10,7 @@ import pytest
 
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.inference.likelihood.assemble import assemble, with_effects
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
@@ -113,9 +113,9 @@ def test_other_records_with_speeds_and_without_a_volume(database: str) -> None:
     event = Event("new", "scey", runout_elevation_m=1100.0, volume_m3=None)
     speed = Speed("new", 30.0, 3.0, x_m=500.0)
     new = Records(records.paths, records.profiles, (event,), (speed,))
-    prior = build_study(training_records(stored, records))
-    study, posterior = posterior_for(stored, new, prior)
-    assert study.volumes.centre == prior.volumes.centre
+    prior = build_observations(training_records(stored, records))
+    observations, posterior = posterior_for(stored, new, prior)
+    assert observations.volumes.centre == prior.volumes.centre
     u = coordinates_for(stored, posterior)
     assert u.shape == (100, len(stored.slots) + 1)
     assert np.unique(u[:, -1]) == [pytest.approx(np.log(3.0))]

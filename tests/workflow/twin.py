@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.collection import Records
 from avahazard.records.reading import read_records
 from avahazard.workflow.stored_model import only_paths
@@ -22,6 +22,6 @@ def twin_records() -> Records:
 
 
 @cache
-def twin_study(*paths: str) -> Study:
-    """The study of these paths of the twin; of all where none are named."""
-    return build_study(only_paths(twin_records(), paths))
+def twin_study(*paths: str) -> Observations:
+    """The observations of these paths of the twin; of all where none are named."""
+    return build_observations(only_paths(twin_records(), paths))

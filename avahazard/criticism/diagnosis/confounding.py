@@ -23,7 +23,7 @@ def _residual(fit: Refit) -> Floats:
     nodes = posterior.nodes.at(fit.mode.u)
     asked = np.log(np.maximum(likely_friction(nodes, posterior.layout.log_scatter), 1e-3))
     given, _ = posterior.location_and_scatter(fit.mode.u)
-    mean = np.sum(given * posterior.study.volumes.weight, axis=1)
+    mean = np.sum(given * posterior.observations.volumes.weight, axis=1)
     if not posterior.layout.log_scatter:
         mean = np.log(np.maximum(mean, 1e-3))
     # An event that left asks for no certain friction.
@@ -32,8 +32,8 @@ def _residual(fit: Refit) -> Floats:
 
 def correlation(first: Floats, second: Floats, posterior: Posterior) -> float:
     """Correlation of two changes once law and paths have taken their part (least squares)."""
-    volume = np.exp(posterior.study.volumes.mean)
-    groups = posterior.study.columns.path_index
+    volume = np.exp(posterior.observations.volumes.mean)
+    groups = posterior.observations.columns.path_index
     nuisance = np.column_stack(
         [np.ones(len(volume)), volume / np.mean(volume), np.log(volume)]
         + [groups == k for k in np.unique(groups)[1:]]

@@ -21,13 +21,13 @@ def detectable(base: Refit, critical_gain: float) -> tuple[float, float]:
     non-centrality n δ²/s²; the gain must pass `critical_gain`, and be worth `MARGIN` after the
     price of one more parameter.
     """
-    study = base.posterior.study
-    stopped = study.kind != LEFT
+    observations = base.posterior.observations
+    stopped = observations.kind != LEFT
     variance = friction_variance(base)
     information = float(np.sum(1.0 / variance.total[stopped]))
     price = 0.5 * float(np.log1p(information * TYPICAL_SD**2))
     gain = max(critical_gain, MARGIN + price)
     shift = (np.sqrt(2.0 * gain) + float(stats.norm.ppf(0.8))) / np.sqrt(information)
     # The record's spread in metres against that in log friction tells metres per unit.
-    ratio = study.sigma[stopped] / np.sqrt(np.maximum(variance.record[stopped], 1e-8))
+    ratio = observations.sigma[stopped] / np.sqrt(np.maximum(variance.record[stopped], 1e-8))
     return float(shift), float(shift * np.median(ratio))

@@ -34,7 +34,7 @@ from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import LEVEL, PATH_LEVEL, Screened, Screening
 from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Definition, Facts
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
 
@@ -84,7 +84,7 @@ class Diagnosis:
 
 
 def diagnose(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     facts: dict[str, Facts],
     own: Sequence[Definition] = (),
@@ -93,45 +93,45 @@ def diagnose(
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Diagnosis:
-    """Ask which effect a model lacks on a study.
+    """Ask which effect a model lacks on observations.
 
     Paths may differ for reasons unknown in every fit (where there are enough of them), events
     that left and limits of sight are in the likelihood, and where friction scatters with heavy
     tails it is let to, before anything is blamed on physics.
     """
-    plain = refit(study, specification, facts, (), own)
+    plain = refit(observations, specification, facts, (), own)
     heavy = False
     if specification.tails == "normal":
-        student = refit(study, replace(specification, tails="student"), facts, (), own)
+        student = refit(observations, replace(specification, tails="student"), facts, (), own)
         heavy = student.log_likelihood - plain.log_likelihood > HEAVY_TAILS
         if heavy:
             plain, specification = student, replace(specification, tails="student")
     base = plain
     grants = PATH_EFFECT not in specification.effects and (
-        definition(PATH_EFFECT).lacking(study.columns, study.sites) is None
+        definition(PATH_EFFECT).lacking(observations.columns, observations.sites) is None
     )
     if grants:
-        base = refit(study, specification, facts, (PATH_EFFECT,), own, plain)
-    bare, u, tau = without_path_effect(base, study, own)
+        base = refit(observations, specification, facts, (PATH_EFFECT,), own, plain)
+    bare, u, tau = without_path_effect(base, observations, own)
     screening = screen(
         bare,
         u,
         tau,
-        candidate_definitions(study, specification, own),
+        candidate_definitions(observations, specification, own),
         n_worlds=n_worlds,
         seed=seed,
         progress=lambda share: progress(0.05 + 0.75 * share),
     )
     survivors = [c for c in screening.candidates if c.p_family <= LEVEL][:MAX_REFITS]
     keys = [c.definition.key for c in survivors]
-    fits = refit_each(study, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
+    fits = refit_each(observations, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
     evidence = {c.definition.key: evidence_gain(c, fits[c.definition.key], base) for c in survivors}
     ranked = sorted(survivors, key=lambda c: -evidence[c.definition.key])
     path_missing = grants and screening.path_p <= PATH_LEVEL
     gains, named = {}, []
     leader = ranked[0].definition.key if ranked else ""
     if ranked and evidence[leader] > least_evidence(leader):
-        groups = choose_groups(study).groups
+        groups = choose_groups(observations).groups
         before = held_out_log_density(base.posterior, groups, base.mode)
         for key in (c.definition.key for c in ranked):
             if evidence[leader] - evidence[key] < MARGIN:
@@ -143,7 +143,7 @@ def diagnose(
     if path_missing and (
         not named
         or all(
-            path_comes_first(study, specification, facts, own, plain, base, fit)
+            path_comes_first(observations, specification, facts, own, plain, base, fit)
             for fit in fits.values()
         )
     ):
@@ -176,7 +176,7 @@ def diagnose(
         base=base,
         screening=screening,
         error_before_m=error_of(base),
-        still_needed=still_needed(study, specification, facts, own, plain),
+        still_needed=still_needed(observations, specification, facts, own, plain),
         heavy_tails=heavy,
         detectable_log_friction=shift,
         detectable_m=metres,
@@ -189,7 +189,9 @@ def error_of(fit: Refit) -> float:
     offsets = {}
     if fit.posterior.groups is not None:
         mode = fit.posterior.path_offsets(fit.mode.u).mode
-        offsets = {p: np.array([mode[k]]) for k, p in enumerate(fit.posterior.study.columns.paths)}
+        offsets = {
+            p: np.array([mode[k]]) for k, p in enumerate(fit.posterior.observations.columns.paths)
+        }
     rng = generator(0, "error of a fit")
     records = expected_records(fit.posterior, fit.mode.u[None], offsets, ERROR_DRAWS, rng)
     return float(np.mean(crps(records.draws, records.observed)))

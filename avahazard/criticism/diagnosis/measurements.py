@@ -25,8 +25,8 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[s
     gain = record_gain(first, second)
     text = f"runouts of {N_EVENTS} more events on paths like these"
     found = {text: N_EVENTS * float(np.mean(gain))}
-    if first.posterior.study.sites:
-        groups = first.posterior.study.columns.path_index
+    if first.posterior.observations.sites:
+        groups = first.posterior.observations.columns.path_index
         best = max(float(np.mean(gain[groups == k])) for k in np.unique(groups))
         found |= {
             f"speeds at mid-track on {N_MIDDLES} events": speed_gain(
@@ -57,7 +57,7 @@ def record_gain(first: Refit, second: Refit) -> Floats:
     differences within a path tell.
     """
     gap = explained(first, second)
-    groups = first.posterior.study.columns.path_index
+    groups = first.posterior.observations.columns.path_index
     for k in np.unique(groups[groups >= 0]):
         gap[groups == k] -= np.mean(gap[groups == k])
     return np.asarray(0.5 * gap**2 / friction_variance(first).total)
@@ -72,6 +72,6 @@ def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
         for effect in mine.posterior.effects:
             if effect.key in other.specification.effects or effect.design is None:
                 continue
-            columns = effect.design(mine.posterior.study.columns)
+            columns = effect.design(mine.posterior.observations.columns)
             shifts[effect.key] = np.asarray(columns @ values[effect.key])
     return shifts

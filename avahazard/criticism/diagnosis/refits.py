@@ -16,7 +16,7 @@ from avahazard.inference.fitting.refinement import sharpened
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import N_THREADS
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Refit:
 
 
 def refit(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     facts: dict[str, Facts],
     effects: Sequence[str] = (),
@@ -51,9 +51,9 @@ def refit(
     start: Refit | None = None,
 ) -> Refit:
     """Fit a specification with `effects` added, from the mode of `start` where names agree."""
-    wider, more = with_effects(study, specification, effects, own)
+    wider, more = with_effects(observations, specification, effects, own)
     facts = {**facts, **more}
-    posterior = assemble(study, wider, facts, own)
+    posterior = assemble(observations, wider, facts, own)
     found = search_mode(posterior, None if start is None else _carried(start, posterior))
     posterior, mode = sharpened(*found)
     posterior.nodes.forget_runs()
@@ -63,7 +63,7 @@ def refit(
 
 
 def refit_each(
-    study: Study,
+    observations: Observations,
     effects: Sequence[str],
     own: Sequence[Definition],
     base: Refit,
@@ -72,7 +72,7 @@ def refit_each(
     """The base model with each effect by itself, fitted in full, two at a time."""
 
     def one(key: str) -> Refit:
-        return refit(study, base.specification, base.facts, (key,), own, base)
+        return refit(observations, base.specification, base.facts, (key,), own, base)
 
     fits: dict[str, Refit] = {}
     with ThreadPoolExecutor(N_THREADS) as pool:
@@ -83,11 +83,11 @@ def refit_each(
 
 
 def without_path_effect(
-    fit: Refit, study: Study, own: Sequence[Definition]
+    fit: Refit, observations: Observations, own: Sequence[Definition]
 ) -> tuple[Posterior, Floats, float]:
     """The model less its path effect, its coordinates at the mode, and the spread τ of paths."""
     keys = tuple(k for k in fit.specification.effects if k != PATH_EFFECT)
-    bare = assemble(study, replace(fit.specification, effects=keys), fit.facts, own)
+    bare = assemble(observations, replace(fit.specification, effects=keys), fit.facts, own)
     slot = fit.posterior.layout.path_scatter
     tau = 0.0
     if slot is not None:

@@ -12,7 +12,7 @@ from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
 from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.model.layout import SPEED_SCATTER_M_S
-from avahazard.inference.model.observations import ELEVATION, Study
+from avahazard.inference.model.observations import ELEVATION, Observations
 from avahazard.inference.seeds import generator
 from avahazard.physics.cells import build_cells
 from avahazard.physics.speed import speeds_along
@@ -36,8 +36,10 @@ def speed_gain(first: Refit, second: Refit, n_events: int, n_places: int, seed: 
     Either fit is true in half of the simulations. Friction is known as closely as each fit knows
     it from the record; the errors are the measurement's and the model's own.
     """
-    study = first.posterior.study
-    stopped = np.flatnonzero(np.isfinite(study.observed) & (study.columns.path_index >= 0))
+    observations = first.posterior.observations
+    stopped = np.flatnonzero(
+        np.isfinite(observations.observed) & (observations.columns.path_index >= 0)
+    )
     if len(stopped) == 0:
         return 0.0
     chosen = stopped[np.linspace(0, len(stopped) - 1, n_events).round().astype(int)]
@@ -48,7 +50,7 @@ def speed_gain(first: Refit, second: Refit, n_events: int, n_places: int, seed: 
 def _event_gain(
     first: Refit, second: Refit, event: int, n_places: int, rng: np.random.Generator
 ) -> float:
-    x = _places(first.posterior.study, event, n_places)
+    x = _places(first.posterior.observations, event, n_places)
     pair = (_expected(first, event, x), _expected(second, event, x))
     own = max(_own_error(first), _own_error(second))
     apart = np.abs(x[:, None] - x)
@@ -78,11 +80,14 @@ def _own_error(fit: Refit) -> float:
     return SPEED_SCATTER_M_S if place is None else float(np.exp(fit.mode.u[place]))
 
 
-def _places(study: Study, event: int, n_places: int) -> Floats:
+def _places(observations: Observations, event: int, n_places: int) -> Floats:
     """Places x (m) spread evenly between the release and the stop of an event."""
-    site = study.sites[study.columns.path_index[event]]
-    release, stop = float(site.release_x[study.release[event]]), float(study.observed[event])
-    if study.kind[event] == ELEVATION:
+    site = observations.sites[observations.columns.path_index[event]]
+    release, stop = (
+        float(site.release_x[observations.release[event]]),
+        float(observations.observed[event]),
+    )
+    if observations.kind[event] == ELEVATION:
         x = site.terrain.x
         below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
         stop = float(x[below[0]]) if len(below) else float(x[-1])
@@ -93,7 +98,7 @@ def _places(study: Study, event: int, n_places: int) -> Floats:
 
 def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     posterior = fit.posterior
-    study, u = posterior.study, fit.mode.u
+    observations, u = posterior.observations, fit.mode.u
     location, scatter = posterior.location_and_scatter(u)
     offset = 0.0
     if posterior.groups is not None and posterior.groups[event] >= 0:
@@ -104,10 +109,10 @@ def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     friction, chance = friction_given_record(
         posterior, posterior.nodes.at(u), event, here, scatter[event]
     )
-    site = study.sites[study.columns.path_index[event]]
+    site = observations.sites[observations.columns.path_index[event]]
     resistance = posterior.resistance(site, posterior.layout.effect_values(u))
     terrain = site.terrain_for(resistance)
-    start = terrain.node(float(site.release_x[study.release[event]]))
+    start = terrain.node(float(site.release_x[observations.release[event]]))
     kept = chance > 1e-6
     speeds = speeds_along(build_cells(terrain, resistance), start, friction[kept], x)
     return _Expected(speeds, chance[kept] / np.sum(chance[kept]))

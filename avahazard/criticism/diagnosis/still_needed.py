@@ -8,12 +8,12 @@ from dataclasses import replace
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import find_definition
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 
 
 def still_needed(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     facts: dict[str, Facts],
     own: Sequence[Definition],
@@ -25,6 +25,6 @@ def still_needed(
         if find_definition(key, own).changes is not None:
             continue
         keys = tuple(k for k in specification.effects if k != key)
-        less = refit(study, replace(specification, effects=keys), facts, (), own, whole)
+        less = refit(observations, replace(specification, effects=keys), facts, (), own, whole)
         lost[key] = whole.evidence - less.evidence
     return lost

@@ -19,4 +19,4 @@ def suspects(base: Refit) -> tuple[str, ...]:
     asked = np.log(friction) if posterior.layout.log_scatter else friction
     z = np.nan_to_num(np.abs(asked - location.mean(axis=1)) / scatter.mean(axis=1))
     order = np.argsort(-z, kind="stable")
-    return tuple(posterior.study.columns.event_id[i] for i in order if z[i] > FAR)
+    return tuple(posterior.observations.columns.event_id[i] for i in order if z[i] > FAR)

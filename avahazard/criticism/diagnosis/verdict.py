@@ -8,7 +8,7 @@ from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.screening.significance import Screened
 from avahazard.effects.covariate import PREFIX
 from avahazard.effects.effect import Definition, Facts
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 
 MARGIN = 3.0
@@ -49,7 +49,7 @@ def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
 
 
 def path_comes_first(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     facts: dict[str, Facts],
     own: Sequence[Definition],
@@ -60,7 +60,7 @@ def path_comes_first(
     """Whether unrecorded differences of paths explain more, given a rival, than the rival does
     given them. A rival that differs by path alone, as the section, may explain all of them."""
     keys = tuple(k for k in rival.specification.effects if k not in base.specification.effects)
-    alone = refit(study, specification, facts, keys, own, plain) if keys else plain
+    alone = refit(observations, specification, facts, keys, own, plain) if keys else plain
     by_path = rival.log_likelihood - alone.log_likelihood
     by_rival = rival.log_likelihood - base.log_likelihood
     return by_path > by_rival

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 
 Floats = NDArray[np.float64]
 Levels = NDArray[np.str_]
@@ -21,23 +21,25 @@ MONTHS = ("January", "February", "March", "April", "May", "June", "July", "Augus
 MAX_LEVELS_OF_NUMBERS = 3
 
 
-def event_axes(study: Study, predicted_x: Floats) -> dict[str, Levels]:
+def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Levels]:
     """Level of every event `[n_events]` by axis; '' where it is not known.
 
     `predicted_x` `[n_events]` (m) is the place of the predicted stop. Numbers are cut at their
     terciles.
     """
-    columns = study.columns
+    columns = observations.columns
     names = np.array([*columns.paths, ""])
     axes: dict[str, Levels] = {
         "path": names[columns.path_index],
         "volume": terciles(np.exp(columns.log_volume), _volume),
         "year": terciles(columns.year, lambda v: f"{v:.0f}"),
-        "month": _months(study),
+        "month": _months(observations),
         "release_elevation_m": terciles(columns.release_elevation, _metres),
         "section": columns.section,
-        "orientation": _path_words(study, [s.path.orientation or "" for s in study.sites]),
-        **_at_the_stop(study, predicted_x),
+        "orientation": _path_words(
+            observations, [s.path.orientation or "" for s in observations.sites]
+        ),
+        **_at_the_stop(observations, predicted_x),
     }
     for name, values in columns.numbers.items():
         axes.setdefault(name, _number_levels(values))
@@ -46,13 +48,13 @@ def event_axes(study: Study, predicted_x: Floats) -> dict[str, Levels]:
     return {name: np.asarray(levels, dtype=np.str_) for name, levels in axes.items()}
 
 
-def _at_the_stop(study: Study, x: Floats) -> dict[str, Levels]:
+def _at_the_stop(observations: Observations, x: Floats) -> dict[str, Levels]:
     """Elevation, slope, share of the path and land cover at the predicted stops."""
-    n = study.n_events
+    n = observations.n_events
     height, slope, share = (np.full(n, np.nan) for _ in range(3))
     cover = np.full(n, "", dtype=object)
-    for k, site in enumerate(study.sites):
-        mine = np.flatnonzero(study.columns.path_index == k)
+    for k, site in enumerate(observations.sites):
+        mine = np.flatnonzero(observations.columns.path_index == k)
         smooth = site.smooth
         at = np.clip(x[mine], smooth.x_min, smooth.x_max)
         height[mine] = smooth.height(at)
@@ -88,8 +90,8 @@ def _number_levels(values: Floats) -> Levels:
     return terciles(values, lambda v: f"{v:.4g}")
 
 
-def _months(study: Study) -> Levels:
-    day = study.columns.day_of_winter
+def _months(observations: Observations) -> Levels:
+    day = observations.columns.day_of_winter
     # Days counted from 1 November of a year that is not a leap year.
     start = np.datetime64("2000-11-01", "D")
     months = [
@@ -101,8 +103,8 @@ def _months(study: Study) -> Levels:
     return np.array(months, dtype=np.str_)
 
 
-def _path_words(study: Study, words: list[str]) -> Levels:
-    return np.array([*words, ""])[study.columns.path_index]
+def _path_words(observations: Observations, words: list[str]) -> Levels:
+    return np.array([*words, ""])[observations.columns.path_index]
 
 
 def _volume(value: float) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Study
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.prediction.stops import predict_stops
 
 Floats = NDArray[np.float64]
@@ -51,18 +51,18 @@ def expected_records(
     n_draws: int,
     rng: np.random.Generator,
 ) -> ExpectedRecords:
-    """Draw records of every event of the posterior's study.
+    """Draw records of every event of the posterior's observations.
 
     `coordinates` `[n_posterior, n_slots]` and path `offsets` `[n_posterior]` are draws of the
     posterior. On paths where stops above an elevation are not seen, only draws that would be
     seen are kept.
     """
-    study = posterior.study
+    observations = posterior.observations
     limited = bool(np.any(np.isfinite(_limits(posterior, coordinates[:1]))))
     n_stops = SPARE * n_draws if limited else n_draws
     stops = predict_stops(posterior, coordinates, offsets, n_stops, rng)
-    end = profile_end(study)[:, None]
-    noise = study.sigma[:, None] * rng.standard_normal(stops.record.shape)
+    end = profile_end(observations)[:, None]
+    noise = observations.sigma[:, None] * rng.standard_normal(stops.record.shape)
     draws = np.where(stops.left, end, stops.record + noise)
     left, x = stops.left, stops.x
     if limited:
@@ -71,56 +71,58 @@ def expected_records(
         limit = _limits(posterior, coordinates[first])[:, place]
         excess = np.where(stops.left, -np.inf, stops.elevation + noise - limit)
         kept = _seen_first(np.nan_to_num(excess, nan=-np.inf, neginf=-np.inf), n_draws, rng)
-        rows = np.arange(study.n_events)[:, None]
+        rows = np.arange(observations.n_events)[:, None]
         # A draw that came nearest without being seen stands for one that just was.
         short = np.maximum(excess[rows, kept], 0.0)
-        in_elevation = (study.kind == ELEVATION)[:, None] & np.isfinite(short)
+        in_elevation = (observations.kind == ELEVATION)[:, None] & np.isfinite(short)
         draws, left, x = draws[rows, kept], left[rows, kept], x[rows, kept]
         draws = np.where(in_elevation, draws - short, draws)
     return ExpectedRecords(
-        observed=observed_records(study),
-        sigma=study.sigma,
+        observed=observed_records(observations),
+        sigma=observations.sigma,
         draws=draws,
         left=left,
         x=x,
-        sign=error_sign(study),
+        sign=error_sign(observations),
     )
 
 
-def observed_records(study: Study) -> Floats:
+def observed_records(observations: Observations) -> Floats:
     """The records `[n_events]` (m); an event that left its profile reached its end."""
-    return np.where(study.kind == LEFT, profile_end(study), study.observed)
+    return np.where(observations.kind == LEFT, profile_end(observations), observations.observed)
 
 
-def error_sign(study: Study) -> Floats:
+def error_sign(observations: Observations) -> Floats:
     """-1 for an x or a length where elevations were recorded too, else 1, `[n_events]`."""
-    farther_is_more = (study.kind == PLACE) | (study.kind == LENGTH)
-    if np.all(farther_is_more | (study.kind == LEFT)):
-        return np.ones(study.n_events)
+    farther_is_more = (observations.kind == PLACE) | (observations.kind == LENGTH)
+    if np.all(farther_is_more | (observations.kind == LEFT)):
+        return np.ones(observations.n_events)
     return np.where(farther_is_more, -1.0, 1.0)
 
 
-def profile_end(study: Study) -> Floats:
+def profile_end(observations: Observations) -> Floats:
     """The profile's end in the coordinate of each record, `[n_events]`; nan without a profile."""
-    end = np.full(study.n_events, np.nan)
-    for k, site in enumerate(study.sites):
-        mine = study.columns.path_index == k
-        end[mine] = np.where(study.kind[mine] == PLACE, site.smooth.x_max, site.terrain.y[-1])
+    end = np.full(observations.n_events, np.nan)
+    for k, site in enumerate(observations.sites):
+        mine = observations.columns.path_index == k
+        end[mine] = np.where(
+            observations.kind[mine] == PLACE, site.smooth.x_max, site.terrain.y[-1]
+        )
     return end
 
 
 def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
     """Elevation above which a stop is not seen, `[n_events, n_posterior]`; nan where all are."""
-    study = posterior.study
+    observations = posterior.observations
     effects = [e for e in posterior.effects if e.limit is not None]
     if not effects:
-        return np.repeat(study.limit[:, None], len(coordinates), axis=1)
+        return np.repeat(observations.limit[:, None], len(coordinates), axis=1)
     effect = effects[-1]
     assert effect.limit is not None
     columns = []
     for u in coordinates:
         values = posterior.layout.effect_values(u)[effect.key]
-        columns.append(effect.limit(study.columns, values))
+        columns.append(effect.limit(observations.columns, values))
     return np.column_stack(columns)
 
 

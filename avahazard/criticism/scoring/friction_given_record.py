@@ -28,7 +28,7 @@ def friction_given_record(
         weight = np.where(place <= edge, np.gradient(place), 0.0)
     z2 = ((place[:, None] - location) / scatter) ** 2
     kernel = -2.5 * np.log1p(0.25 * z2) if posterior.specification.tails == "student" else -0.5 * z2
-    kernel = kernel + np.log(posterior.study.volumes.weight[event] / scatter)
+    kernel = kernel + np.log(posterior.observations.volumes.weight[event] / scatter)
     log_p = np.logaddexp.reduce(kernel, axis=1)
     top = np.max(log_p[weight > 0.0], initial=-np.inf)
     p = weight * np.exp(np.minimum(log_p - top, 0.0))

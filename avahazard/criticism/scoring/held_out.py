@@ -17,7 +17,7 @@ from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
@@ -45,14 +45,14 @@ class HeldOutPredictions(NamedTuple):
     speeds: MatchedSpeeds | None
 
 
-def choose_groups(study: Study) -> HeldOut:
+def choose_groups(observations: Observations) -> HeldOut:
     """Whole paths where there are three or more, else five folds of events drawn at random."""
-    path = study.columns.path_index
+    path = observations.columns.path_index
     if len(np.unique(path[path >= 0])) >= MIN_PATHS:
         return HeldOut("path", path)
-    order = generator(0, "folds").permutation(study.n_events)
-    groups = np.empty(study.n_events, dtype=np.int64)
-    groups[order] = np.arange(study.n_events) % min(N_FOLDS, study.n_events)
+    order = generator(0, "folds").permutation(observations.n_events)
+    groups = np.empty(observations.n_events, dtype=np.int64)
+    groups[order] = np.arange(observations.n_events) % min(N_FOLDS, observations.n_events)
     return HeldOut("fold", groups)
 
 
@@ -133,7 +133,7 @@ def offsets_by_path(posterior: Posterior, offsets: Floats | None) -> dict[str, F
     """Draws of path offsets `[n_draws]` by path."""
     if offsets is None:
         return {}
-    paths = posterior.study.columns.paths
+    paths = posterior.observations.columns.paths
     return {paths[k]: offsets[:, k] for k in range(offsets.shape[1])}
 
 

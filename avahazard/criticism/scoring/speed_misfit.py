@@ -15,7 +15,7 @@ from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
-from avahazard.inference.model.observations import SpeedRecord, Study
+from avahazard.inference.model.observations import Observations, SpeedRecord
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_table import MU, MU_STEP
 
@@ -56,8 +56,8 @@ def matched_speeds(
     that the misfit is that of the motion alone. `coordinates` `[n_draws, n_slots]` and
     `offsets` `[n_draws, n_groups]` are draws of the posterior.
     """
-    study = posterior.study
-    if not study.speeds:
+    observations = posterior.observations
+    if not observations.speeds:
         return None
     chosen = np.linspace(0, len(coordinates) - 1, N_TABLES).round().astype(np.int64)
     shaped = bool(posterior.layout.tables)
@@ -70,18 +70,18 @@ def matched_speeds(
         location, scatter = posterior.location_and_scatter(u)
         location = _shifted(posterior, location, None if offsets is None else offsets[k])
         tracks = []
-        for j, track in enumerate(study.speeds):
+        for j, track in enumerate(observations.speeds):
             i = track.event
             places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
             mu = rng.choice(places, DRAWS_A_TABLE, p=chance)
-            speed = _speeds_at(table, j, i, study.sigma[i], mu)
+            speed = _speeds_at(table, j, i, observations.sigma[i], mu)
             tracks.append(speed + _error(posterior, u, track, rng))
         columns.append(np.concatenate(tracks, axis=0))
     return MatchedSpeeds(
-        event=np.concatenate([np.full(len(t.x), t.event) for t in study.speeds]),
-        x=np.concatenate([t.x for t in study.speeds]),
-        observed=np.concatenate([t.speed for t in study.speeds]),
-        sigma=np.concatenate([t.sigma for t in study.speeds]),
+        event=np.concatenate([np.full(len(t.x), t.event) for t in observations.speeds]),
+        x=np.concatenate([t.x for t in observations.speeds]),
+        observed=np.concatenate([t.speed for t in observations.speeds]),
+        sigma=np.concatenate([t.sigma for t in observations.speeds]),
         draws=np.concatenate(columns, axis=1),
     )
 
@@ -89,7 +89,7 @@ def matched_speeds(
 def _stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
     """Nodes over friction of the stops alone, without the speeds."""
     return build_nodes(
-        replace(posterior.study, speeds=()),
+        replace(posterior.observations, speeds=()),
         replace(table, speeds=()),
         in_log=posterior.layout.log_scatter,
     )
@@ -128,18 +128,18 @@ def _error(posterior: Posterior, u: Floats, track: SpeedRecord, rng: np.random.G
     return np.asarray(np.linalg.cholesky(covariance) @ noise)
 
 
-def measured_force(study: Study) -> list[dict[str, Any]]:
+def measured_force(observations: Observations) -> list[dict[str, Any]]:
     """What resisted each track, g sinθ - u du/dξ, by stretches of at least 20 m.
 
     As Ancey and Meunier (2004): against speed, Coulomb friction is flat and a force of Voellmy's
     kind rises with its square. Rows `{"event_id", "x_m", "speed_m_s", "force_m_s2", "sd_m_s2",
     "slope_deg"}`; `sd_m_s2` comes from the errors of the speeds.
     """
-    return [row for track in study.speeds for row in _forces(study, track)]
+    return [row for track in observations.speeds for row in _forces(observations, track)]
 
 
-def _forces(study: Study, track: SpeedRecord) -> list[dict[str, Any]]:
-    terrain = study.sites[int(study.columns.path_index[track.event])].terrain
+def _forces(observations: Observations, track: SpeedRecord) -> list[dict[str, Any]]:
+    terrain = observations.sites[int(observations.columns.path_index[track.event])].terrain
     s, y = np.interp(track.x, terrain.x, terrain.s), np.interp(track.x, terrain.x, terrain.y)
     rows = []
     first = 0
@@ -152,7 +152,7 @@ def _forces(study: Study, track: SpeedRecord) -> list[dict[str, Any]]:
         error = np.hypot(u0 * track.sigma[first], u1 * track.sigma[last]) / length
         rows.append(
             {
-                "event_id": study.columns.event_id[track.event],
+                "event_id": observations.columns.event_id[track.event],
                 "x_m": float(0.5 * (track.x[first] + track.x[last])),
                 "speed_m_s": float(0.5 * (u0 + u1)),
                 "force_m_s2": float(GRAVITY * sine - (u1**2 - u0**2) / (2.0 * length)),
@@ -164,14 +164,14 @@ def _forces(study: Study, track: SpeedRecord) -> list[dict[str, Any]]:
     return rows
 
 
-def speed_misfit(study: Study, matched: MatchedSpeeds) -> list[dict[str, Any]]:
+def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> list[dict[str, Any]]:
     """Rows `{"axis", "level", "n", "bias_m_s", "rmse_m_s"}` by place and by predicted speed.
 
     Thirds of the measured places. No p-value: speeds along a track go together.
     """
     error = matched.draws.mean(axis=1) - matched.observed
     rows = []
-    for axis, levels in _levels(study, matched).items():
+    for axis, levels in _levels(observations, matched).items():
         for level in np.unique(levels[levels != ""]):
             mine = levels == level
             rows.append(
@@ -186,11 +186,11 @@ def speed_misfit(study: Study, matched: MatchedSpeeds) -> list[dict[str, Any]]:
     return rows
 
 
-def _levels(study: Study, matched: MatchedSpeeds) -> Mapping[str, NDArray[np.str_]]:
+def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, NDArray[np.str_]]:
     share = np.empty(len(matched.x))
     for event in np.unique(matched.event):
         mine = matched.event == event
-        site = study.sites[int(study.columns.path_index[event])]
+        site = observations.sites[int(observations.columns.path_index[event])]
         span = site.smooth.x_max - site.smooth.x_min
         share[mine] = (matched.x[mine] - site.smooth.x_min) / span
     return {

@@ -19,7 +19,7 @@ from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predi
 from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M, squares
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.laws import LAWS, law
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
 
@@ -48,7 +48,7 @@ class Tables:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Variant:
+class Alternative:
     """One value of a candidate: its key, tables, design, and log prior against neutral.
 
     `margin` (m): stops this far above the highest one of their path are not seen; the limit
@@ -64,7 +64,7 @@ class Variant:
 
 def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
     """Design of the model itself: its law, linear about u, and its effects on friction."""
-    study, layout = posterior.study, posterior.layout
+    observations, layout = posterior.observations, posterior.layout
     # Effects on the tables and on the scatter keep their values.
     inner = list(range(len(layout.law.coordinates)))
     for effect in posterior.effects:
@@ -72,26 +72,26 @@ def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
             place = layout.places[effect.key]
             inner += list(range(place.start, place.stop))
     mean = _mean_log_friction(posterior, u)
-    x = np.empty((study.n_events, len(inner)))
+    x = np.empty((observations.n_events, len(inner)))
     for c, k in enumerate(inner):
         step = np.zeros(len(u))
         step[k] = 1e-4
         up, down = _mean_log_friction(posterior, u + step), _mean_log_friction(posterior, u - step)
         x[:, c] = (up - down) / 2e-4
     slots = [layout.slots[k] for k in inner]
-    groups = study.columns.path_index
+    groups = observations.columns.path_index
     _, scatter = posterior.location_and_scatter(u)
-    middle = np.exp(np.average(np.log(scatter), axis=1, weights=study.volumes.weight[0]))
+    middle = np.exp(np.average(np.log(scatter), axis=1, weights=observations.volumes.weight[0]))
     return Design(
         x=x,
         constant=mean - x @ u[inner],
         prior_mean=np.array([s.mean for s in slots]),
         prior_precision=np.array([s.sd**-2.0 for s in slots]),
         path=groups,
-        n_paths=len(study.columns.paths) if path_offsets else 0,
+        n_paths=len(observations.columns.paths) if path_offsets else 0,
         extra=_volume_variance(posterior, u),
         multiplier=middle / np.exp(np.mean(np.log(middle))),
-        log_wrong=log_wrong(study),
+        log_wrong=log_wrong(observations),
     )
 
 
@@ -105,8 +105,10 @@ def base_coordinates(posterior: Posterior, u: Floats) -> Floats:
     return np.asarray(u[inner])
 
 
-def make_tables(study: Study, predicted: Predicted, limit: Floats, speed_scatter: float) -> Tables:
-    """Tables in the screening's form; `limit` `[n_events]` as in `Study`."""
+def make_tables(
+    observations: Observations, predicted: Predicted, limit: Floats, speed_scatter: float
+) -> Tables:
+    """Tables in the screening's form; `limit` `[n_events]` as in `Observations`."""
     left = predicted.status == LEFT_PROFILE
     n = len(left)
     last_left = np.where(left.any(axis=1), left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), -1)
@@ -116,7 +118,7 @@ def make_tables(study: Study, predicted: Predicted, limit: Floats, speed_scatter
     has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
     seen, seen_sd = np.full(n, 9.0), np.zeros(n)
     for i in np.flatnonzero(has_limit):
-        chance = ndtr((limit[i] - predicted.elevation[i]) / study.sigma[i])
+        chance = ndtr((limit[i] - predicted.elevation[i]) / observations.sigma[i])
         chance = np.minimum.accumulate(np.where(left[i], 1.0, chance))
         drop = -np.diff(chance)
         total = float(np.sum(drop))
@@ -132,18 +134,18 @@ def make_tables(study: Study, predicted: Predicted, limit: Floats, speed_scatter
         bounds=record_bounds(record),
         last_left=last_left.astype(np.int64),
         edges=Edges(leave, seen, seen_sd, has_limit),
-        speeds=_speed_grid(study, predicted, speed_scatter),
+        speeds=_speed_grid(observations, predicted, speed_scatter),
     )
 
 
-def _speed_grid(study: Study, predicted: Predicted, scatter: float) -> SpeedGrid:
-    row = np.full(study.n_events, -1, dtype=np.int64)
-    widest = max((len(m.x) for m in study.speeds), default=1)
-    n_rows = max(1, len(study.speeds))
+def _speed_grid(observations: Observations, predicted: Predicted, scatter: float) -> SpeedGrid:
+    row = np.full(observations.n_events, -1, dtype=np.int64)
+    widest = max((len(m.x) for m in observations.speeds), default=1)
+    n_rows = max(1, len(observations.speeds))
     coarse = np.zeros((n_rows, len(MU[::SPEED_STRIDE]), widest), dtype=np.float32)
     whiten = np.zeros((n_rows, widest, widest))
     log_norm = np.zeros(n_rows)
-    for r, (measured, speeds) in enumerate(zip(study.speeds, predicted.speeds, strict=True)):
+    for r, (measured, speeds) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
         k = len(measured.x)
         row[measured.event] = r
         coarse[r, :, :k] = squares(speeds[::SPEED_STRIDE])
@@ -154,7 +156,7 @@ def _speed_grid(study: Study, predicted: Predicted, scatter: float) -> SpeedGrid
     return SpeedGrid(row, coarse, whiten, log_norm, SPEED_STRIDE)
 
 
-def variants_of(
+def alternatives_of(
     definition: Definition,
     posterior: Posterior,
     u: Floats,
@@ -163,26 +165,28 @@ def variants_of(
     coefficients: Floats,
     speed_scatter: float,
     runs: BlockRuns,
-) -> list[Variant]:
+) -> list[Alternative]:
     """Every value of one candidate that the screening tries."""
-    study = posterior.study
+    observations = posterior.observations
     if definition.changes == "centrifugal":
         predicted = predict_records(
-            study, posterior.effects, posterior.layout.effect_values(u), curvature=1.0
+            observations, posterior.effects, posterior.layout.effect_values(u), curvature=1.0
         )
-        tables = make_tables(study, predicted, study.limit, speed_scatter)
-        return [Variant(definition.key, tables, design, 0.0)]
+        tables = make_tables(observations, predicted, observations.limit, speed_scatter)
+        return [Alternative(definition.key, tables, design, 0.0)]
     if definition.changes == "law":
         others = [name for name in LAWS if name not in (posterior.specification.law, "constant")]
         return [
-            Variant(definition.key, base, _law_design(posterior, name, design, coefficients), 0.0)
+            Alternative(
+                definition.key, base, _law_design(posterior, name, design, coefficients), 0.0
+            )
             for name in others
         ]
     if definition.changes == "scatter":
-        volume = np.exp(study.volumes.mean)
+        volume = np.exp(observations.volumes.mean)
         share = volume / np.quantile(volume, 0.9)
         return [
-            Variant(
+            Alternative(
                 definition.key,
                 base,
                 design._replace(multiplier=design.multiplier * np.exp(-g * (share - share.mean()))),
@@ -190,31 +194,35 @@ def variants_of(
             )
             for g in SCATTER_SLOPES
         ]
-    effect = definition.build(definition.facts(study.columns, study.sites))
+    effect = definition.build(definition.facts(observations.columns, observations.sites))
     if effect.design is not None:
-        columns = effect.design(study.columns)
+        columns = effect.design(observations.columns)
         sd = np.array([p.prior_sd for p in effect.parameters])
         wider = design._replace(
             x=np.column_stack([design.x, columns]),
             prior_mean=np.append(design.prior_mean, np.zeros(len(sd))),
             prior_precision=np.append(design.prior_precision, sd**-2.0),
         )
-        return [Variant(definition.key, base, wider, 0.0)]
+        return [Alternative(definition.key, base, wider, 0.0)]
     values_of_model = posterior.layout.effect_values(u)
     result = []
     for values, log_prior in _values_tried(effect):
-        limit = study.limit if effect.limit is None else effect.limit(study.columns, values)
+        limit = (
+            observations.limit
+            if effect.limit is None
+            else effect.limit(observations.columns, values)
+        )
         predicted = predict_records(
-            study,
+            observations,
             (*posterior.effects, effect),
             {**values_of_model, effect.key: values},
             float(posterior.specification.centrifugal),
             runs if effect.motion is None else None,
         )
         margin = float(values[0]) if effect.limit is not None else None
-        for share in SPEED_SHARES if study.speeds else (1.0,):
-            tables = make_tables(study, predicted, limit, share * speed_scatter)
-            result.append(Variant(definition.key, tables, design, log_prior, margin))
+        for share in SPEED_SHARES if observations.speeds else (1.0,):
+            tables = make_tables(observations, predicted, limit, share * speed_scatter)
+            result.append(Alternative(definition.key, tables, design, log_prior, margin))
     return result
 
 
@@ -233,13 +241,13 @@ def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
 
 def _law_design(posterior: Posterior, name: str, design: Design, coefficients: Floats) -> Design:
     """The design with another law, linear about its least-squares fit to the present one."""
-    study = posterior.study
+    observations = posterior.observations
     other = law(name)
     n_old = len(posterior.layout.law.coordinates)
-    volume = np.exp(study.volumes.log_volume)
-    weight = study.volumes.weight
+    volume = np.exp(observations.volumes.log_volume)
+    weight = observations.volumes.weight
     mu = np.exp(design.constant + design.x[:, :n_old] @ coefficients[:n_old])
-    u = other.start(np.exp(study.volumes.mean), mu)
+    u = other.start(np.exp(observations.volumes.mean), mu)
     if name == "power":
         u = np.array([np.log(np.median(mu)), 0.05])
 
@@ -261,11 +269,11 @@ def _mean_log_friction(posterior: Posterior, u: Floats) -> Floats:
     location, _ = posterior.location_and_scatter(u)
     if not posterior.layout.log_scatter:
         location = np.log(np.maximum(location, 1e-3))
-    return np.asarray(np.sum(location * posterior.study.volumes.weight, axis=1))
+    return np.asarray(np.sum(location * posterior.observations.volumes.weight, axis=1))
 
 
 def _volume_variance(posterior: Posterior, u: Floats) -> Floats:
     location, _ = posterior.location_and_scatter(u)
-    weight = posterior.study.volumes.weight
+    weight = posterior.observations.volumes.weight
     mean = np.sum(location * weight, axis=1, keepdims=True)
     return np.asarray(np.sum((location - mean) ** 2 * weight, axis=1))

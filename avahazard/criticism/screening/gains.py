@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.criticism.screening.alternatives import LOG_MU, Tables, Variant
-from avahazard.criticism.screening.laplace_fit import Design, Edges, QuickFit, quick_fit
-from avahazard.criticism.screening.parametric_bootstrap import Measured
-from avahazard.criticism.screening.record_moments import bumps
-from avahazard.inference.model.observations import PLACE, Study
+from avahazard.criticism.screening.alternatives import LOG_MU, Alternative, Tables
+from avahazard.criticism.screening.laplace_fit import Design, Edges, LaplaceFit, laplace_fit
+from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
+from avahazard.criticism.screening.record_moments import record_moments
+from avahazard.inference.model.observations import PLACE, Observations
 
 Floats = NDArray[np.float64]
 
@@ -22,57 +22,59 @@ class Gains:
 
     base: Tables
     design: Design
-    variants: list[Variant]
+    alternatives: list[Alternative]
     keys: list[str]
     coefficients: Floats
     log_scatter: float
     tau: float
     student: bool
-    study: Study
+    observations: Observations
 
-    def of_candidates(self, measured: Measured) -> Floats:
+    def of_candidates(self, measured: BootstrapRecords) -> Floats:
         """Gain of every candidate `[n_candidates]` on one world."""
         reference = self._fit(self.base, self.design, measured, self.coefficients)
         best = np.zeros(len(self.keys))
         place = {key: k for k, key in enumerate(self.keys)}
-        summaries = {id(self.base): bumps_of(self.base, measured, self.study.sigma)}
-        for variant in self.variants:
-            summary = summaries.get(id(variant.tables))
+        summaries = {id(self.base): moments_of(self.base, measured, self.observations.sigma)}
+        for alternative in self.alternatives:
+            summary = summaries.get(id(alternative.tables))
             if summary is None:
-                summary = bumps_of(variant.tables, measured, self.study.sigma)
-            width = variant.design.x.shape[1]
+                summary = moments_of(alternative.tables, measured, self.observations.sigma)
+            width = alternative.design.x.shape[1]
             start = np.zeros(width)
             shared = min(width, len(reference.coefficients))
-            if variant.key == "volume-law":
-                start = variant.design.prior_mean.copy()
+            if alternative.key == "volume-law":
+                start = alternative.design.prior_mean.copy()
             else:
                 start[:shared] = reference.coefficients[:shared]
-            edges = variant.tables.edges
-            if variant.margin is not None:
-                edges = sight_edges(variant, measured, self.study)
-            fit = quick_fit(
+            edges = alternative.tables.edges
+            if alternative.margin is not None:
+                edges = sight_edges(alternative, measured, self.observations)
+            fit = laplace_fit(
                 summary,
                 measured.left,
                 edges,
-                variant.design,
+                alternative.design,
                 start,
                 reference.log_scatter,
                 max(reference.tau, 1e-3),
                 self.student,
             )
-            gain = fit.log_likelihood + variant.log_prior - reference.log_likelihood
-            best[place[variant.key]] = max(best[place[variant.key]], gain)
+            gain = fit.log_likelihood + alternative.log_prior - reference.log_likelihood
+            best[place[alternative.key]] = max(best[place[alternative.key]], gain)
         return best
 
-    def of_paths(self, measured: Measured, bare: Design) -> float:
+    def of_paths(self, measured: BootstrapRecords, bare: Design) -> float:
         """Gain of path offsets on one world."""
         without = self._fit(self.base, bare, measured, self.coefficients)
         with_ = self._fit(self.base, self.design, measured, self.coefficients)
         return max(0.0, with_.log_likelihood - without.log_likelihood)
 
-    def _fit(self, tables: Tables, design: Design, measured: Measured, start: Floats) -> QuickFit:
-        fit: QuickFit = quick_fit(
-            bumps_of(tables, measured, self.study.sigma),
+    def _fit(
+        self, tables: Tables, design: Design, measured: BootstrapRecords, start: Floats
+    ) -> LaplaceFit:
+        fit: LaplaceFit = laplace_fit(
+            moments_of(tables, measured, self.observations.sigma),
             measured.left,
             tables.edges,
             design,
@@ -88,42 +90,48 @@ STEEPNESS = 0.5
 """Slope by which a height becomes a distance where places x are recorded."""
 
 
-def sight_edges(variant: Variant, measured: Measured, study: Study) -> Edges:
+def sight_edges(
+    alternative: Alternative, measured: BootstrapRecords, observations: Observations
+) -> Edges:
     """Edges of sight where stops above the highest of each path, plus a margin, are not seen."""
-    assert variant.margin is not None
-    limit = study.limit.copy()
-    in_x = study.kind == PLACE
-    for k in range(len(study.columns.paths)):
-        mine = (study.columns.path_index == k) & ~measured.left & np.isnan(study.limit)
+    assert alternative.margin is not None
+    limit = observations.limit.copy()
+    in_x = observations.kind == PLACE
+    for k in range(len(observations.columns.paths)):
+        mine = (
+            (observations.columns.path_index == k) & ~measured.left & np.isnan(observations.limit)
+        )
         for kind, sign in ((in_x, -1.0), (~in_x, 1.0)):
             rows = mine & kind
             if np.any(rows):
-                height = variant.margin / (STEEPNESS if sign < 0 else 1.0)
-                everyone = (study.columns.path_index == k) & kind & np.isnan(study.limit)
+                height = alternative.margin / (STEEPNESS if sign < 0 else 1.0)
+                everyone = (
+                    (observations.columns.path_index == k) & kind & np.isnan(observations.limit)
+                )
                 limit[everyone] = sign * (np.max(sign * measured.observed[rows]) + height)
     nobody = np.zeros(len(limit), dtype=np.bool_)
-    silent = variant.tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
-    place = bumps(
-        variant.tables.record,
-        variant.tables.bounds,
-        variant.tables.last_left,
+    silent = alternative.tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
+    place = record_moments(
+        alternative.tables.record,
+        alternative.tables.bounds,
+        alternative.tables.last_left,
         np.nan_to_num(limit),
-        study.sigma,
+        observations.sigma,
         nobody,
         LOG_MU,
         silent,
         measured.speeds,
     )
-    return variant.tables.edges._replace(
+    return alternative.tables.edges._replace(
         seen=place.mean,
         seen_sd=np.sqrt(place.variance),
-        has_limit=np.isfinite(limit) & (study.columns.path_index >= 0),
+        has_limit=np.isfinite(limit) & (observations.columns.path_index >= 0),
     )
 
 
-def bumps_of(tables: Tables, measured: Measured, sigma: Floats):  # type: ignore[no-untyped-def]
-    """Bumps of one world under one set of tables."""
-    return bumps(
+def moments_of(tables: Tables, measured: BootstrapRecords, sigma: Floats):  # type: ignore[no-untyped-def]
+    """RecordMoments of one world under one set of tables."""
+    return record_moments(
         tables.record,
         tables.bounds,
         tables.last_left,

@@ -1,4 +1,4 @@
-"""A quick fit of a linear model of log friction with path offsets to bumps (`bumps.Bumps`).
+"""Laplace fit of a linear model of log friction with path offsets to `RecordMoments`.
 
 Newton steps on coefficients, offsets and scatter at once (penalised iteratively re-weighted
 least squares, Breslow and Clayton 1993), the spread of the offsets by Fisher's scoring, and the
@@ -57,7 +57,7 @@ class Edges(NamedTuple):
     has_limit: NDArray[np.bool_]
 
 
-class QuickFit(NamedTuple):
+class LaplaceFit(NamedTuple):
     """Log likelihood with the prior of the coefficients, and where it is reached."""
 
     log_likelihood: float
@@ -72,8 +72,8 @@ ROOT_2 = math.sqrt(2.0)
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def quick_fit(bumps, left, edges, design, start, log_scatter, tau, student):  # type: ignore[no-untyped-def]
-    """Fit from `start` `[n_columns]`, `log_scatter` and `tau`; returns a `QuickFit`."""
+def laplace_fit(record_moments, left, edges, design, start, log_scatter, tau, student):  # type: ignore[no-untyped-def]
+    """Fit from `start` `[n_columns]`, `log_scatter` and `tau`; returns a `LaplaceFit`."""
     n, p = design.x.shape
     n_paths = design.n_paths
     beta = start.copy()
@@ -85,7 +85,7 @@ def quick_fit(bumps, left, edges, design, start, log_scatter, tau, student):  # 
     for _ in range(STEPS):
         sigma = math.exp(log_scatter)
         value, d_scatter, info_scatter = _terms(
-            bumps, left, edges, design, beta, offsets, sigma, student, g, h
+            record_moments, left, edges, design, beta, offsets, sigma, student, g, h
         )
         # Offsets: curvature by path, and their penalty.
         bend = np.full(n_paths, 1.0 / (tau * tau))
@@ -126,7 +126,7 @@ def quick_fit(bumps, left, edges, design, start, log_scatter, tau, student):  # 
                 info += 2.0 * (1.0 - shrunk) ** 2
             tau *= math.exp(min(max(slope / (info + 1e-9), -0.7), 0.7))
             tau = min(max(tau, 1e-3), 1.0)
-    return QuickFit(best, best_beta, best_scatter, best_tau)
+    return LaplaceFit(best, best_beta, best_scatter, best_tau)
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
@@ -165,7 +165,7 @@ def _newton(design, g, h, bend, pull, beta):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def _terms(bumps, left, edges, design, beta, offsets, sigma, student, g, h):  # type: ignore[no-untyped-def]
+def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g, h):  # type: ignore[no-untyped-def]
     """Sum of log likelihoods; fills score g and curvature h in m; derivatives in log σ."""
     n, p = design.x.shape
     value, d_scatter, info_scatter = 0.0, 0.0, 0.0
@@ -176,7 +176,7 @@ def _terms(bumps, left, edges, design, beta, offsets, sigma, student, g, h):  # 
         if design.n_paths and design.path[i] >= 0:
             m += offsets[design.path[i]]
         own = (sigma * design.multiplier[i]) ** 2
-        if left[i] and bumps.variance[i] == 0.0:
+        if left[i] and record_moments.variance[i] == 0.0:
             spread = math.sqrt(own + design.extra[i])
             z = (edges.leave[i] - m) / spread
             log_p, ratio = _log_probability(z)
@@ -187,14 +187,14 @@ def _terms(bumps, left, edges, design, beta, offsets, sigma, student, g, h):  # 
             d_scatter += -z * ratio * share
             info_scatter += 0.5 * (z * ratio * share) ** 2
         else:
-            s = own + bumps.variance[i] + design.extra[i]
-            e = bumps.mean[i] - m
+            s = own + record_moments.variance[i] + design.extra[i]
+            e = record_moments.mean[i] - m
             share = own / s
             if student:
                 shape = 1.0 / (1.0 + 0.25 * e * e / s)
                 log_p = math.log(0.375) - 0.5 * math.log(s) + 2.5 * math.log(shape)
                 # What the record would be worth as a grossly wrong one.
-                wrong = design.log_wrong[i] - bumps.log_mass[i]
+                wrong = design.log_wrong[i] - record_moments.log_mass[i]
                 either = max(log_p, wrong) + math.log1p(math.exp(-abs(log_p - wrong)))
                 right = math.exp(log_p - either)
                 value += either
@@ -208,11 +208,11 @@ def _terms(bumps, left, edges, design, beta, offsets, sigma, student, g, h):  # 
                 h[i] = 1.0 / s
                 d_scatter += (e * e / s - 1.0) * share
                 info_scatter += 2.0 * share * share
-            value += bumps.log_mass[i]
+            value += record_moments.log_mass[i]
         if edges.has_limit[i]:
             # Never less blurred than the record: else far from both the chance to be seen falls
             # faster than the record's density, and their ratio has no bound.
-            blur = max(edges.seen_sd[i] ** 2, bumps.variance[i])
+            blur = max(edges.seen_sd[i] ** 2, record_moments.variance[i])
             s = own + blur + design.extra[i]
             spread = math.sqrt(s)
             z = (edges.seen[i] - m) / spread

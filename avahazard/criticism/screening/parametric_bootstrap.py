@@ -21,7 +21,7 @@ MAX_REDRAWS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
+class BootstrapRecords:
     """What was measured of each event: `observed` (m), `left` `[n_events]`, and speeds
     `[n_rows, n_places]` of the events that have any."""
 
@@ -30,15 +30,15 @@ class Measured:
     speeds: Floats
 
 
-def real_world(posterior: Posterior) -> Measured:
+def real_world(posterior: Posterior) -> BootstrapRecords:
     """The records themselves."""
-    study = posterior.study
-    widest = max((len(m.x) for m in study.speeds), default=1)
-    speeds = np.zeros((max(1, len(study.speeds)), widest))
-    for r, m in enumerate(study.speeds):
+    observations = posterior.observations
+    widest = max((len(m.x) for m in observations.speeds), default=1)
+    speeds = np.zeros((max(1, len(observations.speeds)), widest))
+    for r, m in enumerate(observations.speeds):
         speeds[r, : len(m.x)] = m.speed
-    left = study.kind == LEFT
-    return Measured(np.where(left, 0.0, study.observed), left, speeds)
+    left = observations.kind == LEFT
+    return BootstrapRecords(np.where(left, 0.0, observations.observed), left, speeds)
 
 
 def make_world(
@@ -48,31 +48,31 @@ def make_world(
     tau: float,
     speed_scatter: float,
     rng: np.random.Generator,
-) -> Measured:
+) -> BootstrapRecords:
     """Records of the same events in a world where the model at u is true.
 
     Paths have offsets of spread `tau`; where a limit of sight stands, events are drawn again
     until they are seen. With Student's tails a record is wrong here as likely as it is in truth.
     """
-    study = posterior.study
-    groups = study.columns.path_index
-    offsets = np.append(tau * rng.standard_normal(len(study.columns.paths)), 0.0)
+    observations = posterior.observations
+    groups = observations.columns.path_index
+    offsets = np.append(tau * rng.standard_normal(len(observations.columns.paths)), 0.0)
     shift = offsets[groups]
     friction = draw_friction(posterior, u, shift, rng)
-    observed, elevation, left = _record(predicted, study.sigma, friction, rng)
+    observed, elevation, left = _record(predicted, observations.sigma, friction, rng)
     for _ in range(MAX_REDRAWS):
-        hidden = ~left & (elevation > study.limit)
+        hidden = ~left & (elevation > observations.limit)
         if not np.any(hidden):
             break
         again = draw_friction(posterior, u, shift, rng)
         friction = np.where(hidden, again, friction)
-        fresh = _record(predicted, study.sigma, again, rng)
+        fresh = _record(predicted, observations.sigma, again, rng)
         observed = np.where(hidden, fresh[0], observed)
         elevation = np.where(hidden, fresh[1], elevation)
         left = np.where(hidden, fresh[2], left)
-    widest = max((len(m.x) for m in study.speeds), default=1)
-    speeds = np.zeros((max(1, len(study.speeds)), widest))
-    for r, (m, table) in enumerate(zip(study.speeds, predicted.speeds, strict=True)):
+    widest = max((len(m.x) for m in observations.speeds), default=1)
+    speeds = np.zeros((max(1, len(observations.speeds)), widest))
+    for r, (m, table) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
         square = [np.interp(friction[m.event], MU, column) for column in squares(table).T]
         true = np.sqrt(np.maximum(square, 0.0))
         correlation = np.exp(-np.abs(m.x[:, None] - m.x) / SPEED_CORRELATION_M)
@@ -80,15 +80,15 @@ def make_world(
         noise = np.linalg.cholesky(covariance) @ rng.standard_normal(len(m.x))
         speeds[r, : len(m.x)] = true + noise
     if posterior.specification.tails == "student":
-        low, high = wrong_ranges(study)
-        wrong = ~left & (rng.random(study.n_events) < wrong_chance(posterior, u))
-        observed = np.where(wrong, low + (high - low) * rng.random(study.n_events), observed)
-    return Measured(observed, left, speeds)
+        low, high = wrong_ranges(observations)
+        wrong = ~left & (rng.random(observations.n_events) < wrong_chance(posterior, u))
+        observed = np.where(wrong, low + (high - low) * rng.random(observations.n_events), observed)
+    return BootstrapRecords(observed, left, speeds)
 
 
 def wrong_chance(posterior: Posterior, u: Floats) -> Floats:
     """Chance of each record to be grossly wrong `[n_events]`, given the model at u."""
-    chance = np.exp(log_wrong(posterior.study) - posterior.event_log_likelihood(u))
+    chance = np.exp(log_wrong(posterior.observations) - posterior.event_log_likelihood(u))
     return np.asarray(chance)
 
 

@@ -27,7 +27,7 @@ DEPTH = 40.0
 HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
-class Bumps(NamedTuple):
+class RecordMoments(NamedTuple):
     """Per event `[n_events]`: mean and variance in ν, and log mass."""
 
     mean: Floats
@@ -65,8 +65,8 @@ def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
-def bumps(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, speeds):  # type: ignore[no-untyped-def]
-    """Bumps of all events.
+def record_moments(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, speeds):  # type: ignore[no-untyped-def]
+    """RecordMoments of all events.
 
     `record` `[n_events, n_friction]` is what would be recorded, `bounds` its `record_bounds`,
     `last_left` `[n_events]` the last friction of the grid at which the block leaves (-1: none),
@@ -122,7 +122,7 @@ def bumps(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, 
         mean[i] = points[0] + first / total
         variance[i] = max(second / total - (first / total) ** 2, 1e-8)
         log_mass[i] = top + np.log(total) + log_norm
-    return Bumps(mean, variance, log_mass)
+    return RecordMoments(mean, variance, log_mass)
 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)

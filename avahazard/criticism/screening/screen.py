@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.screening.alternatives import (
-    Variant,
+    Alternative,
+    alternatives_of,
     base_coordinates,
     base_design,
     make_tables,
-    variants_of,
 )
 from avahazard.criticism.screening.gains import Gains
 from avahazard.criticism.screening.parametric_bootstrap import make_world, real_world
@@ -52,29 +52,31 @@ def screen(
     (the sequential test of Besag and Clifford 1991, whose p-values stay valid). Equal seeds give
     equal results for any number of workers.
     """
-    study = posterior.study
+    observations = posterior.observations
     speed_slot = posterior.layout.speed_scatter
     speed_scatter = 0.0 if speed_slot is None else float(np.exp(u[speed_slot]))
     values, curvature = (
         posterior.layout.effect_values(u),
         float(posterior.specification.centrifugal),
     )
-    runs = run_blocks(study, posterior.effects, values, curvature)
-    predicted = predict_records(study, posterior.effects, values, curvature, runs)
-    base = make_tables(study, predicted, study.limit, speed_scatter)
+    runs = run_blocks(observations, posterior.effects, values, curvature)
+    predicted = predict_records(observations, posterior.effects, values, curvature, runs)
+    base = make_tables(observations, predicted, observations.limit, speed_scatter)
     design = base_design(posterior, u, path_offsets=tau > 0.0)
     bare = design._replace(n_paths=0)
     coefficients = base_coordinates(posterior, u)
-    variants: list[Variant] = []
+    alternatives: list[Alternative] = []
     for k, entry in enumerate(candidates):
-        variants += variants_of(
+        alternatives += alternatives_of(
             entry, posterior, u, base, design, coefficients, speed_scatter, runs
         )
         progress(0.3 * (k + 1) / len(candidates))
     keys = [c.key for c in candidates]
     log_scatter = float(u[posterior.layout.scatter])
     student = posterior.specification.tails == "student"
-    gains = Gains(base, design, variants, keys, coefficients, log_scatter, tau, student, study)
+    gains = Gains(
+        base, design, alternatives, keys, coefficients, log_scatter, tau, student, observations
+    )
 
     real = gains.of_candidates(real_world(posterior))
     real_path = 0.0

@@ -41,8 +41,8 @@ def start_coordinates(posterior: Posterior) -> Floats:
         )
     )
     friction = likely_friction(posterior.nodes.point(index), layout.log_scatter)
-    middle = posterior.study.volumes.log_volume.shape[1] // 2
-    volume = np.exp(posterior.study.volumes.log_volume[:, middle])
+    middle = posterior.observations.volumes.log_volume.shape[1] // 2
+    volume = np.exp(posterior.observations.volumes.log_volume[:, middle])
     n = len(layout.law.coordinates)
     # Two starts, and the likelier: least squares can be led astray by one wild record.
     rough = u.copy()

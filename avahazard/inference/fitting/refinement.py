@@ -1,7 +1,7 @@
 """Grids of the parameters that shape the tables, made fine enough about a mode.
 
-Between grid points the likelihood is a blend (`blend`). Where it falls by tens of nats from one
-point to the next, as with many speeds, a blend can rise far above anything that tables made on
+Between grid points the likelihood is interpolated (`interpolation`). Where it falls by tens of nats
+from one point to the next, as with many speeds, it can rise far above anything that tables made on
 the spot would give. So it is held against these at the mode.
 """
 
@@ -16,7 +16,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 Floats = NDArray[np.float64]
 
 TOLERANCE = 1.0
-"""Largest error (nats) of the blend at a mode."""
+"""Largest error (nats) of the interpolation at a mode."""
 MAX_SPLITS = 6
 PARTS = 4
 """Parts into which a cell of a grid is split."""
@@ -29,14 +29,14 @@ NEAR = 2.0
 
 
 def settled(posterior: Posterior, mode: Mode) -> tuple[Posterior, Mode]:
-    """The posterior with grids split about its mode until the blend holds there, and the mode.
+    """The posterior with grids split about its mode until interpolation holds there, and the mode.
 
     Ranges stay as they are. After `MAX_SPLITS` it is left at what it is: on terrain with steps
     the likelihood itself may be rough.
     """
     for _ in range(MAX_SPLITS):
-        blended = posterior.log_likelihood(mode.u)
-        if abs(blended - posterior.exact_log_likelihood(mode.u)) <= TOLERANCE:
+        interpolated = posterior.log_likelihood(mode.u)
+        if abs(interpolated - posterior.exact_log_likelihood(mode.u)) <= TOLERANCE:
             break
         posterior = _split(posterior, mode.u)
         mode = find_mode(posterior, mode.u)

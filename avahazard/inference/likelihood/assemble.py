@@ -1,4 +1,4 @@
-"""A model put together: the named effects built on a study, and the posterior over it."""
+"""A model put together: the named effects built on observations, and the posterior over it."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.laws import LAWS
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.errors import AvahazardError
 
 
 def with_effects(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     keys: Sequence[str],
     own: Sequence[Definition] = (),
 ) -> tuple[Specification, dict[str, Facts]]:
-    """The specification with these effects added, and what they take from the study.
+    """The specification with these effects added, and what they take from the observations.
 
     `own` are definitions from the user's file. `volume-law` becomes the most likely other law,
     `volume-scatter` and `centrifugal` their settings. Raises `AvahazardError` where an effect is
@@ -34,19 +34,19 @@ def with_effects(
         entry = find_definition(key, own)
         if key in specification.effects:
             raise AvahazardError(f"The model already has the effect '{key}'.")
-        require(entry, study.columns, study.sites)
+        require(entry, observations.columns, observations.sites)
         if entry.changes == "centrifugal":
             specification = replace(specification, centrifugal=True)
             continue
         if entry.changes == "scatter":
             specification = replace(specification, scatter="volume")
         elif entry.changes == "law":
-            specification = _other_law(study, specification, own)
+            specification = _other_law(observations, specification, own)
         else:
-            facts[key] = entry.facts(study.columns, study.sites)
+            facts[key] = entry.facts(observations.columns, observations.sites)
         specification = replace(specification, effects=(*specification.effects, key))
     if specification.scatter == "volume":
-        large = float(np.exp(np.quantile(study.volumes.mean, 0.9)))
+        large = float(np.exp(np.quantile(observations.volumes.mean, 0.9)))
         specification = replace(specification, reference_volume_m3=large)
     return specification, facts
 
@@ -68,22 +68,22 @@ def build_effects(
 
 
 def assemble(
-    study: Study,
+    observations: Observations,
     specification: Specification,
     facts: dict[str, Facts],
     own: Sequence[Definition] = (),
 ) -> Posterior:
-    """The posterior of a model on a study (which may be another than the facts are from)."""
-    if not study.volumes.known and specification.law != "constant":
+    """The posterior of a model on observations (which may be another than the facts are from)."""
+    if not observations.volumes.known and specification.law != "constant":
         raise AvahazardError(
             f"No event has a volume, so the {specification.law} law has nothing to go by.",
             "Use --law constant.",
         )
-    return Posterior(study, specification, build_effects(specification, facts, own))
+    return Posterior(observations, specification, build_effects(specification, facts, own))
 
 
 def _other_law(
-    study: Study, specification: Specification, own: Sequence[Definition]
+    observations: Observations, specification: Specification, own: Sequence[Definition]
 ) -> Specification:
     """The specification with the most likely of the other laws (by its posterior mode)."""
     others = [
@@ -92,7 +92,7 @@ def _other_law(
         if name not in (specification.law, "constant")
     ]
     facts = {
-        key: find_definition(key, own).facts(study.columns, study.sites)
+        key: find_definition(key, own).facts(observations.columns, observations.sites)
         for key in specification.effects
     }
-    return max(others, key=lambda s: find_mode(assemble(study, s, facts, own)).log_density)
+    return max(others, key=lambda s: find_mode(assemble(observations, s, facts, own)).log_density)

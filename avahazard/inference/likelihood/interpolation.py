@@ -50,7 +50,7 @@ def stack(nodes: Sequence[Nodes]) -> Nodes:
     return Nodes(*(np.stack(arrays) for arrays in zip(*nodes, strict=True)))
 
 
-def blend(cubic: Floats, linear: Floats, corners: Nodes) -> Nodes:
+def interpolated(cubic: Floats, linear: Floats, corners: Nodes) -> Nodes:
     """Nodes at a place between the `corners`, with weights `[n_corners]` of each."""
     plain = corners.is_probability[0]
     place, weight = _mix(cubic, linear, corners.place, corners.weight, plain)

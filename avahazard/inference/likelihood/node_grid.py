@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
-from avahazard.inference.likelihood.interpolation import blend, line_weights, stack
+from avahazard.inference.likelihood.interpolation import interpolated, line_weights, stack
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes, record_nodes, speed_nodes
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
@@ -21,7 +21,7 @@ from avahazard.inference.likelihood.predicted import (
 )
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.layout import Layout
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 
 Floats = NDArray[np.float64]
 
@@ -40,18 +40,18 @@ class NodeGrid:
 
     def __init__(
         self,
-        study: Study,
+        observations: Observations,
         effects: tuple[Effect, ...],
         layout: Layout,
         curvature: float,
         in_log: bool,
     ) -> None:
-        self.study = study
+        self.observations = observations
         self.effects = effects
         self.layout = layout
         self.curvature = curvature
         self.in_log = in_log
-        self._log_wrong = log_wrong(study)
+        self._log_wrong = log_wrong(observations)
         self._axes = layout.tables + (
             () if layout.speed_scatter is None else (layout.speed_scatter,)
         )
@@ -77,11 +77,11 @@ class NodeGrid:
         return other
 
     def at(self, u: Floats) -> Nodes:
-        """Nodes at coordinates u, blended between those of the grid points."""
+        """Nodes at coordinates u, interpolated between those of the grid points."""
         lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
         if all(len(line.cubic) == 1 for line in lines):
             return self.point(tuple(line.first for line in lines))
-        return blend(
+        return interpolated(
             reduce(np.multiply.outer, [np.array(line.cubic) for line in lines]).ravel(),
             reduce(np.multiply.outer, [np.array(line.linear) for line in lines]).ravel(),
             self._corners(tuple((line.first, len(line.cubic)) for line in lines)),
@@ -106,10 +106,12 @@ class NodeGrid:
             predicted = self.predicted(index)
             key = index[: len(self.layout.tables)]
             if key not in self._record_nodes:
-                records = record_nodes(self.study, predicted, self._limit(values), self.in_log)
+                records = record_nodes(
+                    self.observations, predicted, self._limit(values), self.in_log
+                )
                 self._record_nodes[key] = records._replace(log_wrong=self._log_wrong)
             self._nodes[index] = speed_nodes(
-                self._record_nodes[key], self.study, predicted, speed_scatter, self.in_log
+                self._record_nodes[key], self.observations, predicted, speed_scatter, self.in_log
             )
         return self._nodes[index]
 
@@ -117,7 +119,7 @@ class NodeGrid:
         """Nodes from tables made for just these coordinates."""
         speed = self.layout.speed_scatter
         nodes = build_nodes(
-            self.study,
+            self.observations,
             self.predicted_at(u),
             0.0 if speed is None else float(np.exp(u[speed])),
             self._limit(self.layout.effect_values(u)),
@@ -133,21 +135,21 @@ class NodeGrid:
             runs = self._block_runs(values)
             _make_room(self._predicted, KEPT_TABLES)
             self._predicted[key] = predict_records(
-                self.study, self.effects, values, self.curvature, runs
+                self.observations, self.effects, values, self.curvature, runs
             )
         return self._predicted[key]
 
     def predicted_at(self, u: Floats) -> Predicted:
         """Tables of expected records at coordinates u, run afresh."""
         values = self.layout.effect_values(u)
-        return predict_records(self.study, self.effects, values, self.curvature)
+        return predict_records(self.observations, self.effects, values, self.curvature)
 
     def _block_runs(self, values: Values) -> BlockRuns:
         """Runs of the block, kept: effects on the record alone leave them as they are."""
         moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
         if moving not in self._runs:
             _make_room(self._runs, KEPT_RUNS)
-            self._runs[moving] = run_blocks(self.study, self.effects, values, self.curvature)
+            self._runs[moving] = run_blocks(self.observations, self.effects, values, self.curvature)
         return self._runs[moving]
 
     def _values(self, index: tuple[int, ...]) -> Values:
@@ -157,10 +159,10 @@ class NodeGrid:
         return self.layout.effect_values(u)
 
     def _limit(self, values: Values) -> Floats:
-        limit = self.study.limit
+        limit = self.observations.limit
         for effect in self.effects:
             if effect.limit is not None:
-                limit = effect.limit(self.study.columns, values[effect.key])
+                limit = effect.limit(self.observations.columns, values[effect.key])
         return limit
 
 

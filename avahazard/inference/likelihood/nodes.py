@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.predicted import N_THREADS, Predicted
-from avahazard.inference.likelihood.record_density import bump_nodes
+from avahazard.inference.likelihood.record_density import record_density_nodes
 from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measured_speeds
-from avahazard.inference.model.observations import LEFT, Study
+from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.constants import KEEPS_NAN
 from avahazard.physics.runout_table import MU
@@ -56,7 +56,7 @@ class Nodes(NamedTuple):
 
 
 def build_nodes(
-    study: Study,
+    observations: Observations,
     predicted: Predicted,
     speed_scatter: float = 0.0,
     limit: Floats | None = None,
@@ -65,48 +65,55 @@ def build_nodes(
     """Nodes of every event for one set of tables.
 
     `speed_scatter` (m/s) is the standard deviation of the model's own error of speed, correlated
-    along the track; `limit` `[n_events]` replaces the study's elevations above which a stop is
-    not seen; `in_log` gives nodes in log μ, else in μ.
+    along the track; `limit` `[n_events]` replaces the elevations above which a stop is not
+    seen; `in_log` gives nodes in log μ, else in μ.
     """
-    records = record_nodes(study, predicted, limit, in_log)
-    return speed_nodes(records, study, predicted, speed_scatter, in_log)
+    records = record_nodes(observations, predicted, limit, in_log)
+    return speed_nodes(records, observations, predicted, speed_scatter, in_log)
 
 
 def record_nodes(
-    study: Study, predicted: Predicted, limit: Floats | None = None, in_log: bool = True
+    observations: Observations,
+    predicted: Predicted,
+    limit: Floats | None = None,
+    in_log: bool = True,
 ) -> Nodes:
     """Nodes of the events without speeds; those of the others are left blank."""
-    has_speed = np.zeros(study.n_events, dtype=np.bool_)
-    has_speed[[m.event for m in study.speeds]] = True
-    seen_limit = study.limit if limit is None else limit
+    has_speed = np.zeros(observations.n_events, dtype=np.bool_)
+    has_speed[[m.event for m in observations.speeds]] = True
+    seen_limit = observations.limit if limit is None else limit
     built = _build(
         predicted.record,
         np.nan_to_num(predicted.elevation, nan=0.0),
         predicted.status == LEFT_PROFILE,
-        study.kind == LEFT,
-        study.observed,
-        study.sigma,
+        observations.kind == LEFT,
+        observations.observed,
+        observations.sigma,
         np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
         has_speed,
         np.log(MU) if in_log else MU,
     )
-    return Nodes(*built, np.full(study.n_events, -np.inf))  # type: ignore[call-arg]
+    return Nodes(*built, np.full(observations.n_events, -np.inf))  # type: ignore[call-arg]
 
 
 def speed_nodes(
-    records: Nodes, study: Study, predicted: Predicted, speed_scatter: float, in_log: bool = True
+    records: Nodes,
+    observations: Observations,
+    predicted: Predicted,
+    speed_scatter: float,
+    in_log: bool = True,
 ) -> Nodes:
     """`record_nodes` with those of the events with speeds filled in."""
-    if not study.speeds:
+    if not observations.speeds:
         return records
     nodes = records._replace(
         place=records.place.copy(),
         weight=records.weight.copy(),
         log_scale=records.log_scale.copy(),
     )
-    measured = measured_speeds(study.speeds)
+    measured = measured_speeds(observations.speeds)
     speeds = np.concatenate(predicted.speeds, axis=1)
-    left, observed_left = predicted.status == LEFT_PROFILE, study.kind == LEFT
+    left, observed_left = predicted.status == LEFT_PROFILE, observations.kind == LEFT
 
     def fill(thread: int) -> None:
         mine = slice(thread, None, N_THREADS)
@@ -120,8 +127,8 @@ def speed_nodes(
             predicted.record,
             left,
             observed_left,
-            study.observed,
-            study.sigma,
+            observations.observed,
+            observations.sigma,
             in_log,
             nodes,
         )
@@ -152,7 +159,7 @@ def _build(  # type: ignore[no-untyped-def]
             is_probability[i] = True
             floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
         elif not has_speed[i]:
-            log_scale[i] = bump_nodes(
+            log_scale[i] = record_density_nodes(
                 record[i],
                 left[i],
                 observed_left[i],

@@ -1,4 +1,4 @@
-"""The marginal likelihood and posterior density of a model on a study (DESIGN section 3)."""
+"""The marginal likelihood and posterior density of a model on observations (DESIGN section 3)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.path_offsets import newton_offsets
 from avahazard.inference.likelihood.predicted import Values, resistance_of
 from avahazard.inference.model.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.resistance import Resistance
 
@@ -31,7 +31,7 @@ class PathOffsets(NamedTuple):
 
 
 class Posterior:
-    """Log likelihood and posterior of one model on one study.
+    """Log likelihood and posterior of one model on one observations.
 
     `nodes` holds what the records say of friction, on the grids of the parameters that shape the
     tables; `grids` replaces these grids by the names of parameters (`refinement`).
@@ -39,28 +39,28 @@ class Posterior:
 
     def __init__(
         self,
-        study: Study,
+        observations: Observations,
         specification: Specification,
         effects: tuple[Effect, ...],
         grids: Grids | None = None,
     ) -> None:
-        self.study = study
+        self.observations = observations
         self.specification = specification
         self.effects = effects
-        self.layout: Layout = build_layout(specification, effects, study, grids or {})
+        self.layout: Layout = build_layout(specification, effects, observations, grids or {})
         self._student = specification.tails == "student"
         self._in_log = specification.distribution == "lognormal"
         self._design = [
-            (self.layout.places[e.key], e.design(study.columns) * self._scales(e.key))
+            (self.layout.places[e.key], e.design(observations.columns) * self._scales(e.key))
             for e in effects
             if e.design is not None
         ]
         grouping = [e.groups for e in effects if e.groups is not None]
-        self.groups = grouping[0](study.columns) if grouping else None
-        self._volume = np.exp(study.volumes.log_volume)
+        self.groups = grouping[0](observations.columns) if grouping else None
+        self._volume = np.exp(observations.volumes.log_volume)
         self._keep: NDArray[np.bool_] | None = None
         self.nodes = NodeGrid(
-            study, effects, self.layout, float(specification.centrifugal), self._in_log
+            observations, effects, self.layout, float(specification.centrifugal), self._in_log
         )
 
     def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
@@ -92,7 +92,7 @@ class Posterior:
         return self._log_likelihood(u, self.nodes.at(u))[0]
 
     def exact_log_likelihood(self, u: Floats) -> float:
-        """The same from tables made for just these coordinates, not blended."""
+        """The same from tables made for just these coordinates, not interpolated."""
         return self._log_likelihood(u, self.nodes.exact(u))[0]
 
     def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, PathOffsets | None]:
@@ -152,7 +152,7 @@ class Posterior:
         keep: NDArray[np.bool_] | None = None,
     ) -> EventTerms:
         """Terms of every event (or of those in `keep`) at given nodes, location and scatter."""
-        weight = self.study.volumes.weight
+        weight = self.observations.volumes.weight
         return event_terms(nodes, location, scatter, weight, self._student, keep)
 
     def resistance(self, site: Site, values: Values) -> Resistance:
@@ -179,7 +179,7 @@ class Posterior:
             nodes,
             location,
             scatter,
-            self.study.volumes.weight,
+            self.observations.volumes.weight,
             self._student,
             self._in_log,
             self.groups,

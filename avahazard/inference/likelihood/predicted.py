@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.model.observations import LENGTH, PLACE, SpeedRecord, Study
+from avahazard.inference.model.observations import LENGTH, PLACE, Observations, SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_table import MU, RunoutTable
@@ -68,24 +68,24 @@ class BlockRuns:
 
 
 def run_blocks(
-    study: Study, effects: tuple[Effect, ...], values: Values, curvature: float = 1.0
+    observations: Observations, effects: tuple[Effect, ...], values: Values, curvature: float = 1.0
 ) -> BlockRuns:
     """Run every site's block; only effects on the motion matter here."""
-    resistances = [resistance_of(site, effects, values, curvature) for site in study.sites]
+    resistances = [resistance_of(site, effects, values, curvature) for site in observations.sites]
 
     def speeds(measured: SpeedRecord) -> Floats:
-        k = int(study.columns.path_index[measured.event])
-        release_x = study.sites[k].release_x[study.release[measured.event]]
-        return study.sites[k].speeds(resistances[k], release_x, measured.x)
+        k = int(observations.columns.path_index[measured.event])
+        release_x = observations.sites[k].release_x[observations.release[measured.event]]
+        return observations.sites[k].speeds(resistances[k], release_x, measured.x)
 
     # The kernels leave Python's lock.
     with ThreadPoolExecutor(N_THREADS) as pool:
-        tables = pool.map(Site.table, study.sites, resistances)
-        return BlockRuns(tuple(tables), tuple(pool.map(speeds, study.speeds)))
+        tables = pool.map(Site.table, observations.sites, resistances)
+        return BlockRuns(tuple(tables), tuple(pool.map(speeds, observations.speeds)))
 
 
 def predict_records(
-    study: Study,
+    observations: Observations,
     effects: tuple[Effect, ...],
     values: Values,
     curvature: float = 1.0,
@@ -95,20 +95,20 @@ def predict_records(
 
     `runs` may be given where the effects on the motion are those of an earlier call.
     """
-    n = study.n_events
+    n = observations.n_events
     x = np.full((n, len(MU)), np.nan)
     y = np.full((n, len(MU)), np.nan)
     status = np.full((n, len(MU)), STOPPED, dtype=np.int8)
-    runs = run_blocks(study, effects, values, curvature) if runs is None else runs
-    advance = _sum_of(study, effects, values, "advance")
-    for k, site in enumerate(study.sites):
-        mine = np.flatnonzero(study.columns.path_index == k)
+    runs = run_blocks(observations, effects, values, curvature) if runs is None else runs
+    advance = _sum_of(observations, effects, values, "advance")
+    for k, site in enumerate(observations.sites):
+        mine = np.flatnonzero(observations.columns.path_index == k)
         table = runs.tables[k]
-        left = table.left[study.release[mine]]
+        left = table.left[observations.release[mine]]
         # What left the profile passed its end at least.
-        x[mine] = np.where(left, site.smooth.x_max, table.x[study.release[mine]])
-        y[mine] = np.where(left, site.terrain.y[-1], table.y[study.release[mine]])
-        status[mine] = table.status[study.release[mine]]
+        x[mine] = np.where(left, site.smooth.x_max, table.x[observations.release[mine]])
+        y[mine] = np.where(left, site.terrain.y[-1], table.y[observations.release[mine]])
+        status[mine] = table.status[observations.release[mine]]
         ahead = mine[advance[mine] != 0.0]
         if len(ahead):
             front = _ahead(site, x[ahead], advance[ahead])
@@ -116,21 +116,23 @@ def predict_records(
             status[ahead] = np.where(front > site.smooth.x_max, LEFT_PROFILE, status[ahead])
             x[ahead] = np.minimum(front, site.smooth.x_max)
             y[ahead] = site.smooth.height(x[ahead])
-    y += _sum_of(study, effects, values, "shift")[:, None]
-    record = np.where(study.kind[:, None] == PLACE, x, y)
-    straight = study.kind == LENGTH
+    y += _sum_of(observations, effects, values, "shift")[:, None]
+    record = np.where(observations.kind[:, None] == PLACE, x, y)
+    straight = observations.kind == LENGTH
     # Without a profile the block runs on the energy line: L = H / μ.
-    record[straight] = study.fall_height[straight, None] / MU
+    record[straight] = observations.fall_height[straight, None] / MU
     return Predicted(record=record, x=x, elevation=y, status=status, speeds=runs.speeds)
 
 
-def _sum_of(study: Study, effects: tuple[Effect, ...], values: Values, action: str) -> Floats:
+def _sum_of(
+    observations: Observations, effects: tuple[Effect, ...], values: Values, action: str
+) -> Floats:
     """Sum over effects of their metres on the record, `[n_events]`."""
-    total = np.zeros(study.n_events)
+    total = np.zeros(observations.n_events)
     for effect in effects:
         move = getattr(effect, action)
         if move is not None:
-            total = total + move(study.columns, values[effect.key])
+            total = total + move(observations.columns, values[effect.key])
     return total
 
 

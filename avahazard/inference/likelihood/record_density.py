@@ -17,7 +17,9 @@ HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 @njit(cache=True, nogil=True)
-def bump_nodes(record, left, observed_left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
+def record_density_nodes(  # type: ignore[no-untyped-def]
+    record, left, observed_left, observed, sigma, log_speed, grid, place, weight
+):
     """Nodes of p(record | μ); returns the log of its total mass."""
     n = len(grid)
     most = int(np.ceil(2.0 * REACH / PIECE)) + 2

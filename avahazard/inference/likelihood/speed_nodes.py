@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.inference.likelihood.record_density import DEPTH, bump_nodes
+from avahazard.inference.likelihood.record_density import DEPTH, record_density_nodes
 from avahazard.inference.model.observations import SpeedRecord
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ SPEED_CORRELATION_M = 100.0
 """Length over which the model's error of speed stays alike: about that of a terrain step."""
 
 
-class Measured(NamedTuple):
+class MeasuredSpeeds(NamedTuple):
     """Speeds of all tracks end to end: `x`, `speed`, `sigma` `[n_speeds]`; those of `event[k]`
     begin at `first[k]` and end before `end[k]`."""
 
@@ -37,7 +37,7 @@ class Measured(NamedTuple):
     sigma: Floats
 
 
-class Track(NamedTuple):
+class FineTrack(NamedTuple):
     """One event at fine frictions: `grid`, `record`, `left`, `speeds` `[n_fine(, n_speeds)]`."""
 
     grid: Floats
@@ -46,10 +46,10 @@ class Track(NamedTuple):
     speeds: Floats
 
 
-def measured_speeds(records: Sequence[SpeedRecord]) -> Measured:
+def measured_speeds(records: Sequence[SpeedRecord]) -> MeasuredSpeeds:
     """The records of speeds end to end, as the kernels want them."""
     bounds = np.cumsum([0, *(len(r.x) for r in records)])
-    return Measured(
+    return MeasuredSpeeds(
         event=np.array([r.event for r in records]),
         first=bounds[:-1],
         end=bounds[1:],
@@ -105,7 +105,7 @@ def between(mu, record, left, speeds, log_likelihood, observed_left):  # type: i
                 fine_speeds[row, a] = np.sqrt(max(speeds[j, a] ** 2 + share * rise[a], 0.0))
     grid[n - 1], fine_record[n - 1], fine_left[n - 1] = mu[last], record[last], left[last]
     fine_speeds[n - 1] = speeds[last]
-    return Track(grid, fine_record, fine_left, fine_speeds)
+    return FineTrack(grid, fine_record, fine_left, fine_speeds)
 
 
 @njit(cache=True, nogil=True)
@@ -114,7 +114,7 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
 ):
     """Fill in place, weight and log scale (`nodes`) of the events with speeds.
 
-    `measured` are the `Measured` speeds, `predicted` `[n_friction, n_speeds]` the block's (m/s)
+    `measured` are `MeasuredSpeeds`, `predicted` `[n_friction, n_speeds]` the block's (m/s)
     with the model's own error `scatter`; the others `[n_events(, n_friction)]` as in `nodes`.
     """
     for k in range(len(measured.event)):
@@ -124,7 +124,7 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
         ends = _log_density(speed, mine, errors)
         bound = _bound(ends, record[i], left[i], observed_left[i], observed[i], error[i])
         track = between(mu, record[i], left[i], mine, bound, observed_left[i])
-        nodes.log_scale[i] = bump_nodes(
+        nodes.log_scale[i] = record_density_nodes(
             track.record,
             track.left,
             observed_left[i],

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Study
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
 
 Floats = NDArray[np.float64]
 
@@ -21,25 +21,25 @@ LONGEST_LENGTH = 10.0
 """Reach of recorded lengths, in fall heights."""
 
 
-def wrong_ranges(study: Study) -> tuple[Floats, Floats]:
+def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
     """Lowest and highest record (m) that each event could have had `[n_events]`; nan for those
     that left, and for those with speeds, whose record the speeds bear out."""
-    low, high = np.full(study.n_events, np.nan), np.full(study.n_events, np.nan)
-    has_speed = {m.event for m in study.speeds}
-    for i, kind in enumerate(study.kind):
+    low, high = np.full(observations.n_events, np.nan), np.full(observations.n_events, np.nan)
+    has_speed = {m.event for m in observations.speeds}
+    for i, kind in enumerate(observations.kind):
         if kind == LEFT or i in has_speed:
             continue
         if kind == LENGTH:
-            low[i], high[i] = 0.0, LONGEST_LENGTH * study.fall_height[i]
+            low[i], high[i] = 0.0, LONGEST_LENGTH * observations.fall_height[i]
             continue
-        site = study.sites[study.columns.path_index[i]]
+        site = observations.sites[observations.columns.path_index[i]]
         line = site.terrain.y if kind == ELEVATION else site.terrain.x
         low[i], high[i] = np.min(line), np.max(line)
     return low, high
 
 
-def log_wrong(study: Study) -> Floats:
+def log_wrong(observations: Observations) -> Floats:
     """Log density (1/m) of each record as a wrong one, its chance included; -inf for none."""
-    low, high = wrong_ranges(study)
+    low, high = wrong_ranges(observations)
     density = np.log(WRONG_SHARE / (high - low))
     return np.where(np.isnan(density), -np.inf, density)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect, Parameter
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.observations import Study
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 
 Floats = NDArray[np.float64]
@@ -124,9 +124,12 @@ class Layout:
 
 
 def build_layout(
-    specification: Specification, effects: tuple[Effect, ...], study: Study, grids: Grids
+    specification: Specification,
+    effects: tuple[Effect, ...],
+    observations: Observations,
+    grids: Grids,
 ) -> Layout:
-    """The coordinates of a model on a study; `grids` replaces grids, and so ranges, by name."""
+    """The coordinates of a model; `grids` replaces grids, and so ranges, by name."""
     chosen = law(specification.law)
     slots = [
         Slot(name, "", float(mean), float(sd))
@@ -162,7 +165,7 @@ def build_layout(
         slots += [_slot(effect, p) for p in effect.parameters]
     tables = tuple(k for k, s in enumerate(slots) if s.grid)
     speed_scatter = None
-    if study.speeds:
+    if observations.speeds:
         speed_scatter = len(slots)
         slots.append(
             Slot(

@@ -33,7 +33,7 @@ class SpeedRecord:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Study:
+class Observations:
     """Events `[n_events]` with the sites that they ran on.
 
     `kind` says what `observed` (m) is, `sigma` (m) is its measurement error; `release` indexes
@@ -58,10 +58,10 @@ class Study:
         return len(self.observed)
 
 
-def build_study(records: Records, prior: Study | None = None) -> Study:
+def build_observations(records: Records, prior: Observations | None = None) -> Observations:
     """Arrange the records for the likelihood.
 
-    With `prior`, volumes are read in the light of the volumes of that study (prediction).
+    With `prior`, volumes are read in the light of the volumes of those (prediction).
     Raises `AvahazardError` where an event's path has no profile.
     """
     events = records.events
@@ -98,7 +98,7 @@ def build_study(records: Records, prior: Study | None = None) -> Study:
     columns = build_columns(events, paths, elevation)
     kinds = [_observation(e) for e in events]
     index = {e.event_id: i for i, e in enumerate(events)}
-    return Study(
+    return Observations(
         sites=tuple(sites),
         columns=columns,
         kind=np.array([k for k, _ in kinds], dtype=np.int64),

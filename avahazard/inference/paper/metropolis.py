@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import Law
-from avahazard.inference.paper.runout_fit import Records, runout_records, squared_residuals
+from avahazard.inference.paper.runout_fit import FitRecords, runout_records, squared_residuals
 from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.seeds import generator
 
@@ -62,7 +62,7 @@ def metropolis(
 
 
 def walk(
-    records: Records,
+    records: FitRecords,
     prior_mean: Array,
     prior_sd: Array,
     sigma_prior: tuple[float, float],
@@ -96,7 +96,7 @@ def _warm_up(
     rng: np.random.Generator,
     u: Array,
     spread: Array,
-    records: Records,
+    records: FitRecords,
     prior: tuple[Array, Array],
     sigma_prior: tuple[float, float],
     n_warmup: int,
@@ -125,7 +125,7 @@ def run_chain(
     rng: np.random.Generator,
     start: Array,
     proposal: Array,
-    records: Records,
+    records: FitRecords,
     prior_mean: Array,
     prior_precision: Array,
     sigma_shape: float,

@@ -18,8 +18,8 @@ from avahazard.records.errors import AvahazardError
 FAST_BUT_NAN = {"reassoc", "contract", "nsz", "arcp"}  # all but nnan and ninf
 
 
-class Records(NamedTuple):
-    """Records and the tables that predict them, as the compiled loop wants them.
+class FitRecords(NamedTuple):
+    """FitRecords and the tables that predict them, as the compiled loop wants them.
 
     `x` [n_events] is what log μ is linear in; `y` [n_events] the recorded stop, m; `offset`
     [n_events] where an event's table begins in `stops`, all tables one after the other. Without
@@ -44,8 +44,8 @@ def runout_records(
     stop_y: NDArray[np.float64],
     mu_min: float,
     mu_step: float,
-) -> Records:
-    """Records of runouts [n_events], m, each with its volume, m3, and the row of its table.
+) -> FitRecords:
+    """FitRecords of runouts [n_events], m, each with its volume, m3, and the row of its table.
 
     `stop_y` [n_tables, n_mu] holds the elevation of the stop on the grid mu_min + j mu_step, and
     must be finite: the end of the profile where it was left, the release where nothing moved.
@@ -64,14 +64,14 @@ def runout_records(
     n_mu = int(stops.shape[1])
     offset = np.asarray(table, np.int64) * n_mu
     bends = law.name == "rational"
-    return Records(x, runout, offset, stops.ravel(), float(mu_min), float(mu_step), n_mu, bends)
+    return FitRecords(x, runout, offset, stops.ravel(), float(mu_min), float(mu_step), n_mu, bends)
 
 
-def line_records(x: NDArray[np.float64], y: NDArray[np.float64]) -> Records:
-    """Records of an ordinary regression y = u0 - u1 x."""
+def line_records(x: NDArray[np.float64], y: NDArray[np.float64]) -> FitRecords:
+    """FitRecords of an ordinary regression y = u0 - u1 x."""
     none = np.empty(0)
     x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    return Records(x, y, np.zeros(x.size, np.int64), none, 0.0, 1.0, 0, False)
+    return FitRecords(x, y, np.zeros(x.size, np.int64), none, 0.0, 1.0, 0, False)
 
 
 def covariate(law: Law, volume: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -104,7 +104,7 @@ def _exp(x: float) -> float:
 
 @njit(cache=True, fastmath=FAST_BUT_NAN)
 def squared_residuals(
-    u: NDArray[np.float64], records: Records, place: NDArray[np.float64]
+    u: NDArray[np.float64], records: FitRecords, place: NDArray[np.float64]
 ) -> float:
     """Σ (y_i - F(G(V_i; u)))², m2, of the coordinates u [n_coordinates] of a law.
 

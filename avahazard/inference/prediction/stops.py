@@ -45,13 +45,13 @@ def predict_stops(
     n_draws: int,
     rng: np.random.Generator,
 ) -> PredictedStops:
-    """Draw stops of every event of the posterior's study.
+    """Draw stops of every event of the posterior's observations.
 
     `coordinates` `[n_posterior, n_slots]` are draws of the model's parameters, of which `n_draws`
     are used evenly; `offsets` holds for each path that has one the draws of its offset
     `[n_posterior]`; any other path gets one from their spread.
     """
-    n = posterior.study.n_events
+    n = posterior.observations.n_events
     chosen = np.linspace(0, len(coordinates) - 1, n_draws).round().astype(int)
     tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
     groups = table_groups(tables_at, min(MAX_TABLES, n_draws))
@@ -82,7 +82,7 @@ def draw_friction(
 
     `shift` `[n_events]` is added to log friction (path offsets).
     """
-    volumes = posterior.study.volumes
+    volumes = posterior.observations.volumes
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
     location, scatter = posterior.location_and_scatter(u, volume[:, None])
     if posterior.specification.tails == "student":
@@ -102,7 +102,7 @@ def _path_shift(
     rng: np.random.Generator,
 ) -> Floats:
     """Offset of log friction of each event's path in this draw, `[n_events]`."""
-    columns = posterior.study.columns
+    columns = posterior.observations.columns
     if posterior.layout.path_scatter is None:
         return np.zeros(len(columns))
     tau = PATH_SCATTER * u[posterior.layout.path_scatter]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from avahazard.report.html.content import Document
-from avahazard.report.html.table import Table, error_text
+from avahazard.report.html.table import HtmlTable, error_text
 from avahazard.report.html.words import chance
 
 MOST_CANDIDATES = 16
 
 
-def candidates_table(diagnosis: Document) -> Table:
+def candidates_table(diagnosis: Document) -> HtmlTable:
     """Candidate effects, best first."""
     rows = [
         [
@@ -24,10 +24,10 @@ def candidates_table(diagnosis: Document) -> Table:
         for c in diagnosis["candidates"][:MOST_CANDIDATES]
     ]
     columns = ("effect", ">gain, nats", ">p", ">error before", ">after", "looks like", "meaning")
-    return Table("candidates", "Candidate effects", columns, rows, cards=True)
+    return HtmlTable("candidates", "Candidate effects", columns, rows, cards=True)
 
 
-def measure_table(diagnosis: Document) -> Table | None:
+def measure_table(diagnosis: Document) -> HtmlTable | None:
     """What to measure next; None where nothing is proposed."""
     rows = [
         [step["measurement"], f"{step['expected_gain']:.1f} nats"]
@@ -35,4 +35,4 @@ def measure_table(diagnosis: Document) -> Table | None:
     ]
     if not rows:
         return None
-    return Table("measure", "What to measure next", ("measurement", ">expected gain"), rows)
+    return HtmlTable("measure", "What to measure next", ("measurement", ">expected gain"), rows)

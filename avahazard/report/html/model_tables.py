@@ -8,14 +8,14 @@ from typing import Any
 
 from avahazard.report.html.content import Document, ReportContent
 from avahazard.report.html.summary import SIGNIFICANT, failing
-from avahazard.report.html.table import Table, error_text
+from avahazard.report.html.table import HtmlTable, error_text
 from avahazard.report.html.words import axis_words, chance, integer, number, share, unit_words
 
 LEAST_ROWS, MOST_ROWS = 8, 24
 """Rows of failures: all that are beyond chance, within these limits."""
 
 
-def ladder_table(content: ReportContent) -> Table:
+def ladder_table(content: ReportContent) -> HtmlTable:
     """Every model and its error, oldest first."""
     rows = [
         [
@@ -33,10 +33,10 @@ def ladder_table(content: ReportContent) -> Table:
         "model", "from", "added", ">RMSE", ">CRPS", ">held-out CRPS", ">elpd", ">in 90 %",
         ">speed RMSE",
     )  # fmt: skip
-    return Table("models", "Every model and its error, oldest first", columns, rows)
+    return HtmlTable("models", "Every model and its error, oldest first", columns, rows)
 
 
-def scores_table(comparison: Document) -> Table:
+def scores_table(comparison: Document) -> HtmlTable:
     """Scores on what the model was calibrated on, and on what was kept back."""
     held = comparison["held_out"]
     apart = "paths kept back" if held["by"] == "path" else "fifths of the events kept back"
@@ -60,10 +60,10 @@ def scores_table(comparison: Document) -> Table:
                     ]
                 )
     columns = ("", "of", ">n", ">RMSE", ">bias", ">CRPS", ">in 50 %", ">in 90 %")
-    return Table("scores", "Scores against the records", columns, rows)
+    return HtmlTable("scores", "Scores against the records", columns, rows)
 
 
-def failures_table(comparison: Document, names: Mapping[str, str]) -> Table:
+def failures_table(comparison: Document, names: Mapping[str, str]) -> HtmlTable:
     """Where the model fails, the least likely by chance first."""
     n_failing = len(failing(comparison))
     rows = [
@@ -78,10 +78,10 @@ def failures_table(comparison: Document, names: Mapping[str, str]) -> Table:
         for row in comparison["where_it_fails"][: min(max(n_failing, LEAST_ROWS), MOST_ROWS)]
     ]
     columns = ("by", "level", ">events", ">predicted less recorded", ">p", "")
-    return Table("failures", "Where it fails", columns, rows)
+    return HtmlTable("failures", "Where it fails", columns, rows)
 
 
-def parameters_table(model: Document) -> Table:
+def parameters_table(model: Document) -> HtmlTable:
     """The posterior of the parameters in numbers."""
     rows = [
         [
@@ -93,10 +93,10 @@ def parameters_table(model: Document) -> Table:
         if not name.startswith("path:")
     ]
     columns = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
-    return Table("parameters", "Parameters", columns, rows)
+    return HtmlTable("parameters", "Parameters", columns, rows)
 
 
-def made_table(content: ReportContent) -> Table:
+def made_table(content: ReportContent) -> HtmlTable:
     """Seeds, versions and fingerprint: what somebody needs to make all this again."""
     model: Mapping[str, Any] = content.model
     checks = model["diagnostics"]
@@ -130,7 +130,7 @@ def made_table(content: ReportContent) -> Table:
     if draws:
         rows.append(["draws of the bounds", ", ".join(integer(n) for n in draws) + " for each row"])
     rows += [[f"version of {name}", version] for name, version in content.versions.items()]
-    return Table("made", "How to make it again", ("", ""), rows)
+    return HtmlTable("made", "How to make it again", ("", ""), rows)
 
 
 def _signed(value: float) -> str:

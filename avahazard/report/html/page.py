@@ -34,7 +34,7 @@ from avahazard.report.html.summary import (
     verdict_words,
     why_words,
 )
-from avahazard.report.html.table import Table
+from avahazard.report.html.table import HtmlTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ def _sections(content: ReportContent) -> Iterator[PathSection]:
         yield PathSection(number, view, tuple(f for f in drawn if f is not None))
 
 
-def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, Table | None]:
+def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, HtmlTable | None]:
     comparison, diagnosis = content.comparison, content.diagnosis
     return {
         "lines": path_tables.lines_table(content),

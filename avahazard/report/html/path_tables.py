@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from avahazard.report.html.content import Document, PathView, ReportContent
-from avahazard.report.html.table import Table
+from avahazard.report.html.table import HtmlTable
 from avahazard.report.html.words import BEYOND, case, interval, metres, share, volume
 
 APART = {"natural": "nature", "parameters": "parameters"}
 """What is told apart in `hazard`, in words."""
 
 
-def lines_table(content: ReportContent) -> Table:
+def lines_table(content: ReportContent) -> HtmlTable:
     """What line for which path: the answer of the report."""
     columns = ["path", "for", ">runout x (5 to 95 %)", ">elevation there"]
     exceeded = any(row.get("exceeded") for row in content.rows)
@@ -20,7 +20,7 @@ def lines_table(content: ReportContent) -> Table:
         columns.append(">exceeded once: x (5 to 95 %)")
     names = {view.path.path_id: view.name for view in content.paths}
     rows = [_line(row, names, exceeded) for row in content.rows]
-    return Table("lines", "Runout by path", [*columns, "mind"], rows, cards=True)
+    return HtmlTable("lines", "Runout by path", [*columns, "mind"], rows, cards=True)
 
 
 def _line(row: Document, names: Mapping[str, str], exceeded: bool) -> list[str]:
@@ -54,7 +54,7 @@ def _mind(row: Document) -> str:
     return "; ".join(remarks)
 
 
-def bounds_table(content: ReportContent) -> Table:
+def bounds_table(content: ReportContent) -> HtmlTable:
     """Every number of the bounds, and where the volume comes from."""
     names = {view.path.path_id: view.name for view in content.paths}
     apart = [key for key in ("natural", "parameters") if any(r.get(key) for r in content.rows)]
@@ -84,7 +84,7 @@ def bounds_table(content: ReportContent) -> Table:
                 *(_bare(interval(row[k]["runout_x_m"])) if row.get(k) else "–" for k in apart),
             ]
         )
-    return Table("bounds", "All bounds", columns, rows)
+    return HtmlTable("bounds", "All bounds", columns, rows)
 
 
 def _between(ends: Iterable[str]) -> str:
@@ -96,7 +96,7 @@ def _bare(text: str) -> str:
     return text.removesuffix(" m³").removesuffix(" m")
 
 
-def paths_table(paths: Sequence[PathView]) -> Table:
+def paths_table(paths: Sequence[PathView]) -> HtmlTable:
     """What is known of the paths."""
     rows = []
     for view in paths:
@@ -121,10 +121,10 @@ def paths_table(paths: Sequence[PathView]) -> Table:
         "path", "section", ">top", ">drop", ">length", ">events", ">left", "events of", "observed",
         ">volumes",
     )  # fmt: skip
-    return Table("paths", "The paths", columns, rows)
+    return HtmlTable("paths", "The paths", columns, rows)
 
 
-def alpha_beta_table(views: Sequence[PathView]) -> Table | None:
+def alpha_beta_table(views: Sequence[PathView]) -> HtmlTable | None:
     """The α-β runouts beside the model; None where there is none."""
     rows = [
         [
@@ -143,10 +143,10 @@ def alpha_beta_table(views: Sequence[PathView]) -> Table | None:
     if not rows:
         return None
     columns = ("path", "coefficients", ">β", ">α", ">runout x", ">one sd shorter", ">one sd longer")
-    return Table("alpha-beta", "α-β runouts: from the shape of the ground alone", columns, rows)
+    return HtmlTable("alpha-beta", "α-β runouts: from the shape of the ground alone", columns, rows)
 
 
-def zones_table(views: Sequence[PathView]) -> Table | None:
+def zones_table(views: Sequence[PathView]) -> HtmlTable | None:
     """The zones of each path; None where none were drawn."""
     rows = [
         [
@@ -163,6 +163,6 @@ def zones_table(views: Sequence[PathView]) -> Table | None:
     ]  # fmt: skip
     if not rows:
         return None
-    return Table(
+    return HtmlTable(
         "zones", "Zones", ("path", "limits", "zone", ">from x", ">to x", ">its 5 to 95 %"), rows
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class HtmlTable:
     """Columns (a name that begins with '>' is set to the right) and rows of text.
 
     `cards`: on a narrow screen every row becomes a block of its own, with a line for each cell.

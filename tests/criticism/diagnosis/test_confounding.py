@@ -7,7 +7,7 @@ import pytest
 
 from avahazard.criticism.diagnosis.confounding import correlation, explained
 from avahazard.criticism.diagnosis.refits import refit
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Records
 from tests.criticism.lengths import lengths
@@ -25,11 +25,12 @@ def with_copy(records: Records) -> Records:
 
 
 def test_effects_of_nearly_equal_columns_look_alike_and_others_do_not() -> None:
-    study = build_study(with_copy(lengths(90, slope=0.15)))
-    base = refit(study, Specification(law="power"), {})
+    observations = build_observations(with_copy(lengths(90, slope=0.15)))
+    base = refit(observations, Specification(law="power"), {})
     change = {
         name: explained(
-            refit(study, base.specification, base.facts, (f"covariate:{name}",), (), base), base
+            refit(observations, base.specification, base.facts, (f"covariate:{name}",), (), base),
+            base,
         )
         for name in ("column_1", "copy", "column_2")
     }
@@ -38,20 +39,20 @@ def test_effects_of_nearly_equal_columns_look_alike_and_others_do_not() -> None:
 
 
 def test_an_effect_explains_its_own_column() -> None:
-    study = build_study(lengths(90, slope=0.15))
-    base = refit(study, Specification(law="power"), {})
-    fit = refit(study, base.specification, base.facts, ("covariate:column_1",), (), base)
-    column = study.columns.numbers["column_1"]
+    observations = build_observations(lengths(90, slope=0.15))
+    base = refit(observations, Specification(law="power"), {})
+    fit = refit(observations, base.specification, base.facts, ("covariate:column_1",), (), base)
+    column = observations.columns.numbers["column_1"]
     assert abs(np.corrcoef(explained(fit, base), column)[0, 1]) > 0.9
 
 
 def test_what_law_and_paths_can_do_counts_for_nothing() -> None:
-    study = studies.study(speeds=False)
-    model = studies.posterior(study)
+    observations = studies.observations(speeds=False)
+    model = studies.posterior(observations)
     rng = np.random.default_rng(1)
-    a, b = rng.standard_normal((2, study.n_events))
-    by_path = 3.0 * (study.columns.path_index == 2)
-    by_volume = 2.0 * study.volumes.mean
+    a, b = rng.standard_normal((2, observations.n_events))
+    by_path = 3.0 * (observations.columns.path_index == 2)
+    by_volume = 2.0 * observations.volumes.mean
     assert correlation(a, a, model) == pytest.approx(1.0)
     assert correlation(a, -a, model) == pytest.approx(-1.0)
     moved = correlation(a + by_path, b - by_volume, model)

@@ -9,7 +9,7 @@ from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.effects.effect import Definition
 from avahazard.effects.from_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
 from tests.criticism.lengths import lengths
@@ -27,7 +27,7 @@ def friction(columns):
 
 
 def on_lengths(slope: float, seed: int = 1, own: tuple[Definition, ...] = ()) -> Diagnosis:
-    return diagnose(build_study(lengths(90, slope, seed)), POWER, {}, own, n_worlds=59)
+    return diagnose(build_observations(lengths(90, slope, seed)), POWER, {}, own, n_worlds=59)
 
 
 def test_a_column_that_matters_is_named_as_an_axis() -> None:
@@ -64,10 +64,10 @@ def test_the_users_own_effect_is_named_before_a_smooth_of_its_column() -> None:
 
 
 def test_an_effect_of_the_model_is_told_to_be_needed_or_not() -> None:
-    study = build_study(lengths(90, 0.12))
+    observations = build_observations(lengths(90, 0.12))
     keys = ("covariate:column_1", "covariate:column_2")
-    specification, facts = with_effects(study, POWER, keys)
-    found = diagnose(study, specification, facts, n_worlds=39)
+    specification, facts = with_effects(observations, POWER, keys)
+    found = diagnose(observations, specification, facts, n_worlds=39)
     assert found.verdict == "adequate"
     assert found.still_needed["covariate:column_1"] > 3.0
     assert found.still_needed["covariate:column_2"] < 0.0
@@ -79,7 +79,7 @@ def test_wrong_records_become_suspects_not_an_effect() -> None:
         replace(e, runout_length_m=(e.runout_length_m or 0.0) * 3.0) if i in (7, 40) else e
         for i, e in enumerate(records.events)
     )
-    found = diagnose(build_study(replace(records, events=wrong)), POWER, {}, n_worlds=39)
+    found = diagnose(build_observations(replace(records, events=wrong)), POWER, {}, n_worlds=39)
     assert found.heavy_tails
     assert set(found.suspects[:2]) == {"e7", "e40"}
     assert found.verdict == "adequate"
@@ -109,7 +109,7 @@ def test_what_it_could_have_seen_it_mostly_sees() -> None:
 )
 def test_the_hidden_effect_of_a_world_is_named(key: str, strength: float) -> None:
     records, _ = make_world(21, 240, 10, {key: strength})
-    found = diagnose(build_study(records), Specification(), {}, n_worlds=119)
+    found = diagnose(build_observations(records), Specification(), {}, n_worlds=119)
     assert found.missing == (key,)
     assert found.verdict == "missing-effect"
 
@@ -117,6 +117,6 @@ def test_the_hidden_effect_of_a_world_is_named(key: str, strength: float) -> Non
 @pytest.mark.slow
 def test_a_world_without_hidden_effect_is_adequate() -> None:
     records, _ = make_world(22, 240, 10)
-    found = diagnose(build_study(records), Specification(), {}, n_worlds=59)
+    found = diagnose(build_observations(records), Specification(), {}, n_worlds=59)
     assert found.verdict == "adequate"
     assert np.isfinite(found.detectable_m)

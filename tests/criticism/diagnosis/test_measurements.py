@@ -6,17 +6,17 @@ import pytest
 from avahazard.criticism.diagnosis.measurements import measurement_gains, record_gain
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.criticism.diagnosis.speed_measurement import speed_gain
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 
 
 def test_speeds_part_what_moves_at_other_speeds() -> None:
-    study = studies.study(speeds=False)
-    base = refit(study, Specification(), {})
+    observations = studies.observations(speeds=False)
+    base = refit(observations, Specification(), {})
     assert speed_gain(base, base, 10, 3, 1) == 0.0
-    drag = refit(study, base.specification, base.facts, ("turbulent-drag",), (), base)
+    drag = refit(observations, base.specification, base.facts, ("turbulent-drag",), (), base)
     slot = drag.posterior.layout.places["turbulent-drag"].start
     gains = []
     for value in (0.4, 1.2):
@@ -28,9 +28,9 @@ def test_speeds_part_what_moves_at_other_speeds() -> None:
 
 
 def test_they_come_best_first() -> None:
-    study = studies.study(speeds=False)
-    base = refit(study, Specification(), {})
-    snow = refit(study, base.specification, base.facts, ("snow-type",), (), base)
+    observations = studies.observations(speeds=False)
+    base = refit(observations, Specification(), {})
+    snow = refit(observations, base.specification, base.facts, ("snow-type",), (), base)
     found = measurement_gains(snow, base, seed=3)
     gains = [float(str(m["expected_gain"])) for m in found]
     assert gains == sorted(gains, reverse=True)
@@ -39,9 +39,9 @@ def test_they_come_best_first() -> None:
 
 
 def test_without_a_profile_only_events_can_be_measured() -> None:
-    study = build_study(lengths(60, slope=0.1))
-    base = refit(study, Specification(law="power"), {})
-    other = refit(study, base.specification, base.facts, ("covariate:column_1",), (), base)
+    observations = build_observations(lengths(60, slope=0.1))
+    base = refit(observations, Specification(law="power"), {})
+    other = refit(observations, base.specification, base.facts, ("covariate:column_1",), (), base)
     found = measurement_gains(other, base)
     assert len(found) == 1
     assert "more events" in str(found[0]["measurement"])
@@ -51,10 +51,10 @@ def test_without_a_profile_only_events_can_be_measured() -> None:
 
 
 def test_columns_that_go_together_are_to_be_parted() -> None:
-    study = build_study(lengths(60, slope=0.1))
-    base = refit(study, Specification(law="power"), {})
+    observations = build_observations(lengths(60, slope=0.1))
+    base = refit(observations, Specification(law="power"), {})
     pair = [
-        refit(study, base.specification, base.facts, (f"covariate:column_{k}",), (), base)
+        refit(observations, base.specification, base.facts, (f"covariate:column_{k}",), (), base)
         for k in (1, 2)
     ]
     texts = [str(m["measurement"]) for m in measurement_gains(*pair)]

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 
 
 def test_the_evidence_is_the_integral_over_the_parameters() -> None:
-    study = build_study(lengths(40))
-    fit = refit(study, Specification(law="constant"), {})
+    observations = build_observations(lengths(40))
+    fit = refit(observations, Specification(law="constant"), {})
     posterior, slots = fit.posterior, fit.posterior.layout.slots
     assert len(slots) == 2
     sd = np.sqrt(np.diag(fit.mode.covariance))
@@ -36,10 +36,12 @@ def test_the_evidence_is_the_integral_over_the_parameters() -> None:
 
 
 def test_a_needless_effect_costs_evidence_and_a_true_one_pays() -> None:
-    study = build_study(lengths(90, slope=0.1))
-    base = refit(study, Specification(law="power"), {})
-    true = refit(study, base.specification, base.facts, ("covariate:column_1",), (), base)
-    needless = refit(study, base.specification, base.facts, ("covariate:column_2",), (), base)
+    observations = build_observations(lengths(90, slope=0.1))
+    base = refit(observations, Specification(law="power"), {})
+    true = refit(observations, base.specification, base.facts, ("covariate:column_1",), (), base)
+    needless = refit(
+        observations, base.specification, base.facts, ("covariate:column_2",), (), base
+    )
     assert true.evidence > base.evidence + 3.0
     assert needless.evidence < base.evidence
     assert needless.mode.log_density >= base.mode.log_density - 1e-3
@@ -48,25 +50,25 @@ def test_a_needless_effect_costs_evidence_and_a_true_one_pays() -> None:
 
 
 def test_the_start_does_not_change_the_mode() -> None:
-    study = build_study(lengths(60, slope=0.1))
-    base = refit(study, Specification(law="power"), {})
-    started = refit(study, base.specification, base.facts, ("covariate:column_1",), (), base)
-    fresh = refit(study, base.specification, base.facts, ("covariate:column_1",))
+    observations = build_observations(lengths(60, slope=0.1))
+    base = refit(observations, Specification(law="power"), {})
+    started = refit(observations, base.specification, base.facts, ("covariate:column_1",), (), base)
+    fresh = refit(observations, base.specification, base.facts, ("covariate:column_1",))
     assert started.mode.log_density == pytest.approx(fresh.mode.log_density, abs=0.01)
 
 
 def test_another_law_starts_at_the_data() -> None:
-    study = build_study(lengths(60))
-    base = refit(study, Specification(), {})
-    other = refit(study, base.specification, base.facts, ("volume-law",), (), base)
+    observations = build_observations(lengths(60))
+    base = refit(observations, Specification(), {})
+    other = refit(observations, base.specification, base.facts, ("volume-law",), (), base)
     assert other.specification.law != "exponential"
     assert other.log_likelihood > base.log_likelihood - 3.0
 
 
 def test_the_path_effect_is_taken_away_and_its_spread_told() -> None:
-    study = studies.study(speeds=False)
-    fit = refit(study, Specification(), {}, (PATH_EFFECT, "snow-type"))
-    bare, u, tau = without_path_effect(fit, study, ())
+    observations = studies.observations(speeds=False)
+    fit = refit(observations, Specification(), {}, (PATH_EFFECT, "snow-type"))
+    bare, u, tau = without_path_effect(fit, observations, ())
     assert bare.groups is None
     assert [e.key for e in bare.effects] == ["snow-type"]
     assert tau == pytest.approx(fit.parameters(PATH_EFFECT)["path-effect.tau"])

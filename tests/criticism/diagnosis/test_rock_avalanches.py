@@ -9,7 +9,7 @@ import pytest
 from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.reading import read_records
 
@@ -18,8 +18,8 @@ CONFINEMENT, SUBSTRATE = "covariate:confinement", "covariate:substrate"
 
 @pytest.fixture(scope="module")
 def found(shared_data: Path) -> Diagnosis:
-    study = build_study(read_records([shared_data / "rock-avalanches-canada"]))
-    return diagnose(study, Specification(law="power"), {}, n_worlds=99)
+    observations = build_observations(read_records([shared_data / "rock-avalanches-canada"]))
+    return diagnose(observations, Specification(law="power"), {}, n_worlds=99)
 
 
 def test_confinement_leads_and_substrate_is_nothing(found: Diagnosis) -> None:
@@ -36,12 +36,12 @@ def test_among_all_columns_tried_49_events_cannot_tell(found: Diagnosis) -> None
 
 def test_held_out_records_ask_for_confinement_alone(found: Diagnosis) -> None:
     base = found.base
-    study = base.posterior.study
-    groups = choose_groups(study).groups
+    observations = base.posterior.observations
+    groups = choose_groups(observations).groups
     before = held_out_log_density(base.posterior, groups, base.mode).sum()
     gains = {}
     for key in (CONFINEMENT, SUBSTRATE):
-        child = refit(study, base.specification, base.facts, (key,), (), base)
+        child = refit(observations, base.specification, base.facts, (key,), (), base)
         gains[key] = held_out_log_density(child.posterior, groups, child.mode).sum() - before
     assert gains[CONFINEMENT] > 0.0
     assert gains[SUBSTRATE] < 0.0
@@ -49,11 +49,11 @@ def test_held_out_records_ask_for_confinement_alone(found: Diagnosis) -> None:
 
 def test_the_fall_height_is_a_column_that_unmasks_it(found: Diagnosis) -> None:
     base = found.base
-    study = base.posterior.study
+    observations = base.posterior.observations
     height = "covariate:fall_height_m"
     assert height in {c.key for c in found.candidates}
-    taller = refit(study, base.specification, base.facts, (height,), (), base)
-    both = refit(study, taller.specification, taller.facts, (CONFINEMENT,), (), taller)
-    by_itself = refit(study, base.specification, base.facts, (CONFINEMENT,), (), base)
+    taller = refit(observations, base.specification, base.facts, (height,), (), base)
+    both = refit(observations, taller.specification, taller.facts, (CONFINEMENT,), (), taller)
+    by_itself = refit(observations, base.specification, base.facts, (CONFINEMENT,), (), base)
     gain = both.log_likelihood - taller.log_likelihood
     assert gain > by_itself.log_likelihood - base.log_likelihood + 1.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.criticism.scoring.axes import event_axes, terciles
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from tests.criticism.studies import slopes, straight
 
 
@@ -34,9 +34,11 @@ def test_every_axis() -> None:
     )
     cover = tuple("open" if x < 1000.0 else "forest" for x in records.profiles[0].x_m)
     profiles = tuple(replace(p, land_cover=cover) for p in records.profiles)
-    study = build_study(replace(records, paths=paths, events=events, profiles=profiles))
+    observations = build_observations(
+        replace(records, paths=paths, events=events, profiles=profiles)
+    )
     x = np.linspace(600.0, 1500.0, 18)
-    axes = event_axes(study, x)
+    axes = event_axes(observations, x)
     assert all(len(levels) == 18 for levels in axes.values())
     assert list(axes["path"][[0, 6, 12]]) == ["P0", "P1", "P2"]
     assert list(axes["volume"][[0, 17]]) == ["up to 67 000 m3", "above 120 000 m3"]
@@ -56,7 +58,7 @@ def test_every_axis() -> None:
 
 
 def test_events_without_a_profile() -> None:
-    study = build_study(straight(9))
-    axes = event_axes(study, np.full(9, np.nan))
+    observations = build_observations(straight(9))
+    axes = event_axes(observations, np.full(9, np.nan))
     assert set(axes["path"]) == {""}
     assert set(axes["slope_at_predicted_stop"]) == {""}

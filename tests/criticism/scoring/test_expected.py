@@ -21,7 +21,7 @@ def test_draws_hold_scatter_and_the_error_of_the_record() -> None:
     posterior, mode = fitted(straight())
     u = np.repeat(mode.u[None, :], 10, axis=0)
     sigma = 300.0
-    posterior.study.sigma[:] = sigma
+    posterior.observations.sigma[:] = sigma
     found = expected_records(posterior, u, {}, 20_000, np.random.default_rng(1))
     log_mu, scatter = mode.u[0], np.exp(mode.u[1])
     mean = 1000.0 * np.exp(-log_mu + 0.5 * scatter**2)
@@ -33,15 +33,15 @@ def test_draws_hold_scatter_and_the_error_of_the_record() -> None:
 def test_what_left_counts_as_reaching_the_end() -> None:
     for kind, end in (("elevation", 1000.0 - 1800.0 + 2.5e-4 * 1800.0**2), ("x", 1800.0)):
         posterior, mode = fitted(with_left(slopes(kind=kind)))
-        study = posterior.study
+        observations = posterior.observations
         found = expected_records(posterior, draws_about(mode), {}, 500, np.random.default_rng(2))
         assert np.any(found.left)
         assert np.any(~found.left)
         np.testing.assert_allclose(found.draws[1][found.left[1]], end, atol=5.0)
         assert len(np.unique(found.draws[1][found.left[1]])) == 1
         # An event that left has no coordinate of its own: its end is an elevation.
-        assert observed_records(study)[0] == pytest.approx(profile_end(study)[0])
-        assert observed_records(study)[1] == study.observed[1]
+        assert observed_records(observations)[0] == pytest.approx(profile_end(observations)[0])
+        assert observed_records(observations)[1] == observations.observed[1]
 
 
 def test_only_what_would_be_seen() -> None:
@@ -78,7 +78,7 @@ def test_a_limit_that_is_estimated_moves_with_its_draw() -> None:
     place = posterior.layout.places["observation-limit"].start
     near, far = mode.u.copy(), mode.u.copy()
     near[place], far[place] = posterior.layout.slots[place].low, posterior.layout.slots[place].high
-    highest = np.max(posterior.study.observed)
+    highest = np.max(posterior.observations.observed)
     rng = np.random.default_rng(5)
     for u, hides in ((near, True), (far, False)):
         found = expected_records(posterior, np.repeat(u[None, :], 5, axis=0), {}, 2000, rng)
@@ -89,9 +89,9 @@ def test_elevations_and_places_point_the_same_way() -> None:
     one, other = slopes(n_paths=1), slopes(n_paths=1, kind="x")
     events = (*one.events, *(replace(e, event_id=f"x{e.event_id}") for e in other.events))
     mixed, _ = fitted(replace(one, events=events))
-    np.testing.assert_array_equal(error_sign(mixed.study), [1.0] * 6 + [-1.0] * 6)
+    np.testing.assert_array_equal(error_sign(mixed.observations), [1.0] * 6 + [-1.0] * 6)
     alone, mode = fitted(other)
-    np.testing.assert_array_equal(error_sign(alone.study), np.ones(6))
+    np.testing.assert_array_equal(error_sign(alone.observations), np.ones(6))
     found = expected_records(alone, draws_about(mode), {}, 300, np.random.default_rng(6))
     np.testing.assert_allclose(found.error, found.draws.mean(axis=1) - found.observed)
 

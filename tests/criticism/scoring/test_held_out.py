@@ -16,16 +16,16 @@ from avahazard.criticism.scoring.held_out import (
     left_out_log_density,
     offsets_by_path,
 )
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from tests.criticism.studies import fitted, slopes, straight, with_speeds
 
 
 def test_whole_paths_or_five_folds() -> None:
-    by_path = choose_groups(build_study(slopes(n_paths=3)))
+    by_path = choose_groups(build_observations(slopes(n_paths=3)))
     assert by_path.by == "path"
     assert list(by_path.groups) == [0] * 6 + [1] * 6 + [2] * 6
     for records in (slopes(n_paths=2, n_each=10), straight(21)):
-        folds = choose_groups(build_study(records))
+        folds = choose_groups(build_observations(records))
         assert folds.by == "fold"
         counts = np.bincount(folds.groups)
         assert len(counts) == 5
@@ -62,7 +62,7 @@ def test_no_event_helps_itself() -> None:
 
 def test_a_path_held_out_has_an_offset_from_the_spread() -> None:
     posterior, mode = fitted(slopes(n_paths=5), "path-effect")
-    out = posterior.study.columns.path_index == 2
+    out = posterior.observations.columns.path_index == 2
     draws = fit_draws(posterior.restricted(~out), mode, 400, "offsets")
     offsets = offsets_by_path(posterior, draws.offsets)
     tau = 0.2 * draws.coordinates[:, posterior.layout.path_scatter]
@@ -75,7 +75,7 @@ def test_a_path_held_out_has_an_offset_from_the_spread() -> None:
 def test_predictions_are_of_the_fit_without_them() -> None:
     records = with_speeds(slopes(n_paths=3))
     posterior, mode = fitted(records)
-    groups = choose_groups(posterior.study).groups
+    groups = choose_groups(posterior.observations).groups
     shares: list[float] = []
     found = held_out_predictions(posterior, groups, mode, progress=shares.append)
     assert shares == pytest.approx([1 / 3, 2 / 3, 1.0])
@@ -92,7 +92,7 @@ def test_predictions_are_of_the_fit_without_them() -> None:
 
 def test_held_out_records_are_calibrated() -> None:
     posterior, mode = fitted(straight(200))
-    groups = choose_groups(posterior.study).groups
+    groups = choose_groups(posterior.observations).groups
     found = held_out_predictions(posterior, groups, mode).records
     rank = np.mean(found.draws < found.observed[:, None], axis=1)
     inside = np.mean(np.abs(rank - 0.5) < 0.45)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, measured_force, speed_misfit
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_table import MU
 from avahazard.records.event import Speed
@@ -23,7 +23,7 @@ def test_friction_is_that_of_the_stop() -> None:
     found = matched_speeds(posterior, u, None, np.random.default_rng(1))
     assert found is not None
     table = posterior.nodes.predicted_at(mode.u)
-    mu = np.interp(posterior.study.observed[0], table.record[0], MU)
+    mu = np.interp(posterior.observations.observed[0], table.record[0], MU)
     by_hand = [np.interp(mu, MU, column) for column in table.speeds[0].T]
     np.testing.assert_allclose(found.draws.mean(axis=1), by_hand, atol=0.4)
     # The error of speed, 1 m/s and the least of the model, and a little from that of the stop.
@@ -75,7 +75,7 @@ def test_force_of_a_coulomb_block_on_a_slope() -> None:
         Speed("0-0", float(u), 0.5, x_m=float(p)) for p, u in zip(places, np.sqrt(w), strict=True)
     )
     records = replace(records, profiles=(profile,), events=(event,), speeds=speeds)
-    rows = measured_force(build_study(records))
+    rows = measured_force(build_observations(records))
     assert len(rows) == 15
     for row in rows:
         assert row["force_m_s2"] == pytest.approx(mu * GRAVITY * np.cos(angle), rel=1e-6)
@@ -88,7 +88,7 @@ def test_misfit_by_place_and_by_predicted_speed() -> None:
     u = np.clip(draws_about(mode, 50), posterior.layout.low, posterior.layout.high)
     found = matched_speeds(posterior, u, None, np.random.default_rng(5))
     assert found is not None
-    rows = speed_misfit(posterior.study, found)
+    rows = speed_misfit(posterior.observations, found)
     assert {row["axis"] for row in rows} == {"place_along_path", "predicted_speed_m_s"}
     assert sum(row["n"] for row in rows if row["axis"] == "place_along_path") == 3
     total = sum(row["n"] * row["bias_m_s"] for row in rows[:3])

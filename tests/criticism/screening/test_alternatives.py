@@ -6,11 +6,11 @@ import pytest
 from avahazard.criticism.screening.alternatives import (
     LOG_MU,
     SCATTER_SLOPES,
-    Variant,
+    Alternative,
+    alternatives_of,
     base_coordinates,
     base_design,
     make_tables,
-    variants_of,
 )
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.posterior import Posterior
@@ -24,11 +24,13 @@ from tests.inference import studies
 SPEED_SCATTER = 3.0
 
 
-def variants(model: Posterior, key: str) -> list[Variant]:
-    study, u = model.study, studies.near(model)
-    runs = run_blocks(study, model.effects, {}, float(model.specification.centrifugal))
-    base = make_tables(study, predict_records(study, (), {}, 1.0), study.limit, SPEED_SCATTER)
-    return variants_of(
+def alternatives(model: Posterior, key: str) -> list[Alternative]:
+    observations, u = model.observations, studies.near(model)
+    runs = run_blocks(observations, model.effects, {}, float(model.specification.centrifugal))
+    base = make_tables(
+        observations, predict_records(observations, (), {}, 1.0), observations.limit, SPEED_SCATTER
+    )
+    return alternatives_of(
         find_definition(key), model, u, base, base_design(model, u, True),
         base_coordinates(model, u), SPEED_SCATTER, runs,
     )  # fmt: skip
@@ -36,13 +38,13 @@ def variants(model: Posterior, key: str) -> list[Variant]:
 
 @pytest.mark.parametrize("name", ["exponential", "power", "rational", "constant"])
 def test_the_design_is_the_law_near_its_mode(name: str) -> None:
-    model = studies.posterior(studies.study(), "snow-type", law=name)
+    model = studies.posterior(studies.observations(), "snow-type", law=name)
     u = studies.near(model, spread=0.02, seed=1)
     design, beta = base_design(model, u, False), base_coordinates(model, u)
 
     def mean(v: np.ndarray) -> np.ndarray:
         location, _ = model.location_and_scatter(v)
-        return np.sum(location * model.study.volumes.weight, axis=1)
+        return np.sum(location * model.observations.volumes.weight, axis=1)
 
     assert np.allclose(design.constant + design.x @ beta, mean(u), atol=1e-9)
     n = len(model.layout.law.coordinates)
@@ -55,11 +57,11 @@ def test_the_design_is_the_law_near_its_mode(name: str) -> None:
 
 
 def test_the_volumes_error_is_in_the_variance() -> None:
-    model = studies.posterior(studies.study())
+    model = studies.posterior(studies.observations())
     u = studies.near(model)
     design = base_design(model, u, False)
-    sd = model.study.volumes.sd
-    volume = np.exp(model.study.volumes.mean)
+    sd = model.observations.volumes.sd
+    volume = np.exp(model.observations.volumes.mean)
     small = (volume < 3e5) & (sd > 0)
     # n V is lognormal: its variance is (n V)² e^{s²} (e^{s²} - 1), V the median.
     expected = (1e-6 * volume) ** 2 * np.exp(sd**2) * (np.exp(sd**2) - 1.0)
@@ -67,29 +69,31 @@ def test_the_volumes_error_is_in_the_variance() -> None:
 
 
 def test_tables_say_where_events_leave_and_up_to_where_they_are_seen() -> None:
-    study = studies.study()
-    predicted = predict_records(study, (), {})
-    tables = make_tables(study, predicted, study.limit, SPEED_SCATTER)
-    for i in np.flatnonzero(study.kind == LEFT):
+    observations = studies.observations()
+    predicted = predict_records(observations, (), {})
+    tables = make_tables(observations, predicted, observations.limit, SPEED_SCATTER)
+    for i in np.flatnonzero(observations.kind == LEFT):
         last = tables.last_left[i]
         assert np.all(predicted.status[i, : last + 1] == LEFT_PROFILE)
         assert predicted.status[i, last + 1] != LEFT_PROFILE
         assert LOG_MU[last] < tables.edges.leave[i] < LOG_MU[last + 1]
-    limited = np.flatnonzero(np.isfinite(study.limit))
+    limited = np.flatnonzero(np.isfinite(observations.limit))
     assert np.array_equal(np.flatnonzero(tables.edges.has_limit), limited)
     for i in limited:
         there = np.interp(np.exp(tables.edges.seen[i]), MU, predicted.elevation[i])
-        assert there == pytest.approx(study.limit[i], abs=study.sigma[i])
+        assert there == pytest.approx(observations.limit[i], abs=observations.sigma[i])
         slope = np.gradient(predicted.elevation[i], LOG_MU)
         at = np.interp(tables.edges.seen[i], LOG_MU, slope)
-        assert tables.edges.seen_sd[i] == pytest.approx(study.sigma[i] / at, rel=0.2)
+        assert tables.edges.seen_sd[i] == pytest.approx(observations.sigma[i] / at, rel=0.2)
 
 
 def test_speeds_have_independent_errors_once_whitened() -> None:
-    study = studies.study()
-    tables = make_tables(study, predict_records(study, (), {}), study.limit, SPEED_SCATTER)
-    assert (tables.speeds.row >= 0).sum() == len(study.speeds)
-    for r, measured in enumerate(study.speeds):
+    observations = studies.observations()
+    tables = make_tables(
+        observations, predict_records(observations, (), {}), observations.limit, SPEED_SCATTER
+    )
+    assert (tables.speeds.row >= 0).sum() == len(observations.speeds)
+    for r, measured in enumerate(observations.speeds):
         k = len(measured.x)
         whiten = tables.speeds.whiten[r, :k, :k]
         covariance = np.linalg.inv(whiten.T @ whiten)
@@ -98,9 +102,14 @@ def test_speeds_have_independent_errors_once_whitened() -> None:
 
 @pytest.mark.parametrize("key", ["turbulent-drag", "epoch-bias", "leading-edge", "forest-drag"])
 def test_effects_on_tables_are_tried_away_from_neutral(key: str) -> None:
-    model = studies.posterior(studies.study(speeds=False))
-    base = make_tables(model.study, predict_records(model.study, (), {}), model.study.limit, 0.0)
-    tried = variants(model, key)
+    model = studies.posterior(studies.observations(speeds=False))
+    base = make_tables(
+        model.observations,
+        predict_records(model.observations, (), {}),
+        model.observations.limit,
+        0.0,
+    )
+    tried = alternatives(model, key)
     assert len(tried) >= 6
     for v in tried:
         assert v.key == key
@@ -108,18 +117,18 @@ def test_effects_on_tables_are_tried_away_from_neutral(key: str) -> None:
 
 
 def test_a_design_column_needs_no_tables() -> None:
-    model = studies.posterior(studies.study())
-    (only,) = variants(model, "snow-type")
+    model = studies.posterior(studies.observations())
+    (only,) = alternatives(model, "snow-type")
     assert only.design.x.shape[1] == 2 + 2
     assert only.log_prior == 0.0
 
 
 def test_other_laws_are_tried_linear_about_the_present_one() -> None:
-    model = studies.posterior(studies.study(), law="power")
-    tried = variants(model, "volume-law")
+    model = studies.posterior(studies.observations(), law="power")
+    tried = alternatives(model, "volume-law")
     assert len(tried) == 2
     exponential = tried[0]
-    volume = np.exp(model.study.volumes.mean)
+    volume = np.exp(model.observations.volumes.mean)
     exact = law("exponential").log_friction(np.array([-0.8, 1.0]), volume)
     fitted = exponential.design.constant + exponential.design.x @ np.array([-0.8, 1.0])
     small = volume < 3e5
@@ -127,15 +136,15 @@ def test_other_laws_are_tried_linear_about_the_present_one() -> None:
 
 
 def test_scatter_is_tried_both_ways() -> None:
-    tried = variants(studies.posterior(studies.study()), "volume-scatter")
+    tried = alternatives(studies.posterior(studies.observations()), "volume-scatter")
     assert len(tried) == len(SCATTER_SLOPES)
-    volume = studies.study().volumes.mean
+    volume = studies.observations().volumes.mean
     directions = [np.corrcoef(v.design.multiplier, volume)[0, 1] for v in tried]
     assert min(directions) < 0.0 < max(directions)
 
 
 def test_centrifugal_is_the_load_of_curvature() -> None:
-    model = studies.posterior(studies.study(speeds=False), centrifugal=False)  # type: ignore[arg-type]
-    (only,) = variants(model, "centrifugal")
-    loaded = predict_records(model.study, (), {}, 1.0)
+    model = studies.posterior(studies.observations(speeds=False), centrifugal=False)  # type: ignore[arg-type]
+    (only,) = alternatives(model, "centrifugal")
+    loaded = predict_records(model.observations, (), {}, 1.0)
     assert np.array_equal(only.tables.record, loaded.record.astype(np.float32))

@@ -5,36 +5,36 @@ from dataclasses import replace
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.effects.from_file import definition_from
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 
 
-def keys(study, specification=Specification(), own=()):  # type: ignore[no-untyped-def] # noqa: B008
-    return [d.key for d in candidate_definitions(study, specification, own)]
+def keys(observations, specification=Specification(), own=()):  # type: ignore[no-untyped-def] # noqa: B008
+    return [d.key for d in candidate_definitions(observations, specification, own)]
 
 
 def test_what_the_model_has_is_no_candidate() -> None:
-    study = studies.study()
-    found = keys(study)
+    observations = studies.observations()
+    found = keys(observations)
     assert {"turbulent-drag", "snow-type", "volume-law", "volume-scatter"} <= set(found)
     assert "centrifugal" not in found
     assert "path-effect" not in found
-    assert "snow-type" not in keys(study, Specification(effects=("snow-type",)))
-    assert "volume-scatter" not in keys(study, Specification(scatter="volume"))
-    assert "centrifugal" in keys(study, Specification(centrifugal=False))
+    assert "snow-type" not in keys(observations, Specification(effects=("snow-type",)))
+    assert "volume-scatter" not in keys(observations, Specification(scatter="volume"))
+    assert "centrifugal" in keys(observations, Specification(centrifugal=False))
 
 
 def test_every_column_has_a_smooth_but_those_with_an_effect_of_their_own() -> None:
-    found = keys(studies.study())
+    found = keys(studies.observations())
     assert {"covariate:wind", "covariate:year", "covariate:deposit_length_m"} <= set(found)
     assert "covariate:snow_type" not in found
     assert len(found) == len(set(found))
 
 
 def test_without_a_profile_no_motion_can_be_told() -> None:
-    found = keys(build_study(lengths()))
+    found = keys(build_observations(lengths()))
     assert set(found) == {
         "volume-law", "volume-scatter", "covariate:rock",
         "covariate:column_1", "covariate:column_2", "covariate:column_3",
@@ -43,12 +43,12 @@ def test_without_a_profile_no_motion_can_be_told() -> None:
 
 def test_a_limit_that_is_known_everywhere_is_no_candidate() -> None:
     records = studies.records(speeds=False)
-    assert "observation-limit" in keys(build_study(records))
+    assert "observation-limit" in keys(build_observations(records))
     paths = tuple(replace(p, observed_below_m=600.0) for p in records.paths)
-    assert "observation-limit" not in keys(build_study(replace(records, paths=paths)))
+    assert "observation-limit" not in keys(build_observations(replace(records, paths=paths)))
 
 
 def test_the_users_own_effect_comes_along() -> None:
     own = definition_from(TEMPLATE, "mine.py")
-    assert own.key in keys(studies.study(), own=(own,))
-    assert own.key not in keys(build_study(lengths()), own=(own,))
+    assert own.key in keys(studies.observations(), own=(own,))
+    assert own.key not in keys(build_observations(lengths()), own=(own,))

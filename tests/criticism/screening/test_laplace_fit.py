@@ -12,19 +12,19 @@ from avahazard.criticism.screening.laplace_fit import (
     TAU_SCALE,
     Design,
     Edges,
-    quick_fit,
+    laplace_fit,
 )
-from avahazard.criticism.screening.record_moments import Bumps
+from avahazard.criticism.screening.record_moments import RecordMoments
 from avahazard.criticism.screening.screen import screen
 from avahazard.inference.likelihood.assemble import find_definition
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
 
 N, N_PATHS = 90, 6
 
 
-def bumps_and_design(n_paths: int, student: bool = False) -> tuple[Bumps, Design]:
+def moments_and_design(n_paths: int, student: bool = False) -> tuple[RecordMoments, Design]:
     rng = np.random.default_rng(4)
     path = np.arange(N) % N_PATHS
     x = np.column_stack([np.ones(N), rng.standard_normal((N, 2))])
@@ -43,32 +43,32 @@ def bumps_and_design(n_paths: int, student: bool = False) -> tuple[Bumps, Design
         multiplier=np.exp(0.2 * rng.standard_normal(N)),
         log_wrong=np.where(path == 0, -np.inf, -8.0),
     )
-    return Bumps(mean, variance, rng.normal(-4.0, 1.0, N)), design
+    return RecordMoments(mean, variance, rng.normal(-4.0, 1.0, N)), design
 
 
 def no_edges() -> Edges:
     return Edges(np.full(N, -9.0), np.full(N, 9.0), np.zeros(N), np.zeros(N, dtype=bool))
 
 
-def log_density(theta, bumps, left, edges, design, student):  # type: ignore[no-untyped-def]
+def log_density(theta, moments, left, edges, design, student):  # type: ignore[no-untyped-def]
     """The same objective, plainly; path offsets are integrated out exactly."""
     beta, log_scatter = theta[:3], theta[3]
     m = design.constant + design.x @ beta
     own = (np.exp(log_scatter) * design.multiplier) ** 2
-    s = own + bumps.variance + design.extra
+    s = own + moments.variance + design.extra
     value = -0.5 * np.sum(design.prior_precision * (beta - design.prior_mean) ** 2)
     value -= 0.5 * ((log_scatter - SCATTER_MEAN) / SCATTER_SD) ** 2
-    value += 0.0 if student else bumps.log_mass[~left].sum()
+    value += 0.0 if student else moments.log_mass[~left].sum()
     gone = np.sqrt((own + design.extra)[left])
     value += stats.norm.logcdf((edges.leave[left] - m[left]) / gone).sum()
     near = edges.has_limit
-    never_sharper = np.maximum(edges.seen_sd**2, bumps.variance)
+    never_sharper = np.maximum(edges.seen_sd**2, moments.variance)
     blur = np.sqrt((own + never_sharper + design.extra)[near])
     value -= stats.norm.logcdf((edges.seen[near] - m[near]) / blur).sum()
-    e = (bumps.mean - m)[~left]
+    e = (moments.mean - m)[~left]
     s = s[~left]
     if student:
-        right = stats.t.logpdf(e / np.sqrt(s), 4) - 0.5 * np.log(s) + bumps.log_mass[~left]
+        right = stats.t.logpdf(e / np.sqrt(s), 4) - 0.5 * np.log(s) + moments.log_mass[~left]
         return value + np.logaddexp(right, design.log_wrong[~left]).sum()
     if not design.n_paths:
         return value + stats.norm.logpdf(e, 0.0, np.sqrt(s)).sum()
@@ -79,10 +79,10 @@ def log_density(theta, bumps, left, edges, design, student):  # type: ignore[no-
     return value - 0.5 * (tau / TAU_SCALE) ** 2
 
 
-def plain_optimum(bumps, left, edges, design, student):  # type: ignore[no-untyped-def]
+def plain_optimum(moments, left, edges, design, student):  # type: ignore[no-untyped-def]
     start = np.array([-0.8, 0.0, 0.0, -1.6, -2.0])
     found = minimize(
-        lambda v: -log_density(v, bumps, left, edges, design, student),
+        lambda v: -log_density(v, moments, left, edges, design, student),
         start if design.n_paths else start[:4],
         method="BFGS",
     )
@@ -92,35 +92,37 @@ def plain_optimum(bumps, left, edges, design, student):  # type: ignore[no-untyp
 @pytest.mark.parametrize("case", ["plain", "paths", "student", "left", "limit"])
 def test_it_reaches_the_optimum_of_a_plain_optimiser(case: str) -> None:
     student = case == "student"
-    bumps, design = bumps_and_design(N_PATHS if case == "paths" else 0, student)
+    moments, design = moments_and_design(N_PATHS if case == "paths" else 0, student)
     if student:
-        bumps.log_mass[::9] = -5000.0  # records where no friction stops a block
+        moments.log_mass[::9] = -5000.0  # records where no friction stops a block
         design.log_wrong[::9] = -9.0
     left, edges = np.zeros(N, dtype=bool), no_edges()
     if case == "left":
         left[::7] = True
-        bumps.mean[left], bumps.variance[left], bumps.log_mass[left] = 0.0, 0.0, 0.0
+        moments.mean[left], moments.variance[left], moments.log_mass[left] = 0.0, 0.0, 0.0
         edges = edges._replace(leave=np.full(N, -0.9))
     if case == "limit":
         edges = edges._replace(
             seen=np.full(N, -0.6), seen_sd=np.full(N, 0.03), has_limit=np.arange(N) % 2 == 0
         )
-        keep = (bumps.mean < -0.6) | ~edges.has_limit
+        keep = (moments.mean < -0.6) | ~edges.has_limit
         edges = edges._replace(has_limit=edges.has_limit & keep)
-    found = quick_fit(bumps, left, edges, design, np.array([-1.0, 0.0, 0.0]), -1.9, 0.1, student)
-    best, theta = plain_optimum(bumps, left, edges, design, student)
+    found = laplace_fit(
+        moments, left, edges, design, np.array([-1.0, 0.0, 0.0]), -1.9, 0.1, student
+    )
+    best, theta = plain_optimum(moments, left, edges, design, student)
     assert found.log_likelihood == pytest.approx(best, abs=0.1)
     assert found.coefficients == pytest.approx(theta[:3], abs=0.02)
     assert found.log_scatter == pytest.approx(theta[3], abs=0.05)
 
 
 def test_offsets_of_paths_take_what_paths_differ_by() -> None:
-    bumps, design = bumps_and_design(N_PATHS)
+    moments, design = moments_and_design(N_PATHS)
     start, left = np.array([-0.8, 0.0, 0.0]), np.zeros(N, dtype=bool)
-    without = quick_fit(
-        bumps, left, no_edges(), design._replace(n_paths=0), start, -1.6, 0.1, False
+    without = laplace_fit(
+        moments, left, no_edges(), design._replace(n_paths=0), start, -1.6, 0.1, False
     )
-    with_ = quick_fit(bumps, left, no_edges(), design, start, -1.6, 0.1, False)
+    with_ = laplace_fit(moments, left, no_edges(), design, start, -1.6, 0.1, False)
     assert with_.log_likelihood > without.log_likelihood + 5.0
     assert 0.05 < with_.tau < 0.4
     assert with_.log_scatter < without.log_scatter
@@ -130,11 +132,11 @@ def test_offsets_of_paths_take_what_paths_differ_by() -> None:
 @pytest.mark.parametrize("key", ["snow-type", "path-section", "turbulent-drag", "leading-edge"])
 def test_gains_are_those_of_the_full_posterior(key: str) -> None:
     records, _ = make_world(5, 160, 8, {key: 1.5})
-    study = build_study(records)
-    base = refit(study, Specification(), {}, (PATH_EFFECT,))
-    bare, u, tau = without_path_effect(base, study, ())
+    observations = build_observations(records)
+    base = refit(observations, Specification(), {}, (PATH_EFFECT,))
+    bare, u, tau = without_path_effect(base, observations, ())
     screened = screen(bare, u, tau, [find_definition(key)], n_worlds=1).candidates[0]
-    full = refit(study, base.specification, base.facts, (key,), (), base)
+    full = refit(observations, base.specification, base.facts, (key,), (), base)
     # Both with the prior of the parameters.
     gain = full.mode.log_density - base.mode.log_density
     assert gain > 5.0

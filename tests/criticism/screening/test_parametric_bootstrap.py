@@ -3,7 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.criticism.screening.parametric_bootstrap import Measured, make_world, real_world
+from avahazard.criticism.screening.parametric_bootstrap import (
+    BootstrapRecords,
+    make_world,
+    real_world,
+)
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.seeds import generator
@@ -14,7 +18,7 @@ N_WORLDS = 300
 
 def many(
     model: Posterior, tau: float = 0.0, speed_scatter: float = 0.0, **values: float
-) -> list[Measured]:
+) -> list[BootstrapRecords]:
     u = studies.near(model, **values)
     predicted = model.nodes.predicted_at(u)
     return [
@@ -24,32 +28,32 @@ def many(
 
 
 def test_the_real_world_is_the_records() -> None:
-    study = studies.study()
-    found = real_world(studies.posterior(study))
-    stopped = study.kind != LEFT
+    observations = studies.observations()
+    found = real_world(studies.posterior(observations))
+    stopped = observations.kind != LEFT
     assert np.array_equal(found.left, ~stopped)
-    assert np.array_equal(found.observed[stopped], study.observed[stopped])
-    for row, measured in zip(found.speeds, study.speeds, strict=True):
+    assert np.array_equal(found.observed[stopped], observations.observed[stopped])
+    for row, measured in zip(found.speeds, observations.speeds, strict=True):
         assert np.array_equal(row[: len(measured.x)], measured.speed)
 
 
 def test_lengths_scatter_by_friction_volume_and_record() -> None:
-    study = studies.study()
-    worlds = many(studies.posterior(study), **{"log sigma": np.log(0.12)})
+    observations = studies.observations()
+    worlds = many(studies.posterior(observations), **{"log sigma": np.log(0.12)})
     for i in range(36, 39):
         logs = np.log([w.observed[i] for w in worlds])
         # Of log L: scatter, the slope n of the law times the volume's error, record.
-        volume = np.exp(study.volumes.mean[i])
-        law = 1e-6 * volume * study.volumes.sd[i]
-        record = study.sigma[i] / np.exp(np.mean(logs))
+        volume = np.exp(observations.volumes.mean[i])
+        law = 1e-6 * volume * observations.volumes.sd[i]
+        record = observations.sigma[i] / np.exp(np.mean(logs))
         expected = np.sqrt(0.12**2 + law**2 + record**2)
         assert np.std(logs) == pytest.approx(expected, rel=0.15)
 
 
 def test_paths_are_offset_together() -> None:
-    study = studies.study()
-    model = studies.posterior(study)
-    mine = np.flatnonzero((study.columns.path_index == 0) & (study.kind == 0))[:2]
+    observations = studies.observations()
+    model = studies.posterior(observations)
+    mine = np.flatnonzero((observations.columns.path_index == 0) & (observations.kind == 0))[:2]
 
     def correlation(tau: float) -> float:
         pairs = np.array([w.observed[mine] for w in many(model, tau)])
@@ -60,32 +64,32 @@ def test_paths_are_offset_together() -> None:
 
 
 def test_stops_above_the_limit_of_sight_are_not_made() -> None:
-    study = studies.study()
-    limited = np.flatnonzero(np.isfinite(study.limit) & (study.kind == 0))
-    free = np.flatnonzero(np.isnan(study.limit) & (study.kind == 0))
-    worlds = many(studies.posterior(study), **{"log sigma": np.log(0.4)})
+    observations = studies.observations()
+    limited = np.flatnonzero(np.isfinite(observations.limit) & (observations.kind == 0))
+    free = np.flatnonzero(np.isnan(observations.limit) & (observations.kind == 0))
+    worlds = many(studies.posterior(observations), **{"log sigma": np.log(0.4)})
     for w in worlds:
         seen = limited[~w.left[limited]]
-        assert np.all(w.observed[seen] <= study.limit[seen])
+        assert np.all(w.observed[seen] <= observations.limit[seen])
     assert any(np.any(w.observed[free] > 520.0) for w in worlds)
 
 
 def test_speeds_err_as_said() -> None:
-    study = studies.study()
-    model = studies.posterior(study)
+    observations = studies.observations()
+    model = studies.posterior(observations)
     fixed = {"log sigma": np.log(1e-3), "n in 1e-6/m3": 0.0}
-    measured = study.speeds[0]
+    measured = observations.speeds[0]
     for scatter in (0.0, 5.0):
         speeds = np.array([w.speeds[0, 0] for w in many(model, 0.0, scatter, **fixed)])
         assert np.std(speeds) == pytest.approx(np.hypot(measured.sigma[0], scatter), rel=0.15)
 
 
 def test_equal_seeds_make_equal_worlds() -> None:
-    model = studies.posterior(studies.study())
+    model = studies.posterior(studies.observations())
     u = studies.near(model)
     predicted = model.nodes.predicted_at(u)
 
-    def one(seed: int) -> Measured:
+    def one(seed: int) -> BootstrapRecords:
         return make_world(model, predicted, u, 0.1, 2.0, generator(seed, "a"))
 
     a, b, c = one(1), one(1), one(2)
@@ -95,11 +99,11 @@ def test_equal_seeds_make_equal_worlds() -> None:
 
 
 def test_worlds_have_students_tails_where_the_model_has() -> None:
-    study = studies.study()
+    observations = studies.observations()
     i = 36
     kurtosis = {}
     for tails in ("normal", "student"):
-        logs = np.log([w.observed[i] for w in many(studies.posterior(study, tails=tails))])
+        logs = np.log([w.observed[i] for w in many(studies.posterior(observations, tails=tails))])
         z = (logs - np.median(logs)) / np.std(logs)
         kurtosis[tails] = float(np.mean(z**4))
     assert kurtosis["normal"] < 4.0 < kurtosis["student"]

@@ -5,27 +5,29 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from avahazard.criticism.screening.alternatives import LOG_MU, SPEED_STRIDE, Tables, make_tables
-from avahazard.criticism.screening.gains import bumps_of
-from avahazard.criticism.screening.parametric_bootstrap import Measured, real_world
-from avahazard.criticism.screening.record_moments import bumps, record_bounds
+from avahazard.criticism.screening.gains import moments_of
+from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords, real_world
+from avahazard.criticism.screening.record_moments import record_bounds, record_moments
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
-from avahazard.inference.model.observations import LEFT, Study
+from avahazard.inference.model.observations import LEFT, Observations
 from tests.inference import studies
 
 SPEED_SCATTER = 4.0
 
 
-def setting() -> tuple[Study, Tables, Measured]:
-    study = studies.study()
-    model = studies.posterior(study)
-    tables = make_tables(study, predict_records(study, (), {}), study.limit, SPEED_SCATTER)
-    return study, tables, real_world(model)
+def setting() -> tuple[Observations, Tables, BootstrapRecords]:
+    observations = studies.observations()
+    model = studies.posterior(observations)
+    tables = make_tables(
+        observations, predict_records(observations, (), {}), observations.limit, SPEED_SCATTER
+    )
+    return observations, tables, real_world(model)
 
 
-def brute_force(study: Study, tables: Tables, i: int) -> tuple[float, float, float]:
+def brute_force(observations: Observations, tables: Tables, i: int) -> tuple[float, float, float]:
     """Mean, variance and log mass of one bump by a sum over very many frictions."""
-    left = study.kind[i] == LEFT
+    left = observations.kind[i] == LEFT
     place = np.arange(max(tables.last_left[i], 0), len(LOG_MU) - 1, 1e-3)
     if left:
         place = np.arange(0.0, tables.last_left[i] + 0.5, 1e-3)
@@ -34,10 +36,10 @@ def brute_force(study: Study, tables: Tables, i: int) -> tuple[float, float, flo
     log_density = np.zeros(len(nu))
     if not left:
         record = np.interp(place, index, tables.record[i])
-        log_density = norm.logpdf(study.observed[i], record, study.sigma[i])
+        log_density = norm.logpdf(observations.observed[i], record, observations.sigma[i])
     row = tables.speeds.row[i]
     if row >= 0:
-        measured = study.speeds[row]
+        measured = observations.speeds[row]
         square = [
             np.interp(place, index[::SPEED_STRIDE], column)
             for column in tables.speeds.square[row, :, : len(measured.x)].T
@@ -59,14 +61,14 @@ def brute_force(study: Study, tables: Tables, i: int) -> tuple[float, float, flo
 
 
 def test_bumps_are_the_integral_over_friction() -> None:
-    study, tables, measured = setting()
-    found = bumps_of(tables, measured, study.sigma)
-    told = (study.kind != LEFT) | (tables.speeds.row >= 0)
-    # The six that just do not stop so high, or so low, have bumps at an end of the table.
+    observations, tables, measured = setting()
+    found = moments_of(tables, measured, observations.sigma)
+    told = (observations.kind != LEFT) | (tables.speeds.row >= 0)
+    # The six that just do not stop so high, or so low, have record_moments at an end of the table.
     middle = (found.variance > 1e-5) & told
     assert middle.sum() > 30
     for i in np.flatnonzero(middle):
-        mean, variance, log_mass = brute_force(study, tables, i)
+        mean, variance, log_mass = brute_force(observations, tables, i)
         spread = np.sqrt(variance)
         assert abs(found.mean[i] - mean) < 0.05 * spread, i
         assert np.sqrt(found.variance[i]) == pytest.approx(spread, rel=0.05), i
@@ -74,40 +76,40 @@ def test_bumps_are_the_integral_over_friction() -> None:
 
 
 def test_an_event_that_left_says_nothing_by_itself() -> None:
-    study, tables, measured = setting()
-    found = bumps_of(tables, measured, study.sigma)
-    silent = (study.kind == LEFT) & (tables.speeds.row < 0)
+    observations, tables, measured = setting()
+    found = moments_of(tables, measured, observations.sigma)
+    silent = (observations.kind == LEFT) & (tables.speeds.row < 0)
     assert silent.any()
     assert np.all(found.variance[silent] == 0.0)
     assert np.all(found.log_mass[silent] == 0.0)
 
 
 def test_a_record_that_no_friction_explains_costs() -> None:
-    study, tables, measured = setting()
-    far = Measured(measured.observed.copy(), measured.left, measured.speeds)
-    i = int(np.flatnonzero((study.kind == 0) & (tables.speeds.row < 0))[0])
+    observations, tables, measured = setting()
+    far = BootstrapRecords(measured.observed.copy(), measured.left, measured.speeds)
+    i = int(np.flatnonzero((observations.kind == 0) & (tables.speeds.row < 0))[0])
     costs = []
     for away in (40.0, 80.0):
-        far.observed[i] = tables.record[i].max() + away * study.sigma[i]
-        costs.append(float(bumps_of(tables, far, study.sigma).log_mass[i]))
-    ordinary = float(bumps_of(tables, measured, study.sigma).log_mass[i])
+        far.observed[i] = tables.record[i].max() + away * observations.sigma[i]
+        costs.append(float(moments_of(tables, far, observations.sigma).log_mass[i]))
+    ordinary = float(moments_of(tables, measured, observations.sigma).log_mass[i])
     assert costs[1] < costs[0] < ordinary - 500.0
 
 
 def test_coarser_frictions_give_the_same_bump() -> None:
-    study, tables, measured = setting()
-    i = int(np.flatnonzero(study.kind == 2)[0])
+    observations, tables, measured = setting()
+    i = int(np.flatnonzero(observations.kind == 2)[0])
     rows = slice(i, i + 1)
     silent = tables.speeds._replace(row=np.full(1, -1))
 
     def one(step: int):  # type: ignore[no-untyped-def]
         record = tables.record[rows, ::step].copy()
-        return bumps(
+        return record_moments(
             record,
             record_bounds(record),
             tables.last_left[rows] // step,
             measured.observed[rows],
-            study.sigma[rows],
+            observations.sigma[rows],
             measured.left[rows],
             LOG_MU[::step].copy(),
             silent,

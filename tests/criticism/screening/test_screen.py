@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism import screening
 from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
-from avahazard.criticism.screening.alternatives import Variant, base_design, make_tables
+from avahazard.criticism.screening import screen as screening
+from avahazard.criticism.screening.alternatives import Alternative, base_design, make_tables
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.gains import sight_edges
 from avahazard.criticism.screening.parametric_bootstrap import real_world
@@ -15,7 +15,7 @@ from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screening
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
 from tests.inference import studies
@@ -24,15 +24,15 @@ CHEAP = ("snow-type", "path-section", "season", "volume-scatter", "leading-edge"
 
 
 def on_lengths(slope: float, seed: int, n_worlds: int) -> Screening:
-    study = build_study(lengths(80, slope, seed))
-    fit = refit(study, Specification(law="power"), {})
-    entries = candidate_definitions(study, fit.specification)
+    observations = build_observations(lengths(80, slope, seed))
+    fit = refit(observations, Specification(law="power"), {})
+    entries = candidate_definitions(observations, fit.specification)
     return screen(fit.posterior, fit.mode.u, 0.0, entries, n_worlds=n_worlds, seed=seed)
 
 
 def on_paths(n_worlds: int = 8, seed: int = 2) -> Screening:
-    fit = refit(studies.study(), Specification(), {}, (PATH_EFFECT,))
-    bare, u, _ = without_path_effect(fit, studies.study(), ())
+    fit = refit(studies.observations(), Specification(), {}, (PATH_EFFECT,))
+    bare, u, _ = without_path_effect(fit, studies.observations(), ())
     entries = [find_definition(key) for key in CHEAP]
     return screen(bare, u, 0.1, entries, n_worlds=n_worlds, seed=seed)
 
@@ -90,27 +90,27 @@ def test_the_gain_of_paths_tells_whether_paths_differ() -> None:
             else e
             for e in records.events
         )
-        study = build_study(replace(records, events=moved))
-        fit = refit(study, Specification(), {}, (PATH_EFFECT,))
-        bare, u, tau = without_path_effect(fit, study, ())
+        observations = build_observations(replace(records, events=moved))
+        fit = refit(observations, Specification(), {}, (PATH_EFFECT,))
+        bare, u, tau = without_path_effect(fit, observations, ())
         found[size] = screen(bare, u, max(tau, 0.05), [find_definition("season")], n_worlds=40)
     assert found[120.0].path_gain > found[0.0].path_gain + 2.0
     assert found[120.0].path_p < 0.05
 
 
 def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
-    study = studies.study(speeds=False)
-    model = studies.posterior(study)
-    predicted = predict_records(study, (), {})
-    tables = make_tables(study, predicted, study.limit, 0.0)
+    observations = studies.observations(speeds=False)
+    model = studies.posterior(observations)
+    predicted = predict_records(observations, (), {})
+    tables = make_tables(observations, predicted, observations.limit, 0.0)
     design = base_design(model, studies.near(model), False)
     measured = real_world(model)
     seen = {}
     for margin in (0.0, 100.0):
-        variant = Variant("observation-limit", tables, design, 0.0, margin)
-        seen[margin] = sight_edges(variant, measured, study)
-    assert np.all(seen[0.0].has_limit == (study.columns.path_index >= 0))
-    free = seen[0.0].has_limit & np.isnan(study.limit)
+        alternative = Alternative("observation-limit", tables, design, 0.0, margin)
+        seen[margin] = sight_edges(alternative, measured, observations)
+    assert np.all(seen[0.0].has_limit == (observations.columns.path_index >= 0))
+    free = seen[0.0].has_limit & np.isnan(observations.limit)
     # Higher stops need more friction.
     assert np.all(seen[100.0].seen[free] > seen[0.0].seen[free])
 

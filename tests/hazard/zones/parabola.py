@@ -10,7 +10,7 @@ from avahazard.effects.effect import Effect
 from avahazard.hazard.avalanches import Avalanches, avalanches
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -27,7 +27,7 @@ RATES = np.array([0.5, 2.0])
 
 
 @cache
-def study(*releases: float, length: float | None = None) -> Study:
+def observations(*releases: float, length: float | None = None) -> Observations:
     """One class of avalanches to come for each elevation of release, on a parabola."""
     x = np.arange(0.0, 3601.0, 30.0)
     events = tuple(
@@ -35,7 +35,7 @@ def study(*releases: float, length: float | None = None) -> Study:
         for k, z in enumerate(releases)
     )
     y = 2500.0 - 0.9 * x + 1.2e-4 * x**2
-    return build_study(Records((Path("p"),), (Profile("p", x, y),), events))
+    return build_observations(Records((Path("p"),), (Profile("p", x, y),), events))
 
 
 def ready(
@@ -47,7 +47,7 @@ def ready(
     length: float | None = None,
 ) -> Avalanches:
     posterior = Posterior(
-        study(*releases, length=length), specification or Specification(), effects
+        observations(*releases, length=length), specification or Specification(), effects
     )
     return avalanches(posterior, "p", draws, {}, volumes, np.random.default_rng(1))
 
@@ -58,7 +58,7 @@ def one(sigma: float, n: int = 3, *more: float) -> np.ndarray:
 
 def block_speeds(mu: float | np.ndarray, release_m: float = 2450.0) -> np.ndarray:
     """Speeds at X of single runs of the block, `[n_mu, n_x]`."""
-    site = study(release_m).sites[0]
+    site = observations(release_m).sites[0]
     cells = build_cells(site.terrain, no_resistance(site.terrain))
     start = site.terrain.node(site.release_x[0])
     return np.asarray(speeds_along(cells, start, np.atleast_1d(mu), X))

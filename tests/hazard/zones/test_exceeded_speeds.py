@@ -17,9 +17,9 @@ from tests.hazard.zones.parabola import (
     VOLUMES,
     X,
     block_speeds,
+    observations,
     one,
     ready,
-    study,
 )
 
 
@@ -105,7 +105,7 @@ def test_the_front_brings_the_speed_of_the_block_behind_it() -> None:
     found = exceeded_speeds(
         ready(draws, one_volume(1e5, 3), effects=(effect,), length=200.0), X, [100.0]
     )[0, 0]
-    site = study(2450.0).sites[0]
+    site = observations(2450.0).sites[0]
     s = np.interp(X, site.terrain.x, site.terrain.s)
     behind = np.interp(s - 100.0, site.terrain.s, site.terrain.x)
     expected = np.sqrt(np.interp(behind, X, block_speeds(0.7 * np.exp(-0.2))[0] ** 2))

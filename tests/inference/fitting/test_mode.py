@@ -7,13 +7,13 @@ import pytest
 from scipy.optimize import minimize
 
 from avahazard.inference.fitting.mode import find_mode, likely_friction, start_coordinates
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.records.event import Event
 from tests.inference.studies import one_path, posterior
 
 
 def _model(*effects: str, **settings: str):
-    return posterior(build_study(one_path(40, seed=2, cut_m=1700.0)), *effects, **settings)
+    return posterior(build_observations(one_path(40, seed=2, cut_m=1700.0)), *effects, **settings)
 
 
 def test_the_mode_is_that_of_a_simplex_search() -> None:
@@ -53,9 +53,9 @@ def test_one_wild_record_does_not_lead_the_start_astray() -> None:
     records = one_path(40, seed=2)
     wild = Event("w", "P0", runout_elevation_m=990.0, volume_m3=5e6, volume_rel_sigma=0.1)
     model = posterior(
-        build_study(type(records)(records.paths, records.profiles, (*records.events, wild)))
+        build_observations(type(records)(records.paths, records.profiles, (*records.events, wild)))
     )
-    without = find_mode(posterior(build_study(records)))
+    without = find_mode(posterior(build_observations(records)))
     assert find_mode(model).u[0] == pytest.approx(without.u[0], abs=0.3)
 
 

@@ -7,16 +7,16 @@ import pytest
 
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.mode_search import search_mode, thinned
-from tests.inference.studies import posterior, study
+from tests.inference.studies import observations, posterior
 
 
 def test_without_tables_it_is_the_plain_climb() -> None:
-    model = posterior(study())
+    model = posterior(observations())
     np.testing.assert_array_equal(search_mode(model)[1].u, find_mode(model).u)
 
 
 def test_it_gets_over_the_valley_where_a_climb_stays() -> None:
-    model = posterior(study(), "turbulent-drag")
+    model = posterior(observations(), "turbulent-drag")
     (drag,) = model.layout.tables
     climb = find_mode(model)
     _, found = search_mode(model)

@@ -9,20 +9,20 @@ from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import TOLERANCE, refined, settled, sharpened
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
-from tests.inference.studies import one_path, posterior, study
+from tests.inference.studies import observations, one_path, posterior
 
 
 def _model(*effects: str) -> Posterior:
-    return posterior(build_study(one_path(40, seed=2, cut_m=1700.0)), *effects)
+    return posterior(build_observations(one_path(40, seed=2, cut_m=1700.0)), *effects)
 
 
 def _with_speeds(*effects: str) -> Posterior:
     """Tracks of speeds of every event: between two grid points the likelihood falls by hundreds."""
     records, _ = make_world(41_002, 60, 5, {"turbulent-drag": 1.0}, Settings(speeds=1.0))
-    return posterior(build_study(records), *effects)
+    return posterior(build_observations(records), *effects)
 
 
 def test_grids_are_refined_where_they_are_too_coarse() -> None:
@@ -48,8 +48,8 @@ def test_without_tables_to_shape_nothing_is_refined() -> None:
 
 
 def test_refining_keeps_the_part_of_the_events() -> None:
-    model = posterior(study(speeds=False), "epoch-bias")
-    keep = np.arange(model.study.n_events) % 2 == 0
+    model = posterior(observations(speeds=False), "epoch-bias")
+    keep = np.arange(model.observations.n_events) % 2 == 0
     part = model.restricted(keep)
     fine = refined(part, find_mode(part))
     assert fine is not part
@@ -69,7 +69,7 @@ def test_a_blend_that_holds_is_left_alone() -> None:
 def test_a_peak_between_grid_points_that_is_none_is_found_out() -> None:
     model = _with_speeds("entrainment")
     rough = find_mode(model)
-    # The climb ends where only the blend is high.
+    # The climb ends where only the interpolation is high.
     assert model.log_likelihood(rough.u) - model.exact_log_likelihood(rough.u) > 10.0
     fine, mode = settled(model, rough)
     exact = fine.exact_log_likelihood(mode.u)

@@ -10,9 +10,9 @@ from avahazard.inference.fitting.refinement import refined
 from avahazard.inference.likelihood.interpolation import line_weights
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.synth.making import make_world
-from tests.inference.studies import near, posterior, study
+from tests.inference.studies import near, observations, posterior
 
 GRID = (0.0, 0.5, 1.0, 2.0, 4.0, 7.0)
 
@@ -52,13 +52,13 @@ def test_short_grids_use_all_their_points() -> None:
 def _afresh(model: Posterior, u: np.ndarray) -> np.ndarray:
     """Log likelihood of each event with tables and nodes made at u itself."""
     speed = model.layout.speed_scatter
-    limit = model.study.limit
+    limit = model.observations.limit
     values = model.layout.effect_values(u)
     for effect in model.effects:
         if effect.limit is not None:
-            limit = effect.limit(model.study.columns, values[effect.key])
+            limit = effect.limit(model.observations.columns, values[effect.key])
     nodes = build_nodes(
-        model.study,
+        model.observations,
         model.nodes.predicted_at(u),
         0.0 if speed is None else float(np.exp(u[speed])),
         limit,
@@ -80,7 +80,7 @@ SHAPING = {
 
 @pytest.mark.parametrize("key", SHAPING)
 def test_on_grid_points_the_blend_is_exact(key: str) -> None:
-    model = posterior(study(), key)
+    model = posterior(observations(), key)
     u = near(model, **SHAPING[key])
     for k, slot in enumerate(model.layout.slots):
         if slot.grid:
@@ -101,7 +101,7 @@ def test_on_grid_points_the_blend_is_exact(key: str) -> None:
 def test_about_the_mode_the_blend_is_close(key: str, tolerance: float) -> None:
     """On terrain with steps: what is sampled is what tables made on the spot would give."""
     records, _ = make_world(5, 80, 8, {key: 1.0})
-    model = posterior(build_study(records), key)
+    model = posterior(build_observations(records), key)
     mode = find_mode(model)
     fine = refined(model, mode)
     assert fine is not model

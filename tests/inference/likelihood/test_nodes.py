@@ -41,7 +41,7 @@ def _nodes(
     in_log: bool = True,
 ) -> Nodes:
     """Nodes of one event whose block stops on `curve`."""
-    study: Any = SimpleNamespace(
+    observations: Any = SimpleNamespace(
         n_events=1,
         speeds=() if speeds is None else (speeds[0],),
         kind=np.array([kind]),
@@ -56,7 +56,7 @@ def _nodes(
         status=left[None].astype(np.int8),
         speeds=() if speeds is None else (speeds[1],),
     )
-    return build_nodes(study, predicted, in_log=in_log)
+    return build_nodes(observations, predicted, in_log=in_log)
 
 
 def _log_likelihood(nodes: Nodes, m: float, s: float) -> float:

@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.inference.likelihood.posterior import Posterior
 from tests.inference.naive_posterior import NaivePosterior
-from tests.inference.studies import near, posterior, study
+from tests.inference.studies import near, observations, posterior
 
 MODELS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "plain": ((), {}),
@@ -36,7 +36,7 @@ OFF_NEUTRAL = {
 
 
 def _place(model: Posterior, seed: int) -> np.ndarray:
-    """Plausible coordinates, on the grids of the tables: between them the blend has its tests."""
+    """Plausible coordinates, on the grids of the tables: interpolation has its own tests."""
     u = near(model, 0.1, seed, **OFF_NEUTRAL)
     for k, slot in enumerate(model.layout.slots):
         if slot.grid:
@@ -47,7 +47,7 @@ def _place(model: Posterior, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("name", MODELS)
 def test_every_event_has_its_marginal_likelihood(name: str) -> None:
     effects, settings = MODELS[name]
-    model = posterior(study(), *effects, **settings)
+    model = posterior(observations(), *effects, **settings)
     for seed in range(2):
         u = _place(model, seed)
         assert model.event_log_likelihood(u) == pytest.approx(
@@ -56,7 +56,7 @@ def test_every_event_has_its_marginal_likelihood(name: str) -> None:
 
 
 def test_the_density_is_the_likelihood_times_the_prior() -> None:
-    model = posterior(study(), "release-elevation")
+    model = posterior(observations(), "release-elevation")
     u, other = _place(model, 1), _place(model, 2)
     slots = model.layout.slots
     apart = sum(
@@ -72,7 +72,7 @@ def test_the_density_is_the_likelihood_times_the_prior() -> None:
 
 
 def test_out_of_bounds_there_is_no_density() -> None:
-    model = posterior(study(), "cohesion")
+    model = posterior(observations(), "cohesion")
     u = _place(model, 0)
     u[[s.name for s in model.layout.slots].index("cohesion.strength")] = -0.01
     assert model.log_density(u) == -np.inf
@@ -91,7 +91,7 @@ def test_out_of_bounds_there_is_no_density() -> None:
 def test_path_offsets_are_integrated_out(
     settings: dict[str, str], tau: float, tolerance: float
 ) -> None:
-    model = posterior(study(), "path-effect", **settings)
+    model = posterior(observations(), "path-effect", **settings)
     u = _place(model, 0)
     u[model.layout.path_scatter or 0] = tau
     slow = NaivePosterior(model, u).by_paths(0.2 * tau)
@@ -99,7 +99,7 @@ def test_path_offsets_are_integrated_out(
 
 
 def test_offsets_have_the_mean_and_spread_of_their_conditional_distribution() -> None:
-    model = posterior(study(), "path-effect")
+    model = posterior(observations(), "path-effect")
     u = _place(model, 0)
     tau = 0.2 * u[model.layout.path_scatter or 0]
     offsets = model.path_offsets(u)
@@ -116,8 +116,8 @@ def test_offsets_have_the_mean_and_spread_of_their_conditional_distribution() ->
 
 
 def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
-    model = posterior(study())
-    keep = np.arange(study().n_events) % 3 != 0
+    model = posterior(observations())
+    keep = np.arange(observations().n_events) % 3 != 0
     u = _place(model, 0)
     part = model.restricted(keep)
     assert part.log_likelihood(u) == pytest.approx(model.event_log_likelihood(u)[keep].sum())
@@ -130,7 +130,7 @@ def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
 
 
 def test_paths_without_events_left_keep_a_prior_offset() -> None:
-    model = posterior(study(), "path-effect")
+    model = posterior(observations(), "path-effect")
     assert model.groups is not None
     u = _place(model, 0)
     tau = 0.2 * u[model.layout.path_scatter or 0]
@@ -140,7 +140,7 @@ def test_paths_without_events_left_keep_a_prior_offset() -> None:
 
 
 def test_a_spread_of_nothing_between_paths_is_approached() -> None:
-    model, base = posterior(study(), "path-effect"), posterior(study())
+    model, base = posterior(observations(), "path-effect"), posterior(observations())
     u = _place(model, 0)
     place = model.layout.path_scatter
     assert place is not None
@@ -152,9 +152,9 @@ def test_a_spread_of_nothing_between_paths_is_approached() -> None:
 
 
 def test_scatter_that_falls_with_volume_stays_where_nodes_bear_it() -> None:
-    model = posterior(study(), scatter="volume")
+    model = posterior(observations(), scatter="volume")
     u = near(model)
     u[model.layout.scatter_slope] = 1.5
-    volume = np.full((model.study.n_events, 1), 50.0 * model.layout.reference_volume)
+    volume = np.full((model.observations.n_events, 1), 50.0 * model.layout.reference_volume)
     _, scatter = model.location_and_scatter(u, volume)
     assert np.exp(model.layout.slots[model.layout.scatter].low) == pytest.approx(scatter)

@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.effects.effect import Effect, Parameter
 from avahazard.inference.likelihood.predicted import predict_records, resistance_of
-from avahazard.inference.model.observations import Study, build_study
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -22,8 +22,8 @@ from avahazard.records.path import Path, Profile
 X = np.linspace(0.0, 1900.0, 96)
 
 
-def _study() -> Study:
-    return build_study(
+def _study() -> Observations:
+    return build_observations(
         Records(
             (Path("P"), Path("Q")),
             tuple(

@@ -12,7 +12,7 @@ from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_nodes import SPLIT, between
 from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
 from avahazard.physics.runout_table import MU
-from tests.inference.studies import posterior, study
+from tests.inference.studies import observations, posterior
 
 REACH = np.array([0.9, 0.7])
 """Frictions with which the block only just comes to the places of the speeds."""
@@ -29,7 +29,7 @@ def _stop(mu: np.ndarray) -> np.ndarray:
 
 def _fast(kind: int, true_mu: float, sigma: float) -> float:
     """Log likelihood by nodes of one event with two speeds, friction being 0.45 e^±0.15."""
-    given = study(6, 6, False)
+    given = observations(6, 6, False)
     measured = SpeedRecord(
         0, np.array([200.0, 600.0]), _speed(np.array([true_mu]))[0], np.full(2, sigma)
     )
@@ -101,10 +101,10 @@ def test_between_takes_fewer_parts_of_many_cells() -> None:
 
 
 def test_events_without_speeds_are_untouched() -> None:
-    with_speeds, without = posterior(study()), posterior(study(speeds=False))
+    with_speeds, without = posterior(observations()), posterior(observations(speeds=False))
     u = np.array([-0.8, 1.0, -1.9, 1.0])
-    silent = np.ones(study().n_events, bool)
-    silent[[m.event for m in study().speeds]] = False
+    silent = np.ones(observations().n_events, bool)
+    silent[[m.event for m in observations().speeds]] = False
     assert with_speeds.event_log_likelihood(u)[silent] == pytest.approx(
         without.event_log_likelihood(u[:3])[silent], abs=1e-9
     )

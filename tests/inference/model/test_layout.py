@@ -7,12 +7,12 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.model.layout import PATH_SCATTER, SPEED_GRID, regridded
-from tests.inference.studies import near, posterior, study
+from tests.inference.studies import near, observations, posterior
 
 
 def test_coordinates_are_law_scatter_effects_and_speed() -> None:
     layout = posterior(
-        study(), "snow-type", "path-effect", "entrainment", scatter="volume", law="rational"
+        observations(), "snow-type", "path-effect", "entrainment", scatter="volume", law="rational"
     ).layout
     assert [s.name for s in layout.slots] == [
         "log a",
@@ -35,13 +35,13 @@ def test_coordinates_are_law_scatter_effects_and_speed() -> None:
 
 
 def test_without_speeds_there_is_no_scatter_of_speeds() -> None:
-    layout = posterior(study(speeds=False)).layout
+    layout = posterior(observations(speeds=False)).layout
     assert layout.speed_scatter is None
     assert [s.name for s in layout.slots] == ["log a", "n in 1e-6/m3", "log sigma"]
 
 
 def test_the_prior_is_normal_in_every_coordinate() -> None:
-    layout = posterior(study(), "turbulent-drag").layout
+    layout = posterior(observations(), "turbulent-drag").layout
     u, other = np.array([-0.5, 2.0, -1.5, 0.4, 1.0]), np.array([-0.7, 0.0, -2.0, 0.1, 2.0])
     sd = np.array([0.5, 10.0, 1.0, 1.0, 1.0])
     mean = np.array([np.log(0.5), 0.0, np.log(0.15), 0.0, np.log(3.0)])
@@ -50,7 +50,7 @@ def test_the_prior_is_normal_in_every_coordinate() -> None:
 
 
 def test_people_read_parameters_in_their_units() -> None:
-    model = posterior(study(), "turbulent-drag", "path-effect", scatter="volume")
+    model = posterior(observations(), "turbulent-drag", "path-effect", scatter="volume")
     u = near(model, **{"turbulent-drag.drag": 0.6, "sigma_n": 0.5, "tau": 1.5})
     read = model.layout.readable(np.stack([u, u]))
     values = {name: float(v[1]) for name, (v, _) in read.items()}
@@ -71,20 +71,22 @@ def test_people_read_parameters_in_their_units() -> None:
 
 
 def test_scatter_of_a_normal_law_is_of_friction_itself() -> None:
-    assert posterior(study(), distribution="normal").layout.readable(np.zeros(4))["sigma"][1] == (
-        "friction"
-    )
+    assert posterior(observations(), distribution="normal").layout.readable(np.zeros(4))["sigma"][
+        1
+    ] == ("friction")
 
 
 def test_values_are_exactly_neutral_where_coordinates_are() -> None:
-    model = posterior(study(), "speed-weakening", "epoch-bias", "entrainment", "leading-edge")
+    model = posterior(
+        observations(), "speed-weakening", "epoch-bias", "entrainment", "leading-edge"
+    )
     values = model.layout.effect_values(near(model))
     for effect in model.effects:
         assert np.array_equal(values[effect.key], effect.neutral)
 
 
 def test_other_grids_are_other_ranges() -> None:
-    layout = posterior(study(), "cohesion").layout
+    layout = posterior(observations(), "cohesion").layout
     k = layout.tables[0]
     finer = regridded(layout, {"cohesion.strength": (0.2, 0.3, 0.4)})
     assert finer.slots[k].grid == (0.2, 0.3, 0.4)

@@ -7,7 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, build_study
+from avahazard.inference.model.observations import (
+    ELEVATION,
+    LEFT,
+    LENGTH,
+    PLACE,
+    build_observations,
+)
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
@@ -46,55 +52,59 @@ RECORDS = Records(
 
 
 def test_what_was_recorded() -> None:
-    study = build_study(RECORDS)
-    assert study.n_events == 5
-    assert study.kind.tolist() == [ELEVATION, PLACE, LEFT, LENGTH, ELEVATION]
+    observations = build_observations(RECORDS)
+    assert observations.n_events == 5
+    assert observations.kind.tolist() == [ELEVATION, PLACE, LEFT, LENGTH, ELEVATION]
     expected = [400.0, 1500.0, np.nan, 1200.0, 410.0]
-    assert study.observed == pytest.approx(np.array(expected), nan_ok=True)
-    assert study.sigma.tolist() == [12.0, 10.0, 10.0, 10.0, 10.0]
+    assert observations.observed == pytest.approx(np.array(expected), nan_ok=True)
+    assert observations.sigma.tolist() == [12.0, 10.0, 10.0, 10.0, 10.0]
     nan = np.nan
-    assert study.fall_height == pytest.approx(np.array([nan, nan, nan, 500.0, nan]), nan_ok=True)
-    assert study.limit == pytest.approx(np.array([600.0, nan, 600.0, nan, 600.0]), nan_ok=True)
+    assert observations.fall_height == pytest.approx(
+        np.array([nan, nan, nan, 500.0, nan]), nan_ok=True
+    )
+    assert observations.limit == pytest.approx(
+        np.array([600.0, nan, 600.0, nan, 600.0]), nan_ok=True
+    )
 
 
 def test_releases_are_the_events_own_else_the_paths_else_the_top() -> None:
-    study = build_study(RECORDS)
-    assert [site.path.path_id for site in study.sites] == ["P", "Q"]
-    assert study.columns.paths == ("P", "Q")
+    observations = build_observations(RECORDS)
+    assert [site.path.path_id for site in observations.sites] == ["P", "Q"]
+    assert observations.columns.paths == ("P", "Q")
     expected = [950.0, 1900.0, 900.0, np.nan, 900.0]
-    got = study.columns.release_elevation
+    got = observations.columns.release_elevation
     assert got == pytest.approx(np.array(expected), nan_ok=True, abs=1e-4)
     for i in (0, 1, 2, 4):
-        site = study.sites[study.columns.path_index[i]]
-        assert site.smooth.height(site.release_x[study.release[i]]) == pytest.approx(got[i])
-    assert study.release[2] == study.release[4]
-    assert len(study.sites[0].release_x) == 2
+        site = observations.sites[observations.columns.path_index[i]]
+        assert site.smooth.height(site.release_x[observations.release[i]]) == pytest.approx(got[i])
+    assert observations.release[2] == observations.release[4]
+    assert len(observations.sites[0].release_x) == 2
 
 
 def test_speeds_are_sorted_along_the_track_and_belong_to_an_event() -> None:
-    study = build_study(RECORDS)
-    assert [measured.event for measured in study.speeds] == [0, 1]
-    track = study.speeds[1]
+    observations = build_observations(RECORDS)
+    assert [measured.event for measured in observations.speeds] == [0, 1]
+    track = observations.speeds[1]
     assert track.speed.tolist() == [25.0, 30.0]
     assert track.sigma.tolist() == [2.5, 3.0]
     assert track.x[1] == 900.0
-    assert study.sites[1].smooth.height(track.x[0]) == pytest.approx(1800.0, abs=1e-4)
+    assert observations.sites[1].smooth.height(track.x[0]) == pytest.approx(1800.0, abs=1e-4)
 
 
 def test_to_predict_volumes_are_read_in_the_light_of_the_past() -> None:
     past = replace(
         RECORDS, events=tuple(replace(EVENTS[0], event_id=str(k), volume_m3=1e6) for k in range(9))
     )
-    alone = build_study(RECORDS)
-    informed = build_study(RECORDS, build_study(past))
-    assert informed.volumes.centre == build_study(past).volumes.centre
+    alone = build_observations(RECORDS)
+    informed = build_observations(RECORDS, build_observations(past))
+    assert informed.volumes.centre == build_observations(past).volumes.centre
     assert informed.volumes.mean[0] > alone.volumes.mean[0] + 1.0
 
 
 def test_what_cannot_be_arranged() -> None:
     with pytest.raises(AvahazardError, match="no events") as empty:
-        build_study(Records())
+        build_observations(Records())
     assert "avahazard import" in empty.value.hint
     bare = replace(RECORDS, profiles=RECORDS.profiles[:1])
     with pytest.raises(AvahazardError, match="No profile is stored for path Q"):
-        build_study(bare)
+        build_observations(bare)

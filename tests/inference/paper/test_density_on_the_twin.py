@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.likelihood.assemble import assemble
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.density import choose_kappa, holy_density
 from avahazard.inference.seeds import generator
@@ -30,8 +30,8 @@ def _histogram_log_density(train: np.ndarray, new: np.ndarray) -> float:
 
 def test_it_beats_a_histogram_on_held_out_records() -> None:
     """Thirty random halvings of the twin's apparent frictions; a few go the other way."""
-    study = build_study(read_records([TWIN]))
-    nodes = assemble(study, Specification(), {}).nodes.point(())
+    observations = build_observations(read_records([TWIN]))
+    nodes = assemble(observations, Specification(), {}).nodes.point(())
     friction = likely_friction(nodes, in_log=True)
     friction = friction[np.isfinite(friction)]
     assert len(friction) > 150

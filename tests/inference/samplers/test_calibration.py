@@ -15,7 +15,7 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import ELEVATION, LEFT, Study, build_study
+from avahazard.inference.model.observations import ELEVATION, LEFT, Observations, build_observations
 from avahazard.inference.samplers.marginal import sample
 from avahazard.inference.seeds import generator
 from avahazard.physics.block import LEFT_PROFILE
@@ -69,9 +69,9 @@ def _ground(n_paths: int) -> tuple[tuple[Path, ...], tuple[Profile, ...]]:
     )
 
 
-def _narrowed(study: Study, case: Case) -> Posterior:
+def _narrowed(observations: Observations, case: Case) -> Posterior:
     """The model with the priors of this test."""
-    model = posterior(study, *case.effects)
+    model = posterior(observations, *case.effects)
     priors = PRIORS | {"log a": (np.log(case.a), 0.1)}
     slots = tuple(
         replace(s, mean=priors[s.name][0], sd=priors[s.name][1]) if s.name in priors else s
@@ -90,7 +90,7 @@ def _from_prior(model: Posterior, rng: np.random.Generator) -> np.ndarray:
             return u
 
 
-def _world(case: Case, rng: np.random.Generator) -> tuple[Study, np.ndarray]:
+def _world(case: Case, rng: np.random.Generator) -> tuple[Observations, np.ndarray]:
     """Records of a world drawn from prior and model, and its true coordinates."""
     paths, profiles = _ground(case.n_paths)
     volume = VOLUME_MEDIAN * np.exp(VOLUME_SPREAD * rng.standard_normal(case.n_events))
@@ -105,7 +105,7 @@ def _world(case: Case, rng: np.random.Generator) -> tuple[Study, np.ndarray]:
         )
         for i, v in enumerate(recorded)
     )
-    given = build_study(Records(paths, profiles, bare))
+    given = build_observations(Records(paths, profiles, bare))
     model = _narrowed(given, case)
     u = _from_prior(model, rng)
     tables = model.nodes.predicted_at(u)
@@ -122,8 +122,10 @@ def _world(case: Case, rng: np.random.Generator) -> tuple[Study, np.ndarray]:
         [np.interp(v, np.log(MU), row) for v, row in zip(nu, tables.record, strict=True)]
     )
     observed = np.where(left, np.nan, stop + sigma * rng.standard_normal(case.n_events))
-    study = replace(given, kind=np.where(left, LEFT, ELEVATION), observed=observed, sigma=sigma)
-    return study, u
+    observations = replace(
+        given, kind=np.where(left, LEFT, ELEVATION), observed=observed, sigma=sigma
+    )
+    return observations, u
 
 
 def _ranks(name: str) -> tuple[list[str], np.ndarray, float]:
@@ -131,13 +133,13 @@ def _ranks(name: str) -> tuple[list[str], np.ndarray, float]:
     case = CASES[name]
     ranks, left, names = [], [], []
     for w in range(N_WORLDS):
-        study, u = _world(case, generator(20050, name, w))
-        model = _narrowed(study, case)
+        observations, u = _world(case, generator(20050, name, w))
+        model = _narrowed(observations, case)
         found = sample(model, n_chains=2, n_draws=500, seed=w)
         draws = found.coordinates.reshape(-1, len(u))
         thinned = draws[np.linspace(0, len(draws) - 1, N_DRAWS).round().astype(int)]
         ranks.append(np.sum(thinned < u, axis=0))
-        left.append(np.mean(study.kind == LEFT))
+        left.append(np.mean(observations.kind == LEFT))
         names = [s.name for s in model.layout.slots]
     return names, np.array(ranks), float(np.mean(left))
 

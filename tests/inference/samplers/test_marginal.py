@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import build_study
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.samplers.marginal import Sample, sample
-from tests.inference.studies import near, one_path, posterior, study
+from tests.inference.studies import near, observations, one_path, posterior
 
 
 @cache
 def _law() -> Posterior:
     """Constant law on one path: log a and log sigma; some events left the profile."""
-    return posterior(build_study(one_path(40, seed=1, cut_m=1600.0)), law="constant")
+    return posterior(build_observations(one_path(40, seed=1, cut_m=1600.0)), law="constant")
 
 
 @cache
 def _drag() -> Posterior:
     """The same with drag, which these worlds do not have: it piles up at nought."""
     return posterior(
-        build_study(one_path(40, seed=1, cut_m=1600.0)), "turbulent-drag", law="constant"
+        build_observations(one_path(40, seed=1, cut_m=1600.0)), "turbulent-drag", law="constant"
     )
 
 
@@ -80,7 +80,7 @@ def test_equal_seeds_give_equal_draws() -> None:
 
 
 def test_offsets_of_paths_are_drawn_with_the_parameters() -> None:
-    model = posterior(study(speeds=False), "path-effect")
+    model = posterior(observations(speeds=False), "path-effect")
     found = sample(model, n_chains=2, n_draws=300, seed=1)
     assert found.offsets is not None
     assert found.offsets.shape == (2, 300, 6)

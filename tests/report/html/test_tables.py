@@ -7,7 +7,7 @@ from typing import Any
 
 from avahazard.report.html import effect_tables, model_tables, path_tables
 from avahazard.report.html.content import ReportContent
-from avahazard.report.html.table import Table
+from avahazard.report.html.table import HtmlTable
 from avahazard.report.html.words import NARROW as S
 from tests.report.html.world import NAMES
 
@@ -23,7 +23,7 @@ ROW: dict[str, Any] = {
 }
 
 
-def cells(table: Table, row: int = 0) -> dict[str, str]:
+def cells(table: HtmlTable, row: int = 0) -> dict[str, str]:
     assert all(len(row) == len(table.columns) for row in table.rows)
     return dict(zip((c.removeprefix(">") for c in table.columns), table.rows[row], strict=True))
 
