@@ -21,6 +21,7 @@ from avahazard.hazard.rate_kernel import normal_rates
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, Values
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
@@ -73,24 +74,16 @@ class Avalanches:
 
 
 def avalanches(
-    posterior: Posterior,
-    path_id: str,
-    coordinates: Floats,
-    offsets: dict[str, Floats],
-    volumes: EventVolumes,
-    rng: np.random.Generator,
-    *,
-    metres: bool = False,
+    model: FittedModel, path_id: str, volumes: EventVolumes, rng: np.random.Generator
 ) -> Avalanches:
     """Avalanches of a path by a model.
 
-    The observations of `posterior` hold one event for each class, all of this path and equally
-    frequent; `coordinates` `[n_draws, n_slots]`, `offsets` and `metres` as for `forecaster`. The
+    The events of `model` are one for each class, all of this path and equally frequent. The
     posterior of the model is spread over the draws of `volumes`, which know nothing of each
     other.
     """
-    n = len(volumes.rate)
-    draws = posterior_draws(posterior, coordinates, offsets, n)
+    posterior, n = model.posterior, len(volumes.rate)
+    draws = posterior_draws(model, n)
     # Fewer draws of the model than of the volumes serve several times.
     again = np.arange(n) * len(draws.u) // n
     location, scatter = _friction(posterior, draws, path_id, volumes.log_volume, rng)
@@ -112,7 +105,7 @@ def avalanches(
         ahead=tuple(_ahead(posterior, values) for values in draws.values),
         in_log=specification.distribution == "lognormal",
         student=specification.tails == "student",
-        sigma_m=np.exp(draws.u[again, posterior.layout.scatter]) if metres else None,
+        sigma_m=None if draws.sigma_m is None else draws.sigma_m[again],
     )
 
 

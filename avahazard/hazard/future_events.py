@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from avahazard.hazard.runout_bounds import RunoutBounds, bounds_of_stops, draw_r
 from avahazard.hazard.runout_curve import RunoutCurve
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_table import MU, MU_STEP
 
@@ -54,28 +54,20 @@ class Forecaster:
     sigma_m: Floats | None
 
 
-def forecaster(
-    posterior: Posterior,
-    coordinates: Floats,
-    offsets: Mapping[str, Floats],
-    volume: Floats,
-    *,
-    metres: bool = False,
-) -> Forecaster:
-    """Prepare the draws `[n_draws, n_slots]` for events of `volume` (m3) `[n_events]`, exact.
+def forecaster(model: FittedModel, volume: Floats) -> Forecaster:
+    """Prepare the draws of a model for its events, of `volume` (m3) `[n_events]`, exact.
 
-    `offsets` `[n_draws]` of log friction by path. `metres`: the scatter of `coordinates` is that
-    of the elevation of the stop, not of friction. What shifts records alone is left out: bounds
-    are of true stops.
+    What shifts records alone is left out: bounds are of true stops.
     """
-    draws = posterior_draws(posterior, coordinates, offsets, MAX_PARAMETERS)
+    posterior = model.posterior
+    draws = posterior_draws(model, MAX_PARAMETERS)
     pairs = [posterior.location_and_scatter(row, volume[:, None]) for row in draws.u]
     return Forecaster(
         posterior=posterior,
         location=np.array([location[:, 0] for location, _ in pairs]),
         scatter=np.array([scatter[:, 0] for _, scatter in pairs]),
         draws=draws,
-        sigma_m=np.exp(draws.u[:, posterior.layout.scatter]) if metres else None,
+        sigma_m=draws.sigma_m,
     )
 
 

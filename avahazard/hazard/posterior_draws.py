@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, Values, predict_records
 from avahazard.inference.model.layout import PATH_SCATTER
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 
 Floats = NDArray[np.float64]
@@ -26,7 +25,7 @@ class PosteriorDraws:
 
     `tables` and `values` are the runs of the block and the effects' parameters of each group;
     `tau` `[n_parameters]` is the spread between paths, None without one; `offsets`
-    `[n_parameters]` of log friction by path.
+    `[n_parameters]` of log friction by path; `sigma_m` as in `FittedModel`.
     """
 
     u: Floats
@@ -35,6 +34,7 @@ class PosteriorDraws:
     values: tuple[Values, ...]
     tau: Floats | None
     offsets: dict[str, Floats]
+    sigma_m: Floats | None
 
     @property
     def group(self) -> Indices:
@@ -50,17 +50,14 @@ class PosteriorDraws:
         return np.asarray(self.tau * rng.standard_normal(len(self.tau)))
 
 
-def posterior_draws(
-    posterior: Posterior, coordinates: Floats, offsets: Mapping[str, Floats], n_parameters: int
-) -> PosteriorDraws:
-    """Take at most `n_parameters` of the draws `[n_draws, n_slots]` evenly, and run the block.
+def posterior_draws(model: FittedModel, n_parameters: int) -> PosteriorDraws:
+    """Take at most `n_parameters` of the draws of a model evenly, and run the block.
 
-    `offsets` `[n_draws]` of log friction by path. What shifts records alone is left out: bounds
+    What shifts records alone is left out: bounds
     are of true stops.
     """
-    layout = posterior.layout
-    n = min(len(coordinates), n_parameters)
-    chosen = np.linspace(0, len(coordinates) - 1, n).round().astype(int)
+    posterior, layout, coordinates = model.posterior, model.posterior.layout, model.draws
+    chosen = model.evenly(min(len(coordinates), n_parameters))
     shaping = list(layout.tables)
     groups = table_groups(coordinates[chosen][:, shaping], MAX_TABLES)
     chosen = chosen[np.concatenate(groups)]
@@ -81,5 +78,6 @@ def posterior_draws(
         tables=tuple(tables),
         values=tuple(values),
         tau=tau,
-        offsets={path_id: draws[chosen] for path_id, draws in offsets.items()},
+        offsets={path_id: draws[chosen] for path_id, draws in model.offsets.items()},
+        sigma_m=None if model.sigma_m is None else model.sigma_m[chosen],
     )

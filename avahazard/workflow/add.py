@@ -9,28 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
+from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.store.comparisons import latest_comparison, save_comparison
 from avahazard.store.models import load_model, refuse_taken_name
 from avahazard.store.session import reading, writing
 from avahazard.workflow.calibrate import N_CHAINS, N_DRAWS, calibrate_study
 from avahazard.workflow.calibrated import result_document
 from avahazard.workflow.compare import comparison
-from avahazard.workflow.fitted import fitted_posterior
 from avahazard.workflow.ladder import rung
 from avahazard.workflow.own_effects import check_own, effects_of, read_own, stored_text
 from avahazard.workflow.stored_model import (
     StoredFit,
-    coordinates_for,
     load_stored,
     require_unchanged,
     save_calibrated,
-    training_records,
 )
 
 Floats = NDArray[np.float64]
@@ -70,10 +66,9 @@ def add(
             f"The effect '{unused[0]}' of the effect file is not asked for.",
             f"Name it: avahazard add {name} {unused[0]} --as {new_name} --effect-file FILE.",
         )
-    parent, all_records = load_stored(database, name, definitions)
-    require_unchanged(parent, all_records)
-    records = training_records(parent, all_records)
-    observations = build_observations(records)
+    parent = load_stored(database, name, definitions)
+    require_unchanged(parent)
+    observations = build_observations(parent.training)
     specification, new_facts = with_effects(
         observations, parent.specification, effects, definitions
     )
@@ -94,25 +89,15 @@ def add(
         progress=lambda share: report(f"Calibrating {new_name}", share, 1.0),
     )
     document = result_document(
-        found, new_name, seed=seed, data_fingerprint=data_fingerprint(records), parent=name
+        found, new_name, seed=seed, data_fingerprint=parent.fingerprint, parent=name
     )
-    built = build_effects(specification, facts, definitions)
     after = comparison(
-        new_name,
-        Posterior(observations, specification, built, found.grids),
-        found.coordinates.reshape(-1, found.coordinates.shape[2]),
-        {path: draws.ravel() for path, draws in found.offsets.items()},
-        lambda share: report(f"Comparing {new_name}", share, 1.0),
+        new_name, found.model, lambda share: report(f"Comparing {new_name}", share, 1.0)
     )
     fresh = before is None and parent.method != "metropolis"
     if fresh:
-        posterior = fitted_posterior(parent, records)
         before = comparison(
-            name,
-            posterior,
-            coordinates_for(parent, posterior),
-            parent.offsets,
-            lambda share: report(f"Comparing {name}", share, 1.0),
+            name, parent.model, lambda share: report(f"Comparing {name}", share, 1.0)
         )
     save_calibrated(
         database,
@@ -147,7 +132,8 @@ def _start(parent: StoredFit, child: Posterior) -> Floats | None:
     """
     if parent.method != "marginal" or not _same_base(parent.specification, child.specification):
         return None
-    known = dict(zip(parent.slots, np.median(parent.coordinates, axis=0), strict=True))
+    slots = [slot.name for slot in parent.model.posterior.layout.slots]
+    known = dict(zip(slots, np.median(parent.model.draws, axis=0), strict=True))
     layout = child.layout
     start = [
         known.get(slot.name, slot.mean if np.isnan(slot.neutral) else slot.neutral)

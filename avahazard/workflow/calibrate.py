@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from avahazard.effects.catalogue import definition, require
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import assemble, with_effects
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import (
     DistributionName,
@@ -21,6 +20,7 @@ from avahazard.inference.model.specification import (
     Specification,
     TailsName,
 )
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.marginal import sample
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
@@ -123,27 +123,12 @@ def calibrate_study(
     drawn = sample(
         posterior, n_chains=n_chains, n_draws=n_draws, seed=seed, start=start, progress=progress
     )
-    offsets = {}
-    if drawn.offsets is not None:
-        paths = observations.columns.paths
-        offsets = {paths[k]: drawn.offsets[..., k] for k in range(drawn.offsets.shape[2])}
-    return Calibrated(
-        specification=specification,
-        facts=facts,
-        method=method,
-        chains=drawn.chains,
-        slots=tuple(slot.name for slot in drawn.posterior.layout.slots),
-        coordinates=drawn.coordinates,
-        n_events=observations.n_events,
-        offsets=offsets,
-        grids=_refined_grids(posterior, drawn.posterior),
+    model = FittedModel(
+        drawn.posterior,
+        drawn.coordinates.reshape(-1, drawn.coordinates.shape[2]),
+        drawn.offsets_by_path(),
     )
-
-
-def _refined_grids(whole: Posterior, fine: Posterior) -> dict[str, tuple[float, ...]]:
-    """The grids that are not those of the effects themselves, by slot."""
-    pairs = zip(whole.layout.slots, fine.layout.slots, strict=True)
-    return {new.name: new.grid for old, new in pairs if new.grid != old.grid}
+    return Calibrated(model, facts, drawn.chains, observations.n_events)
 
 
 def _kept_effects(with_: Sequence[str], without: Sequence[str]) -> list[str]:

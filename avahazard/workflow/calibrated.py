@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Facts
-from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.chains import Chains
 
 Floats = NDArray[np.float64]
@@ -22,22 +22,15 @@ KDE_DRAWS, KDE_POINTS = 4000, 401
 class Calibrated:
     """A model calibrated on observations.
 
-    `chains` holds the parameters that people read; `coordinates` `[n_chains, n_draws, n_slots]`
-    those that the model runs on, named by `slots`; `offsets` `[n_chains, n_draws]` of log
-    friction by path, empty without a path effect. `grids` are those of parameters whose tables
-    were refined. `left_out` counts events by the reason why the method cannot use them; `notes`
-    are sentences for people.
+    `chains` holds the parameters that people read, chain by chain; `n_events` were used, and
+    `left_out` counts the others by the reason why the method cannot use them; `notes` are
+    sentences for people.
     """
 
-    specification: Specification
+    model: FittedModel
     facts: dict[str, Facts]
-    method: MethodName
     chains: Chains
-    slots: tuple[str, ...]
-    coordinates: Floats
     n_events: int
-    offsets: dict[str, Floats] = field(default_factory=dict)
-    grids: dict[str, tuple[float, ...]] = field(default_factory=dict)
     left_out: dict[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -50,7 +43,7 @@ def result_document(
     Besides the contract's keys: `tails`, `centrifugal`, `left_out`, `notes`, the tail ESS and
     `converged` among the diagnostics, and path offsets as `path:PATH_ID` among the parameters.
     """
-    specification, chains = found.specification, found.chains
+    specification, chains = found.model.specification, found.chains
     n_chains, n_draws = chains.draws.shape[:2]
     checks = chains.diagnostics
     notes = list(found.notes)
@@ -68,7 +61,7 @@ def result_document(
         "distribution": specification.distribution,
         "tails": specification.tails,
         "centrifugal": specification.centrifugal,
-        "method": found.method,
+        "method": found.model.method,
         "effects": list(specification.effects),
         "n_events": found.n_events,
         "left_out": found.left_out,
@@ -93,8 +86,8 @@ def _all_draws(found: Calibrated) -> Iterator[tuple[str, Floats, str]]:
     """Name, draws and unit of every parameter, path offsets last."""
     for k, (name, unit) in enumerate(zip(found.chains.names, found.chains.units, strict=True)):
         yield name, found.chains.draws[..., k].ravel(), unit
-    for path_id, draws in found.offsets.items():
-        yield f"path:{path_id}", draws.ravel(), "log friction"
+    for path_id, draws in found.model.offsets.items():
+        yield f"path:{path_id}", draws, "log friction"
 
 
 def summary(draws: Floats, unit: str) -> dict[str, float | str]:

@@ -30,23 +30,16 @@ from avahazard.criticism.scoring.speed_misfit import (
     speed_misfit,
 )
 from avahazard.criticism.scoring.where_it_fails import where_it_fails
-from avahazard.inference.fitting.mode import find_mode
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.store.comparisons import save_comparison
 from avahazard.store.session import writing
-from avahazard.workflow.fitted import fitted_posterior, offset_array
 from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.stored_model import (
-    coordinates_for,
-    load_stored,
-    require_unchanged,
-    training_records,
-)
+from avahazard.workflow.stored_model import load_stored, require_unchanged
 
 Floats = NDArray[np.float64]
 Report = Callable[[str, float, float], None]
@@ -74,17 +67,10 @@ def compare(
     """
     if plot is not None:
         require_picture(plot)
-    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
-    require_unchanged(stored, records)
-    posterior = fitted_posterior(stored, training_records(stored, records))
-    document = comparison(
-        name,
-        posterior,
-        coordinates_for(stored, posterior),
-        stored.offsets,
-        lambda share: report(f"Comparing {name}", share, 1.0),
-    )
+    require_unchanged(stored)
+    document = comparison(name, stored.model, lambda share: report(f"Comparing {name}", share, 1.0))
     with writing(database) as session:
         save_comparison(session, name, document)
     if plot is not None:
@@ -106,37 +92,29 @@ def require_comparable(name: str, method: MethodName) -> None:
 
 def comparison(
     name: str,
-    posterior: Posterior,
-    coordinates: Floats,
-    offsets: dict[str, Floats],
+    model: FittedModel,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> dict[str, Any]:
-    """The document of `compare` for a posterior and its draws; nothing is stored.
+    """The document of `compare` for a model on the records that it was fitted to; nothing is
+    stored.
 
-    `coordinates` `[n_draws, n_slots]`, `offsets` `[n_draws]` by path. Runout scores are in metres
+    Runout scores are in metres
     of the coordinate of each record, which `coordinate` names (elevation, x, length, mixed).
     Held-out `elpd_loo` is the log density of each record given the other groups. Besides the
     contract's keys: Pareto k over 0.7 and how many of these were refitted, misfit of speeds by
     place and by speed, and the measured force along the tracks.
     """
-    observations = posterior.observations
+    observations = model.observations
     rng = generator(0, "compare")
-    by_group = offset_array(posterior, coordinates, offsets, rng)
-    expected = expected_records(posterior, coordinates, offsets, RECORD_DRAWS, rng)
+    expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
     progress(0.15)
-    speeds = matched_speeds(posterior, coordinates, by_group, rng)
+    speeds = matched_speeds(model, rng)
     progress(0.25)
-    loo = leave_one_out(posterior, coordinates, by_group)
+    loo = leave_one_out(model)
     progress(0.4)
     held = choose_groups(observations)
-    others = held_out_predictions(
-        posterior,
-        held.groups,
-        find_mode(posterior, np.median(coordinates, axis=0)),
-        coordinates,
-        lambda share: progress(0.4 + 0.6 * share),
-    )
+    others = held_out_predictions(model, held.groups, lambda share: progress(0.4 + 0.6 * share))
     axes = event_axes(observations, np.median(expected.x, axis=1))
     return {
         "model": name,

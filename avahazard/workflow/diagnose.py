@@ -8,14 +8,13 @@ from typing import Any
 
 from avahazard.criticism.diagnosis.diagnose import Candidate, Diagnosis, diagnose
 from avahazard.criticism.diagnosis.measurements import measurement_gains
-from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.store.diagnoses import save_diagnosis
 from avahazard.store.models import load_model
 from avahazard.store.session import reading, writing
 from avahazard.workflow.own_effects import check_own, read_own
-from avahazard.workflow.stored_model import load_stored, require_unchanged, training_records
+from avahazard.workflow.stored_model import load_stored, require_unchanged
 
 Report = Callable[[str, float, float], None]
 
@@ -44,16 +43,15 @@ def diagnose_model(
     with reading(database) as session:
         check_own(load_model(session, name), own_files)
     own = tuple(effect.definition for effect in own_files.values())
-    stored, records = load_stored(database, name, own)
+    stored = load_stored(database, name, own)
     if stored.method != "marginal":
         raise AvahazardError(
             f"The model {name} was calibrated by {stored.method}, which cannot test effects.",
             "Calibrate one with --method marginal.",
         )
-    require_unchanged(stored, records)
-    observations = build_observations(training_records(stored, records))
+    require_unchanged(stored)
     found = diagnose(
-        observations,
+        stored.model.observations,
         stored.specification,
         stored.facts,
         own,

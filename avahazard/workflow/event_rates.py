@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.volume_frequency import N_DRAWS
-from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.frequencies import Frequencies
 from avahazard.workflow.future_events import ignores_volume
@@ -18,13 +17,14 @@ ANY_VOLUME_M3 = 1e4
 
 
 def volumes_by_path(
-    stored: StoredFit, records: Records, frequencies: Frequencies, paths: Sequence[str]
+    stored: StoredFit, frequencies: Frequencies, paths: Sequence[str]
 ) -> tuple[dict[str, EventVolumes], list[str]]:
     """Rate and volumes by path, and why paths that nobody named are left out.
 
     Raises:
         AvahazardError: a path of `paths` has no profile or no rate, or none of all paths has.
     """
+    records = stored.records
     for path_id in paths:
         find_profile(records, find_path(records, path_id))
     profiles = {profile.path_id for profile in records.profiles}

@@ -12,16 +12,10 @@ from avahazard.hazard.avalanches import Avalanches, avalanches
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.future_events import Forecaster, FutureEvent, forecaster
 from avahazard.hazard.release_zone import ReleaseZone, release_zone
-from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
-from avahazard.workflow.stored_model import (
-    StoredFit,
-    coordinates_for,
-    posterior_for,
-    training_records,
-)
+from avahazard.workflow.stored_model import StoredFit
 
 Floats = NDArray[np.float64]
 
@@ -60,73 +54,39 @@ def path_release_zone(records: Records, path_id: str) -> ReleaseZone | None:
 
 
 def forecast(
-    stored: StoredFit,
-    records: Records,
-    wanted: Sequence[tuple[str, float | None]],
-    prior: Observations | None = None,
+    stored: StoredFit, wanted: Sequence[tuple[str, float | None]]
 ) -> tuple[Forecaster, tuple[FutureEvent, ...]]:
-    """Make a model ready for avalanches of (path, volume in m3), by `classes_to_come`.
-
-    `prior` is the observations of the calibration, for those who have it.
-    """
+    """Make a model ready for avalanches of (path, volume in m3), by `classes_to_come`."""
     events: list[Event] = []
     future_events = []
     for path_id, volume in wanted:
         first = len(events)
-        classes = classes_to_come(stored, records, path_id, volume)
+        classes = classes_to_come(stored, path_id, volume)
         events += [replace(e, event_id=f"to come {first + k}") for k, e in enumerate(classes)]
         future_events.append(FutureEvent(path_id, volume, np.arange(first, len(events))))
-    prior = build_observations(training_records(stored, records)) if prior is None else prior
-    future = Records(records.paths, records.profiles, tuple(events))
-    _, posterior = posterior_for(stored, future, prior)
     volumes = np.array([1.0 if e.volume_m3 is None else e.volume_m3 for e in events])
-    ready = forecaster(
-        posterior,
-        coordinates_for(stored, posterior),
-        stored.offsets,
-        volumes,
-        metres=stored.method == "metropolis",
-    )
+    ready = forecaster(stored.on(events), volumes)
     return ready, tuple(future_events)
 
 
 def path_avalanches(
-    stored: StoredFit,
-    records: Records,
-    path_id: str,
-    volumes: EventVolumes,
-    seed: int,
-    prior: Observations | None = None,
+    stored: StoredFit, path_id: str, volumes: EventVolumes, seed: int
 ) -> Avalanches:
-    """What comes down a path by a model and its draws of `volumes`.
-
-    `prior` is the observations of the calibration, for those who ask for many paths.
-    """
+    """What comes down a path by a model and its draws of `volumes`."""
     middle = float(np.exp(np.median(volumes.log_volume)))
-    classes = classes_to_come(stored, records, path_id, middle)
-    prior = build_observations(training_records(stored, records)) if prior is None else prior
-    future = Records(records.paths, records.profiles, classes)
-    _, posterior = posterior_for(stored, future, prior)
-    return avalanches(
-        posterior,
-        path_id,
-        coordinates_for(stored, posterior),
-        stored.offsets,
-        volumes,
-        generator(seed, "avalanches", path_id),
-        metres=stored.method == "metropolis",
-    )
+    classes = classes_to_come(stored, path_id, middle)
+    rng = generator(seed, "avalanches", path_id)
+    return avalanches(stored.on(classes), path_id, volumes, rng)
 
 
-def classes_to_come(
-    stored: StoredFit, records: Records, path_id: str, volume: float | None
-) -> tuple[Event, ...]:
+def classes_to_come(stored: StoredFit, path_id: str, volume: float | None) -> tuple[Event, ...]:
     """Events of this volume (m3) that an avalanche to come on the path may be, equally likely.
 
     They start along the release zone of the path's records, or where the path says. Where the
     model takes columns of the event, they are like the path's recorded ones (those of all paths,
     where it has none) in these; volume, release and columns know nothing of each other.
     """
+    records = stored.records
     zone = path_release_zone(records, path_id)
     models: list[Event] = []
     if takes_event_columns(stored):

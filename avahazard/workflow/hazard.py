@@ -13,7 +13,6 @@ from avahazard.hazard.future_events import future_bounds
 from avahazard.hazard.row import hazard_row
 from avahazard.hazard.runout_bounds import RunoutBounds, Spread
 from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency, return_volume
-from avahazard.inference.model.observations import build_observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -24,12 +23,7 @@ from avahazard.workflow.future_events import forecast, ignores_volume
 from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.one_path import find_path, find_profile
 from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.stored_model import (
-    StoredFit,
-    load_stored,
-    records_changed,
-    training_records,
-)
+from avahazard.workflow.stored_model import StoredFit, load_stored
 from avahazard.workflow.uncertainties import path_uncertainties
 
 N_DRAWS = 20_000
@@ -83,28 +77,26 @@ def hazard(
     _check(return_periods, "return period", "years", 1.0)
     if not return_periods and not volumes:
         return_periods = (DEFAULT_RETURN_PERIOD,)
-    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
+    records = stored.records
     frequencies = volume_frequencies(records, seed, source) if return_periods else None
     wanted, notes = _wanted(stored, records, return_periods, volumes, paths, frequencies)
     report("Runout", 0.0, len(wanted))
-    prior = build_observations(training_records(stored, records))
     pairs = [(w.path_id, w.volume_m3) for w in wanted]
-    ready, future_events = forecast(stored, records, pairs, prior)
+    ready, future_events = forecast(stored, pairs)
     rows: list[dict[str, Any]] = []
     for path_id in dict.fromkeys(w.path_id for w in wanted):
         mine = [k for k, w in enumerate(wanted) if w.path_id == path_id]
-        apart = path_uncertainties(
-            stored, records, path_id, [wanted[k] for k in mine], frequencies, seed, prior
-        )
+        apart = path_uncertainties(stored, path_id, [wanted[k] for k in mine], frequencies, seed)
         for k, more in zip(mine, apart, strict=True):
             row = wanted[k]
             keys = (seed, "hazard", path_id, repr(row.volume_m3), repr(row.return_period))
             bounds = future_bounds(ready, future_events[k], n_draws, generator(*keys))
-            rows.append(_row(stored, records, row, bounds, more))
+            rows.append(_row(stored, row, bounds, more))
             report("Runout", float(len(rows)), len(wanted))
     with writing(database) as session:
         save_hazard(session, name, rows)
-    return rows, notes + _notes(stored, records, rows)
+    return rows, notes + _notes(stored, rows)
 
 
 def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
@@ -156,7 +148,6 @@ def _wanted(
 
 def _row(
     stored: StoredFit,
-    records: Records,
     wanted: Wanted,
     bounds: RunoutBounds,
     more: dict[str, Any],
@@ -177,16 +168,16 @@ def _row(
         wanted.path_id,
         wanted.volume_m3,
         bounds,
-        interval_words(stored, records, wanted.path_id, return_period=period is not None),
+        interval_words(stored, wanted.path_id, return_period=period is not None),
         wanted.returned,
         wanted.frequency,
     )
     return {**row, **more, "return_period_years": period, "notes": notes}
 
 
-def _notes(stored: StoredFit, records: Records, rows: Sequence[dict[str, Any]]) -> list[str]:
+def _notes(stored: StoredFit, rows: Sequence[dict[str, Any]]) -> list[str]:
     notes = [note for row in rows for note in row["notes"]]
-    if records_changed(stored, records):
+    if stored.records_changed:
         notes.append(f"the records have changed since {stored.name} was calibrated.")
     if not stored.result["diagnostics"]["converged"]:
         notes.append(f"the chains of {stored.name} have not converged.")

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from avahazard.records.collection import Records
 from avahazard.workflow.future_events import ignores_volume, path_release_zone, takes_event_columns
 from avahazard.workflow.stored_model import StoredFit
 
 PARAMETERS = "uncertainty of the calibrated parameters"
 
 
-def interval_words(
-    stored: StoredFit, records: Records, path_id: str, *, return_period: bool
-) -> str:
+def interval_words(stored: StoredFit, path_id: str, *, return_period: bool) -> str:
     """What varies within the 5 to 95 % of a row."""
     unknown = _unknown_path(stored, path_id)
-    parts = [*natural_parts(stored, records, path_id), PARAMETERS, *unknown]
+    parts = [*natural_parts(stored, path_id), PARAMETERS, *unknown]
     text = "90 % of avalanches; varying: " + ", ".join(parts)
     if ignores_volume(stored):
         return f"{text}; the volume does not matter to this model"
@@ -23,9 +20,9 @@ def interval_words(
     return f"{text}; fixed: the volume"
 
 
-def natural_words(stored: StoredFit, records: Records, path_id: str) -> str:
+def natural_words(stored: StoredFit, path_id: str) -> str:
     """What varies in `natural`."""
-    parts = ", ".join(natural_parts(stored, records, path_id))
+    parts = ", ".join(natural_parts(stored, path_id))
     return f"90 % of avalanches; varying: {parts}; fixed: the volume, and all parameters"
 
 
@@ -37,9 +34,9 @@ def parameters_words(stored: StoredFit, path_id: str, *, return_period: bool) ->
     return f"90 % of the posterior of the median runout; varying: {', '.join(parts)}"
 
 
-def exceeded_words(stored: StoredFit, records: Records, path_id: str) -> str:
+def exceeded_words(stored: StoredFit, path_id: str) -> str:
     """What varies in `exceeded`, and what is mixed."""
-    mixed = list(natural_parts(stored, records, path_id))
+    mixed = list(natural_parts(stored, path_id))
     parts = [PARAMETERS, *_unknown_path(stored, path_id), "error of the rate"]
     if not ignores_volume(stored):
         mixed.insert(0, "all volumes")
@@ -50,10 +47,10 @@ def exceeded_words(stored: StoredFit, records: Records, path_id: str) -> str:
     )
 
 
-def natural_parts(stored: StoredFit, records: Records, path_id: str) -> list[str]:
+def natural_parts(stored: StoredFit, path_id: str) -> list[str]:
     """What varies from avalanche to avalanche, the volume apart."""
     parts = []
-    if stored.method == "metropolis":
+    if stored.model.sigma_m is not None:
         parts.append("scatter of the stop by sigma metres of elevation")
     else:
         tails = " (Student's t)" if stored.specification.tails == "student" else ""
@@ -61,7 +58,7 @@ def natural_parts(stored: StoredFit, records: Records, path_id: str) -> list[str
             f"natural scatter of friction ({stored.specification.distribution}{tails}) "
             "between avalanches"
         )
-    if path_release_zone(records, path_id) is not None:
+    if path_release_zone(stored.records, path_id) is not None:
         parts.append("the release, as in the records")
     if takes_event_columns(stored):
         parts.append("columns of the event, as in the records")
@@ -69,6 +66,6 @@ def natural_parts(stored: StoredFit, records: Records, path_id: str) -> list[str
 
 
 def _unknown_path(stored: StoredFit, path_id: str) -> list[str]:
-    if "path-effect" in stored.specification.effects and path_id not in stored.offsets:
+    if "path-effect" in stored.specification.effects and path_id not in stored.model.offsets:
         return ["the unknown friction of a path without records"]
     return []

@@ -8,12 +8,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName, Specification
 from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.samplers.chains import Chains
 from avahazard.physics.runout_table import MU, MU_STEP
 from avahazard.records.errors import AvahazardError
@@ -100,17 +102,12 @@ def calibrate_paper(
         )
     if observations.speeds:
         notes.append(f"method {method} does not use measured speeds.")
-    return Calibrated(
-        specification=specification,
-        facts={},
-        method=method,
-        chains=chains,
-        slots=(*chosen.coordinates, "log sigma"),
-        coordinates=_coordinates(chosen, chains),
-        n_events=int(np.sum(keep)),
-        left_out=left_out,
-        notes=tuple(notes),
-    )
+    posterior = assemble(observations, specification, {})
+    slots = (*chosen.coordinates, "log sigma")
+    model = fitted_model(posterior, slots, _coordinates(chosen, chains), {}, method)
+    # Volumes are exact to these methods.
+    model = model.on(observations)
+    return Calibrated(model, {}, chains, int(np.sum(keep)), left_out, tuple(notes))
 
 
 def recorded_elevation(observations: Observations) -> Floats:
@@ -167,6 +164,6 @@ def _tables(
 
 
 def _coordinates(chosen: Law, chains: Chains) -> Floats:
-    """Coordinates of the law and log σ, `[n_chains, n_draws, n_slots]`."""
-    natural, sigma = chains.draws[..., :-1], chains.draws[..., -1:]
+    """Coordinates of the law and log σ, `[n_chains * n_draws, n_slots]`."""
+    natural, sigma = chains.pooled()[:, :-1], chains.pooled()[:, -1:]
     return np.concatenate([chosen.from_natural(natural), np.log(sigma)], axis=-1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,23 +12,17 @@ from scipy.special import logsumexp
 
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import record_pit, runout_scores
-from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import LENGTH, Observations, build_observations
+from avahazard.inference.model.observations import LENGTH
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
-from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.workflow.compare import require_comparable
-from avahazard.workflow.fitted import fitted_posterior, offset_array
 from avahazard.workflow.own_effects import own_effects
 from avahazard.workflow.stored_model import (
-    StoredFit,
-    coordinates_for,
     load_stored,
-    records_changed,
-    training_records,
 )
 
 Floats = NDArray[np.float64]
@@ -53,21 +46,17 @@ def predict(
         AvahazardError: there is no such model, or it cannot predict these events.
         RejectedRows: rows of the file that cannot be taken.
     """
-    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
-    new = read_records([file], known=records, need_runout=False)
+    new = read_records([file], known=stored.records, need_runout=False)
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
     notes = []
-    if records_changed(stored, records):
+    if stored.records_changed:
         notes.append(f"the records have changed since {name} was calibrated")
-    prior = build_observations(training_records(stored, records))
-    posterior = _posterior(stored, records, new.events, prior)
-    coordinates = coordinates_for(stored, posterior)
-    stops = predict_stops(
-        posterior, coordinates, stored.offsets, STOP_DRAWS, generator(0, "predict")
-    )
-    lengths = posterior.observations.kind == LENGTH
+    model = stored.on(new.events)
+    stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
+    lengths = model.observations.kind == LENGTH
     values = np.where(lengths[:, None], stops.record, stops.elevation)
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
@@ -80,9 +69,7 @@ def predict(
     measured = tuple(e for e in new.events if _has_runout(e))
     scores = None
     if measured:
-        if len(measured) < len(new.events):
-            posterior = _posterior(stored, records, measured, prior)
-        scores = _scores(stored, posterior, coordinates)
+        scores = _scores(model if len(measured) == len(new.events) else stored.on(measured))
     return {
         "events": [
             _row(e, v, left) for e, v, left in zip(new.events, values, stops.left, strict=True)
@@ -90,12 +77,6 @@ def predict(
         "scores": scores,
         "notes": notes,
     }
-
-
-def _posterior(
-    stored: StoredFit, records: Records, events: tuple[Event, ...], prior: Observations
-) -> Posterior:
-    return fitted_posterior(stored, replace(records, events=events, speeds=()), prior)
 
 
 def _has_runout(event: Event) -> bool:
@@ -118,16 +99,17 @@ def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> dict[str, Any
     }
 
 
-def _scores(stored: StoredFit, posterior: Posterior, coordinates: Floats) -> dict[str, Any]:
+def _scores(model: FittedModel) -> dict[str, Any]:
     """The `scores` of `compare` over new records; `elpd_loo` is their log predictive density."""
     rng = generator(0, "predict scores")
-    expected = expected_records(posterior, coordinates, stored.offsets, RECORD_DRAWS, rng)
+    expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
-    offsets = offset_array(posterior, coordinates, stored.offsets, rng)
-    chosen = np.linspace(0, len(coordinates) - 1, DENSITY_DRAWS).round().astype(np.int64)
+    offsets = model.path_offsets(rng)
     given = [
-        posterior.event_log_likelihood(coordinates[k], None if offsets is None else offsets[k])
-        for k in chosen
+        model.posterior.event_log_likelihood(
+            model.draws[k], None if offsets is None else offsets[k]
+        )
+        for k in model.evenly(DENSITY_DRAWS)
     ]
     density = logsumexp(given, axis=0) - np.log(len(given))
     n = len(density)

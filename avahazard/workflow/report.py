@@ -19,7 +19,6 @@ from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
 from avahazard.store.zones import latest_zones
 from avahazard.workflow.alpha_beta import alpha_beta_paths
-from avahazard.workflow.fitted import fitted_posterior
 from avahazard.workflow.friction import back_calculate, friction_densities
 from avahazard.workflow.ladder import ladder_rows
 from avahazard.workflow.models import show_model
@@ -31,8 +30,6 @@ from avahazard.workflow.stored_model import (
     StoredFit,
     load_parameter_draws,
     load_stored,
-    records_changed,
-    training_records,
 )
 
 Report = Callable[[str, float, float], None]
@@ -101,7 +98,8 @@ def gather(
     Raises:
         AvahazardError: as for `write_report`.
     """
-    stored, everything = load_stored(database, name, own_effects(database, name, effect_files))
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
+    everything = stored.records
     with reading(database) as session:
         models = list_models(session)
         comparisons = {model.name: latest_comparison(session, model.name) for model in models}
@@ -114,15 +112,13 @@ def gather(
             if (ground := load_terrain(session, profile.path_id)) is not None
         }
     report("Writing the report", 0.1, 1.0)
-    records = training_records(stored, everything)
-    posterior = fitted_posterior(stored, records)
-    observations = posterior.observations
+    observations = stored.model.observations
     found = back_calculate(observations, predict_records(observations, (), {}))
     report("Writing the report", 0.3, 1.0)
-    events = event_views(records.events, stored, posterior, found.mu, found.status)
+    events = event_views(stored.training.events, stored.model, found.mu, found.status)
     report("Writing the report", 0.6, 1.0)
     baseline = alpha_beta_paths(database) if everything.profiles else []
-    paths = path_views(stored, everything, observations, events, rows, baseline, zones, grounds)
+    paths = path_views(stored, events, rows, baseline, zones, grounds)
     report("Writing the report", 0.9, 1.0)
     document = show_model(database, name)
     model = next(model for model in models if model.name == name)
@@ -134,13 +130,13 @@ def gather(
         events=events,
         n_speeds=sum(len(track.x) for track in observations.speeds),
         covariates=unknown_columns(observations),
-        friction=friction_view(stored, posterior),
+        friction=friction_view(stored.model),
         densities=friction_densities(found.mu, observations),
         ladder=ladder_rows(models, comparisons),
         comparison=comparisons[name],
         diagnosis=diagnosis,
         rows=rows,
-        records_changed=records_changed(stored, everything),
+        records_changed=stored.records_changed,
         calibrated_paths=stored.paths,
         effect_sha256=model.effect_sha256,
         physics={

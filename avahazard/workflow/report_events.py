@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.expected import expected_records
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.paper.apparent import STATUSES
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import SmoothProfile
@@ -19,7 +20,6 @@ from avahazard.report.html.content import EventView
 from avahazard.workflow.compare import COORDINATES
 from avahazard.workflow.paper_methods import recorded_elevation
 from avahazard.workflow.path import stop_place
-from avahazard.workflow.stored_model import StoredFit, coordinates_for
 
 Floats = NDArray[np.float64]
 
@@ -31,15 +31,14 @@ NO_SCATTER = -12.0
 
 def event_views(
     events: tuple[Event, ...],
-    stored: StoredFit,
-    posterior: Posterior,
+    model: FittedModel,
     mu: Floats,
     status: NDArray[np.int64],
 ) -> tuple[EventView, ...]:
-    """The events of the posterior, in its order; `mu`, `status` `[n_events]` of them."""
-    observations = posterior.observations
-    draws, left = _predicted(stored, posterior)
-    metres = stored.method == "metropolis"
+    """The events of the model, in its order; `mu`, `status` `[n_events]` of them."""
+    observations = model.observations
+    draws, left = _predicted(model)
+    metres = model.sigma_m is not None
     observed = recorded_elevation(observations) if metres else observations.observed
     smooth = {site.path.path_id: site.smooth for site in observations.sites}
     views = []
@@ -100,20 +99,18 @@ def unknown_columns(observations: Observations) -> Mapping[str, int]:
     return {name: n for name, n in lacking.items() if n}
 
 
-def _predicted(stored: StoredFit, posterior: Posterior) -> tuple[Floats, NDArray[np.bool_]]:
+def _predicted(model: FittedModel) -> tuple[Floats, NDArray[np.bool_]]:
     """Draws `[n_events, n_draws]` of each record with its error, and which left the profile."""
     rng = generator(0, "report", "records")
-    u = coordinates_for(stored, posterior)
-    if stored.method != "metropolis":
-        expected = expected_records(posterior, u, stored.offsets, RECORD_DRAWS, rng)
+    if model.sigma_m is None:
+        expected = expected_records(model, RECORD_DRAWS, rng)
         return expected.draws, expected.left
     # Its scatter is in metres of elevation, about the stop of the median friction.
-    place = posterior.layout.scatter
-    sigma = np.exp(u[np.linspace(0, len(u) - 1, RECORD_DRAWS).round().astype(int), place])
-    flat = u.copy()
-    flat[:, place] = NO_SCATTER
-    stops = predict_stops(posterior, flat, stored.offsets, RECORD_DRAWS, rng)
+    sigma = model.sigma_m[model.evenly(RECORD_DRAWS)]
+    flat = model.draws.copy()
+    flat[:, model.posterior.layout.scatter] = NO_SCATTER
+    stops = predict_stops(replace(model, draws=flat), RECORD_DRAWS, rng)
     noise = sigma * rng.standard_normal(stops.elevation.shape)
     elevation = np.where(stops.left, stops.elevation, stops.elevation + noise)
-    elevation[posterior.observations.kind == LENGTH] = np.nan
+    elevation[model.observations.kind == LENGTH] = np.nan
     return elevation, stops.left

@@ -9,10 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.site import release_place
-from avahazard.inference.likelihood.predicted import resistance_of
-from avahazard.inference.model.observations import Observations
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.records.terrain_crop import TerrainCrop
@@ -20,8 +17,7 @@ from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLi
 from avahazard.workflow.path import describe_path
 from avahazard.workflow.report_events import event_view
 from avahazard.workflow.runout import run_site
-from avahazard.workflow.runout_of_model import median_friction
-from avahazard.workflow.stored_model import StoredFit, coordinates_for, posterior_for
+from avahazard.workflow.stored_model import StoredFit
 
 Floats = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
@@ -33,8 +29,6 @@ ANY_VOLUME_M3 = 1e4
 
 def path_views(
     stored: StoredFit,
-    records: Records,
-    prior: Observations,
     events: Sequence[EventView],
     rows: Rows,
     alpha_beta: Rows,
@@ -43,15 +37,16 @@ def path_views(
 ) -> tuple[PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
-    `prior` are the observations of the calibration, `events` its events; `rows`, `alpha_beta` and
-    `zones` are the documents of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by path.
+    `events` are those of the calibration; `rows`, `alpha_beta` and `zones` are the documents of
+    `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by path.
     """
+    records = stored.records
     bounded = {row["path_id"] for row in rows}
     trained = set(stored.paths) or {path.path_id for path in records.paths}
     shown = [p for p in records.paths if p.path_id in trained | bounded]
     profiles = {profile.path_id: profile for profile in records.profiles}
-    known = {site.path.path_id: site.smooth for site in prior.sites}
-    speeds = dict(_speeds(stored, records, prior, rows))
+    known = {site.path.path_id: site.smooth for site in stored.model.observations.sites}
+    speeds = dict(_speeds(stored, rows))
     views = []
     for path in shown:
         profile = profiles.get(path.path_id)
@@ -93,24 +88,23 @@ def _notes(
 
 
 def _speeds(
-    stored: StoredFit, records: Records, prior: Observations, rows: Rows
+    stored: StoredFit, rows: Rows
 ) -> Iterator[tuple[str, list[tuple[Mapping[str, Any], Floats, Floats]]]]:
     """By path, for each of its rows: the row, x and speed of the block of median friction."""
     if not rows:
         return
     volumes = [row["volume_m3"] or ANY_VOLUME_M3 for row in rows]
-    to_come = tuple(
-        Event(f"to come {k}", path_id=row["path_id"], volume_m3=volume)
-        for k, (row, volume) in enumerate(zip(rows, volumes, strict=True))
+    model = stored.on(
+        [
+            Event(f"to come {k}", path_id=row["path_id"], volume_m3=volume)
+            for k, (row, volume) in enumerate(zip(rows, volumes, strict=True))
+        ]
     )
-    future = Records(records.paths, records.profiles, to_come)
-    observations, posterior = posterior_for(stored, future, prior)
-    u = coordinates_for(stored, posterior)
-    friction = median_friction(stored, posterior, u, np.array(volumes))
-    values = posterior.layout.effect_values(u.mean(axis=0))
-    curvature = float(stored.specification.centrifugal)
+    observations = model.observations
+    friction = model.median_friction(np.array(volumes))
+    values = model.posterior.layout.effect_values(model.draws.mean(axis=0))
     for k, site in enumerate(observations.sites):
-        resistance = resistance_of(site, posterior.effects, values, curvature)
+        resistance = model.posterior.resistance(site, values)
         lines = []
         for i in np.flatnonzero(observations.columns.path_index == k).tolist():
             if rows[i]["p_not_released"] > 0.5:

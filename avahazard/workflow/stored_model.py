@@ -1,4 +1,4 @@
-"""Calibrated models in and out of the database, and their posteriors rebuilt."""
+"""Calibrated models in and out of the database."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import build_effects, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.layout import build_layout
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.store.calibrations import latest_calibration, save_calibration
 from avahazard.store.draws import load_draws
@@ -33,28 +36,44 @@ COORDINATE, OFFSET = "coordinate:", "offset:"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StoredFit:
-    """A stored model with its draws, all chains in a row.
+    """A stored model, fitted to the records that it was calibrated on as they are now.
 
-    `coordinates` `[n_draws, n_slots]` are named by `slots`, in the order of the layout at
-    calibration; `offsets` `[n_draws]` of log friction by path. `paths` are those that it was
-    calibrated on, none: all. `own` are definitions from the user's file, given again. σ of
-    `method` metropolis is in metres of recorded elevation, not of friction. `result` is the
-    document of the calibration.
+    `records` are all of the database, `training` those of the calibration: on `paths`, none: all.
+    `own` are definitions from the user's file, given again; `result` is the document of the
+    calibration.
     """
 
     name: str
     parent: str | None
-    specification: Specification
+    model: FittedModel
     facts: dict[str, Facts]
-    method: MethodName
     paths: tuple[str, ...]
-    slots: tuple[str, ...]
-    coordinates: Floats
-    offsets: dict[str, Floats]
-    grids: dict[str, tuple[float, ...]]
     own: tuple[Definition, ...]
     fingerprint: str
     result: dict[str, Any]
+    records: Records
+    training: Records
+
+    @property
+    def specification(self) -> Specification:
+        """What the model is made of."""
+        return self.model.specification
+
+    @property
+    def method(self) -> MethodName:
+        """The method of the calibration."""
+        return self.model.method
+
+    def on(self, events: Sequence[Event]) -> FittedModel:
+        """The model on other events of the database's paths, whose volumes are read in the light
+        of those that it was calibrated on."""
+        records = Records(self.records.paths, self.records.profiles, tuple(events))
+        return self.model.on(build_observations(records, self.model.observations))
+
+    @property
+    def records_changed(self) -> bool:
+        """Whether the records are others than the model was calibrated on."""
+        return data_fingerprint(self.training) != self.fingerprint
 
 
 def save_calibrated(
@@ -72,24 +91,25 @@ def save_calibrated(
     parent that is not there.
     """
     name = document["model"]
-    n_chains, n_draws, n_slots = found.coordinates.shape
+    model, by_chain = found.model, found.chains.draws.shape[:2]
+    slots = [slot.name for slot in model.posterior.layout.slots]
     draws = {key: found.chains.draws[..., k] for k, key in enumerate(found.chains.names)}
-    draws |= {f"{COORDINATE}{found.slots[k]}": found.coordinates[..., k] for k in range(n_slots)}
-    draws |= {f"{OFFSET}{path_id}": values for path_id, values in found.offsets.items()}
+    draws |= {f"{COORDINATE}{s}": model.draws[:, k].reshape(by_chain) for k, s in enumerate(slots)}
+    draws |= {f"{OFFSET}{path}": v.reshape(by_chain) for path, v in model.offsets.items()}
     specification = {
-        "specification": asdict(found.specification),
+        "specification": asdict(model.specification),
         "facts": found.facts,
-        "method": found.method,
+        "method": model.method,
         "paths": paths,
-        "grids": found.grids,
-        "slots": found.slots,
+        "grids": refined_grids(model.posterior),
+        "slots": slots,
     }
     with writing(database) as session:
         save_model(session, name, specification, parent=document["parent"], effect_file=effect_file)
         save_calibration(
             session,
             name,
-            settings={"method": found.method, "chains": n_chains, "draws": n_draws},
+            settings={"method": model.method, "chains": by_chain[0], "draws": by_chain[1]},
             seed=document["seed"],
             data_fingerprint=document["data_fingerprint"],
             diagnostics=document["diagnostics"],
@@ -99,13 +119,19 @@ def save_calibrated(
         )
 
 
-def load_stored(
-    database: str, name: str, own: Sequence[Definition] = ()
-) -> tuple[StoredFit, Records]:
-    """The model `name` and all records of the database, both of one moment.
+def refined_grids(posterior: Posterior) -> dict[str, tuple[float, ...]]:
+    """The grids of parameters, by slot, that are not those of the effects themselves."""
+    whole = build_layout(posterior.specification, posterior.effects, posterior.observations, {})
+    pairs = zip(whole.slots, posterior.layout.slots, strict=True)
+    return {new.name: new.grid for old, new in pairs if new.grid != old.grid}
+
+
+def load_stored(database: str, name: str, own: Sequence[Definition] = ()) -> StoredFit:
+    """The model `name` with the records of the database, all of one moment.
 
     `own` are the effects of the user's file, which is never run from the database. Raises
-    `AvahazardError` where there is no such model, or its own effects are not given.
+    `AvahazardError` where there is no such model, its own effects are not given, or there is
+    nothing left of the records that it was calibrated on.
     """
     with reading(database) as session:
         model = load_model(session, name)
@@ -116,27 +142,34 @@ def load_stored(
     fields = kept["specification"]
     specification = Specification(**{**fields, "effects": tuple(fields["effects"])})
     _require_own(model, specification, own)
-    slots = tuple(kept["slots"])
-    fit = StoredFit(
+    paths = tuple(kept["paths"])
+    training = only_paths(records, paths)
+    posterior = Posterior(
+        build_observations(training),
+        specification,
+        build_effects(specification, kept["facts"], own),
+        {key: tuple(grid) for key, grid in kept["grids"].items()},
+    )
+    fitted = fitted_model(
+        posterior,
+        kept["slots"],
+        np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in kept["slots"]]),
+        {k.removeprefix(OFFSET): v for k, v in draws.items() if k.startswith(OFFSET)},
+        kept["method"],
+    )
+    return StoredFit(
         name=name,
         parent=model.parent,
-        specification=specification,
+        # The paper's methods take volumes as exact.
+        model=fitted if kept["method"] == "marginal" else fitted.on(posterior.observations),
         facts=kept["facts"],
-        method=kept["method"],
-        paths=tuple(kept["paths"]),
-        slots=slots,
-        coordinates=np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots]),
-        offsets={
-            key.removeprefix(OFFSET): values
-            for key, values in draws.items()
-            if key.startswith(OFFSET)
-        },
-        grids={key: tuple(grid) for key, grid in kept["grids"].items()},
+        paths=paths,
         own=tuple(own),
         fingerprint=calibration.data_fingerprint,
         result=calibration.result,
+        records=records,
+        training=training,
     )
-    return fit, records
 
 
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
@@ -162,48 +195,9 @@ def _require_own(
             ) from error
 
 
-def posterior_for(
-    stored: StoredFit, records: Records, prior: Observations | None = None
-) -> tuple[Observations, Posterior]:
-    """The observations of `records`, and the model's posterior over it.
-
-    `records` are those of the calibration (`training_records`), or others, whose volumes are
-    then read in the light of `prior`, the observations of the calibration.
-    """
-    observations = build_observations(records, prior)
-    effects = build_effects(stored.specification, stored.facts, stored.own)
-    return observations, Posterior(observations, stored.specification, effects, stored.grids)
-
-
-def coordinates_for(stored: StoredFit, posterior: Posterior) -> Floats:
-    """The model's draws `[n_draws, n_slots]` in the order of the slots of `posterior`.
-
-     observations with speeds has a slot for their scatter that one without has not; where the model
-    was calibrated without, it stays at the mean of its prior.
-    """
-    place = {slot: k for k, slot in enumerate(stored.slots)}
-    columns = [
-        stored.coordinates[:, place[slot.name]]
-        if slot.name in place
-        else np.full(len(stored.coordinates), slot.mean)
-        for slot in posterior.layout.slots
-    ]
-    return np.column_stack(columns)
-
-
-def training_records(stored: StoredFit, records: Records) -> Records:
-    """Those of the database's records that the model is calibrated on, as they are now."""
-    return only_paths(records, stored.paths)
-
-
-def records_changed(stored: StoredFit, records: Records) -> bool:
-    """Whether the database's records are others than the model was calibrated on."""
-    return data_fingerprint(training_records(stored, records)) != stored.fingerprint
-
-
-def require_unchanged(stored: StoredFit, records: Records) -> None:
+def require_unchanged(stored: StoredFit) -> None:
     """Raise `AvahazardError` where the records have changed since the calibration."""
-    if records_changed(stored, records):
+    if stored.records_changed:
         raise AvahazardError(
             f"The records have changed since {stored.name} was calibrated.",
             "Calibrate it again under another name: avahazard calibrate NAME.",

@@ -21,8 +21,6 @@ from avahazard.hazard.exceedance import (
     runout_spread,
 )
 from avahazard.hazard.volume_frequency import N_DRAWS, ReturnVolume, VolumeFrequency
-from avahazard.inference.model.observations import Observations
-from avahazard.records.collection import Records
 from avahazard.workflow.frequencies import Frequencies
 from avahazard.workflow.future_events import ignores_volume, path_avalanches
 from avahazard.workflow.hazard_words import exceeded_words, natural_words, parameters_words
@@ -54,12 +52,10 @@ class WantedRow(Protocol):
 
 def path_uncertainties(
     stored: StoredFit,
-    records: Records,
     path_id: str,
     wanted: Sequence[WantedRow],
     frequencies: Frequencies | None,
     seed: int,
-    prior: Observations,
 ) -> list[dict[str, Any]]:
     """For each of one path's rows what it has besides the bounds.
 
@@ -72,10 +68,8 @@ def path_uncertainties(
     given = [w.volume_m3 for w in wanted if w.volume_m3 is not None]
     rate_known = volumes is not None
     volumes = volumes or one_volume(given[0] if given else ANY_VOLUME_M3, N_DRAWS)
-    ready = path_avalanches(
-        stored, records, path_id, with_volumes(volumes, np.log(given)), seed, prior
-    )
-    rows = [_apart(stored, records, path_id, ready, row, rate_known) for row in wanted]
+    ready = path_avalanches(stored, path_id, with_volumes(volumes, np.log(given)), seed)
+    rows = [_apart(stored, path_id, ready, row, rate_known) for row in wanted]
     if rate_known:
         rows[0]["reach"] = _reach(reach(ready))
     return rows
@@ -104,7 +98,6 @@ def _anything(n: int) -> tuple[Any, Any]:
 
 def _apart(
     stored: StoredFit,
-    records: Records,
     path_id: str,
     ready: Avalanches,
     row: WantedRow,
@@ -120,7 +113,7 @@ def _apart(
     result = {
         "natural": {
             **_lengths(runout_spread(ready, natural_runouts(fixed))),
-            "interval": natural_words(stored, records, path_id),
+            "interval": natural_words(stored, path_id),
         },
         "parameters": {
             **_lengths(runout_spread(ready, middle_runout(uncertain))),
@@ -130,7 +123,7 @@ def _apart(
     if rate_known and period is not None:
         result["exceeded"] = {
             **_lengths(runout_spread(ready, exceeded_runout(ready, period))),
-            "interval": exceeded_words(stored, records, path_id),
+            "interval": exceeded_words(stored, path_id),
         }
     return result
 

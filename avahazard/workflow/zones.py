@@ -16,9 +16,7 @@ from avahazard.hazard.zones.pressure import (
     DENSITY_SD_KG_M3,
     draw_densities,
 )
-from avahazard.inference.model.observations import build_observations
 from avahazard.inference.seeds import generator
-from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.store.session import writing
@@ -28,12 +26,7 @@ from avahazard.workflow.event_rates import extrapolation, volumes_by_path
 from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
 from avahazard.workflow.future_events import path_avalanches
 from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.stored_model import (
-    StoredFit,
-    load_stored,
-    records_changed,
-    training_records,
-)
+from avahazard.workflow.stored_model import StoredFit, load_stored
 
 HELD_WORTH_A_NOTE = 0.05
 
@@ -77,20 +70,20 @@ def zones(
         require_picture(plot)
     _check(density, density_sd, return_periods)
     wanted = load_limits(limits)
-    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
-    if stored.method == "metropolis":
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
+    records = stored.records
+    if stored.model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
             "Calibrate with the method marginal or gibbs.",
         )
     frequencies = volume_frequencies(records, seed, source)
-    volumes, notes = volumes_by_path(stored, records, frequencies, paths)
+    volumes, notes = volumes_by_path(stored, frequencies, paths)
     periods = sorted({*return_periods, *wanted.return_periods})
-    prior = build_observations(training_records(stored, records))
     report("Zones", 0.0, len(volumes))
     entries = []
     for path_id, of_path in volumes.items():
-        ready = path_avalanches(stored, records, path_id, of_path, seed, prior)
+        ready = path_avalanches(stored, path_id, of_path, seed)
         densities = draw_densities(
             density, density_sd, ready.n_parameters, generator(seed, "density", path_id)
         )
@@ -106,7 +99,7 @@ def zones(
         save_zones(session, name, entries)
     if plot is not None:
         draw_zone_entries(plot, f"Zones by {name}, limits '{wanted.name}'", records, entries)
-    return entries, [*notes, *wanted.notes, *_notes(stored, records, entries)]
+    return entries, [*notes, *wanted.notes, *_notes(stored, entries)]
 
 
 def load_limits(limits: str) -> Limits:
@@ -157,7 +150,7 @@ def _path_notes(entry: dict[str, Any], periods: Sequence[float]) -> list[str]:
     return notes
 
 
-def _notes(stored: StoredFit, records: Records, entries: Sequence[dict[str, Any]]) -> list[str]:
+def _notes(stored: StoredFit, entries: Sequence[dict[str, Any]]) -> list[str]:
     notes = [note for entry in entries for note in entry["notes"]]
     if "turbulent-drag" not in stored.specification.effects and not stored.own:
         notes.append(
@@ -165,7 +158,7 @@ def _notes(stored: StoredFit, records: Records, entries: Sequence[dict[str, Any]
             "the pressures are too high where the path is steep and long. Measured speeds, and "
             "the effect turbulent-drag, would mend it."
         )
-    if records_changed(stored, records):
+    if stored.records_changed:
         notes.append(f"the records have changed since {stored.name} was calibrated.")
     if not stored.result["diagnostics"]["converged"]:
         notes.append(f"the chains of {stored.name} have not converged.")

@@ -36,6 +36,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
@@ -193,5 +194,7 @@ def error_of(fit: Refit) -> float:
             p: np.array([mode[k]]) for k, p in enumerate(fit.posterior.observations.columns.paths)
         }
     rng = generator(0, "error of a fit")
-    records = expected_records(fit.posterior, fit.mode.u[None], offsets, ERROR_DRAWS, rng)
+    records = expected_records(
+        FittedModel(fit.posterior, fit.mode.u[None], offsets), ERROR_DRAWS, rng
+    )
     return float(np.mean(crps(records.draws, records.observed)))

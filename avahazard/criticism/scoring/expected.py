@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 
 Floats = NDArray[np.float64]
@@ -44,31 +44,23 @@ class ExpectedRecords:
         return np.asarray(self.sign * (self.draws.mean(axis=1) - self.observed))
 
 
-def expected_records(
-    posterior: Posterior,
-    coordinates: Floats,
-    offsets: Mapping[str, Floats],
-    n_draws: int,
-    rng: np.random.Generator,
-) -> ExpectedRecords:
-    """Draw records of every event of the posterior's observations.
+def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator) -> ExpectedRecords:
+    """Draw records of every event of the model.
 
-    `coordinates` `[n_posterior, n_slots]` and path `offsets` `[n_posterior]` are draws of the
-    posterior. On paths where stops above an elevation are not seen, only draws that would be
+    On paths where stops above an elevation are not seen, only draws that would be
     seen are kept.
     """
-    observations = posterior.observations
-    limited = bool(np.any(np.isfinite(_limits(posterior, coordinates[:1]))))
+    observations, posterior = model.observations, model.posterior
+    limited = bool(np.any(np.isfinite(_limits(posterior, model.draws[:1]))))
     n_stops = SPARE * n_draws if limited else n_draws
-    stops = predict_stops(posterior, coordinates, offsets, n_stops, rng)
+    stops = predict_stops(model, n_stops, rng)
     end = profile_end(observations)[:, None]
     noise = observations.sigma[:, None] * rng.standard_normal(stops.record.shape)
     draws = np.where(stops.left, end, stops.record + noise)
     left, x = stops.left, stops.x
     if limited:
-        used = _used(len(coordinates), n_stops)
-        first, place = np.unique(used, return_inverse=True)
-        limit = _limits(posterior, coordinates[first])[:, place]
+        first, place = np.unique(model.evenly(n_stops), return_inverse=True)
+        limit = _limits(posterior, model.draws[first])[:, place]
         excess = np.where(stops.left, -np.inf, stops.elevation + noise - limit)
         kept = _seen_first(np.nan_to_num(excess, nan=-np.inf, neginf=-np.inf), n_draws, rng)
         rows = np.arange(observations.n_events)[:, None]
@@ -124,11 +116,6 @@ def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
         values = posterior.layout.effect_values(u)[effect.key]
         columns.append(effect.limit(observations.columns, values))
     return np.column_stack(columns)
-
-
-def _used(n_posterior: int, n_draws: int) -> NDArray[np.int64]:
-    """The draws of the posterior that `predict_stops` uses."""
-    return np.linspace(0, n_posterior - 1, n_draws).round().astype(np.int64)
 
 
 def _seen_first(excess: Floats, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:

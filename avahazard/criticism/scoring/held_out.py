@@ -15,9 +15,10 @@ from scipy.special import logsumexp
 from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
-from avahazard.inference.fitting.mode import Mode
+from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
@@ -94,16 +95,14 @@ def mean_log_density(posterior: Posterior, draws: FitDraws, out: NDArray[np.bool
 
 
 def held_out_predictions(
-    posterior: Posterior,
+    model: FittedModel,
     groups: Groups,
-    start: Mode,
-    around: Floats | None = None,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> HeldOutPredictions:
-    """What the fits without each group say of it; see `fit_draws`. One fit a group.
-
-    `start` is the mode given all events, `around` draws of the posterior given all.
-    """
+    """What the fits without each group say of it; one fit a group, near the draws of the model,
+    which are given all events (see `fit_draws`)."""
+    posterior, around = model.posterior, model.draws
+    start = find_mode(posterior, np.median(around, axis=0))
     n = len(groups)
     log_density = np.empty(n)
     draws, x = (np.empty((n, RECORD_DRAWS)) for _ in range(2))
@@ -115,11 +114,11 @@ def held_out_predictions(
         rest = posterior.restricted(~out)
         fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out), around), RECORD_DRAWS)
         rng = generator(0, "held out records", _key(out))
-        by_path = offsets_by_path(rest, fit.offsets)
-        found = expected_records(rest, fit.coordinates, by_path, RECORD_DRAWS, rng)
+        fitted = FittedModel(rest, fit.coordinates, offsets_by_path(rest, fit.offsets))
+        found = expected_records(fitted, RECORD_DRAWS, rng)
         draws[out], left[out], x[out] = found.draws[out], found.left[out], found.x[out]
         log_density[out] = mean_log_density(rest, fit, out)[out]
-        tracks = matched_speeds(rest, fit.coordinates, fit.offsets, rng)
+        tracks = matched_speeds(fitted, rng)
         if tracks is not None:
             speeds = tracks if speeds is None else speeds
             mine = out[speeds.event]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.held_out import left_out_log_density
 from avahazard.inference.fitting.mode import find_mode
-from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
 
@@ -33,18 +34,19 @@ class Loo(NamedTuple):
     n_refitted: int
 
 
-def leave_one_out(posterior: Posterior, coordinates: Floats, offsets: Floats | None) -> Loo:
+def leave_one_out(model: FittedModel) -> Loo:
     """Leave-one-out log density by Pareto-smoothed importance sampling (Vehtari et al. 2017).
 
-    `coordinates` `[n_draws, n_slots]` are draws of the posterior; with a path effect, likelihoods
-    are those given the path `offsets` `[n_draws, n_groups]`. Where the importance weights are not
-    to be trusted (k > 0.7) for ten events or fewer, the model is refitted without each.
+    With a path effect, likelihoods are those given the path offsets. Where the importance
+    weights are not to be trusted (k > 0.7) for ten events or fewer, the model is refitted without
+    each.
     """
     array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
-    chosen = np.linspace(0, len(coordinates) - 1, min(MAX_DRAWS, len(coordinates)))
+    posterior, coordinates = model.posterior, model.draws
+    offsets = model.path_offsets(generator(0, "leave one out"))
     given = [
         posterior.event_log_likelihood(coordinates[k], None if offsets is None else offsets[k])
-        for k in chosen.round().astype(np.int64)
+        for k in model.evenly(min(MAX_DRAWS, len(coordinates)))
     ]
     by_event, pareto_k, _ = array_stats.loo(np.array(given).T, chain_axis=None, draw_axis=-1)
     by_event = np.array(by_event, dtype=np.float64)

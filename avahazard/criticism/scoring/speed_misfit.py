@@ -16,6 +16,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
 from avahazard.inference.model.observations import Observations, SpeedRecord
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_table import MU, MU_STEP
 
@@ -44,26 +45,21 @@ class MatchedSpeeds:
     draws: Floats
 
 
-def matched_speeds(
-    posterior: Posterior,
-    coordinates: Floats,
-    offsets: Floats | None,
-    rng: np.random.Generator,
-) -> MatchedSpeeds | None:
+def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeeds | None:
     """Draw speeds of each track with the friction that its own stop asks for; None without tracks.
 
     The friction of an event is drawn given its recorded stop and its volume, not its speeds, so
-    that the misfit is that of the motion alone. `coordinates` `[n_draws, n_slots]` and
-    `offsets` `[n_draws, n_groups]` are draws of the posterior.
+    that the misfit is that of the motion alone.
     """
-    observations = posterior.observations
+    observations, posterior = model.observations, model.posterior
     if not observations.speeds:
         return None
-    chosen = np.linspace(0, len(coordinates) - 1, N_TABLES).round().astype(np.int64)
+    offsets = model.path_offsets(rng)
+    chosen = model.evenly(N_TABLES)
     shaped = bool(posterior.layout.tables)
     columns: list[Floats] = []
     for k in chosen:
-        u = coordinates[k]
+        u = model.draws[k]
         if shaped or not columns:
             table = posterior.nodes.predicted_at(u)
             nodes = _stop_nodes(posterior, table)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.layout import PATH_SCATTER
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU, MU_STEP
@@ -38,21 +38,14 @@ class PredictedStops:
     n_nonpositive: int
 
 
-def predict_stops(
-    posterior: Posterior,
-    coordinates: Floats,
-    offsets: Mapping[str, Floats],
-    n_draws: int,
-    rng: np.random.Generator,
-) -> PredictedStops:
-    """Draw stops of every event of the posterior's observations.
+def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) -> PredictedStops:
+    """Draw stops of every event of the model, of whose draws `n_draws` are used evenly.
 
-    `coordinates` `[n_posterior, n_slots]` are draws of the model's parameters, of which `n_draws`
-    are used evenly; `offsets` holds for each path that has one the draws of its offset
-    `[n_posterior]`; any other path gets one from their spread.
+    A path that the model has not seen gets an offset from the spread between paths.
     """
+    posterior, coordinates = model.posterior, model.draws
     n = posterior.observations.n_events
-    chosen = np.linspace(0, len(coordinates) - 1, n_draws).round().astype(int)
+    chosen = model.evenly(n_draws)
     tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
     groups = table_groups(tables_at, min(MAX_TABLES, n_draws))
     friction = np.empty((n, n_draws))
@@ -67,7 +60,7 @@ def predict_stops(
         for k in group:
             u = coordinates[chosen[k]].copy()
             u[list(posterior.layout.tables)] = middle[list(posterior.layout.tables)]
-            shift = _path_shift(posterior, u, offsets, chosen[k], rng)
+            shift = _path_shift(model, u, chosen[k], rng)
             friction[:, k] = draw_friction(posterior, u, shift, rng)
         here = friction[:, group]
         n_nonpositive += int(np.sum(here <= 0.0))
@@ -94,18 +87,13 @@ def draw_friction(
     return np.asarray(location[:, 0] * np.exp(shift) + scatter[:, 0] * noise)
 
 
-def _path_shift(
-    posterior: Posterior,
-    u: Floats,
-    offsets: Mapping[str, Floats],
-    draw: int,
-    rng: np.random.Generator,
-) -> Floats:
+def _path_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
     """Offset of log friction of each event's path in this draw, `[n_events]`."""
-    columns = posterior.observations.columns
-    if posterior.layout.path_scatter is None:
+    columns, offsets = model.observations.columns, model.offsets
+    place = model.posterior.layout.path_scatter
+    if place is None:
         return np.zeros(len(columns))
-    tau = PATH_SCATTER * u[posterior.layout.path_scatter]
+    tau = PATH_SCATTER * u[place]
     new = tau * rng.standard_normal(len(columns.paths) + 1)
     by_path = np.array(
         [offsets[p][draw] if p in offsets else new[k] for k, p in enumerate(columns.paths)]

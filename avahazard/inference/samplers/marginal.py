@@ -51,6 +51,13 @@ class Sample:
     offsets: Floats | None
     posterior: Posterior
 
+    def offsets_by_path(self) -> dict[str, Floats]:
+        """Draws of the path offsets `[n_chains * n_draws]` by path; none without path effect."""
+        if self.offsets is None:
+            return {}
+        paths = self.posterior.observations.columns.paths
+        return {paths[k]: self.offsets[..., k].ravel() for k in range(self.offsets.shape[2])}
+
 
 @dataclass(slots=True, eq=False)
 class _State:
