@@ -1,0 +1,1 @@
+"""What the use cases return: frozen dataclasses, the same as their JSON, as frames and pictures."""

@@ -1,0 +1,117 @@
+"""What all results share: JSON, pandas, pictures, and how a notebook shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, TypeVar, get_args
+
+from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Row_co = TypeVar("Row_co", covariant=True)
+Draw = Callable[[Path, Any], None]
+Report = Callable[[str, float, float], None]
+"""Called as long work goes on: what is done, how much of it, of how much in all."""
+ABSENT = {"absent": True}
+"""Metadata of a field that is left out of the JSON where it is None."""
+PICTURES: dict[type, Draw] = {}
+"""How a result is drawn to a file, by its class; filled by `avahazard.report.pictures`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A result: its fields are the keys of its JSON."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as dicts, lists, text, numbers and None: what `--json` prints."""
+        document: dict[str, Any] = plain(self)
+        return document
+
+    @classmethod
+    def from_dict(cls, document: dict[str, Any]) -> Self:
+        """Return the result of a document that `to_dict` made."""
+        result: Self = _validator(cls)(document)
+        return result
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return it as a frame of pandas with one row; nested keys are joined by dots."""
+        return _frame([self.to_dict()])
+
+    def plot(self, file: str | Path | None = None) -> Any:
+        """Draw it, to `file` (.png, .svg, .pdf) or to be shown by a notebook.
+
+        Raises:
+            AvahazardError: there is no picture of this result.
+        """
+        return draw(self, file)
+
+    def _repr_html_(self) -> str:
+        # A row is easier read downwards.
+        html: str = self.to_frame().T.to_html(header=False)
+        return html
+
+
+class Rows(tuple[Row_co, ...]):
+    """Results in a row, such as the candidates of a diagnosis: a tuple with a frame."""
+
+    __slots__ = ()
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return one row each; nested keys are joined by dots."""
+        return _frame(plain(self))
+
+    def _repr_html_(self) -> str:
+        html: str = self.to_frame().to_html(index=False)
+        return html
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema  # noqa: PLC0415 (slow to import)
+
+        items = core_schema.tuple_variable_schema(handler.generate_schema(*get_args(source)))
+        return core_schema.no_info_after_validator_function(cls, items)
+
+
+def draw(result: object, file: str | Path | None) -> Any:
+    """Draw a result to `file`, or to an image that a notebook shows; see `Result.plot`."""
+    import tempfile  # noqa: PLC0415
+
+    if type(result) not in PICTURES:
+        known = ", ".join(sorted(kind.__name__ for kind in PICTURES))
+        raise AvahazardError(f"There is no picture of {type(result).__name__}.", f"Of: {known}.")
+    if file is not None:
+        PICTURES[type(result)](Path(file), result)
+        return Path(file)
+    with tempfile.TemporaryDirectory() as folder:
+        picture = Path(folder) / "picture.svg"
+        PICTURES[type(result)](picture, result)
+        return Picture(picture.read_text(encoding="utf-8"))
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture as SVG, which a notebook shows."""
+
+    svg: str
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+
+@cache
+def _validator(kind: Any) -> Callable[[Any], Any]:
+    from pydantic import TypeAdapter  # noqa: PLC0415 (slow to import)
+
+    return TypeAdapter(kind).validate_python
+
+
+def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    import pandas as pd  # noqa: PLC0415 (slow to import)
+
+    return pd.json_normalize(rows)

@@ -1,0 +1,117 @@
+"""A model against the measurements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from avahazard.results.base import Result, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class RunoutScores(Result):
+    """Predicted against recorded runouts, in metres of the record's own coordinate.
+
+    `bias_m` is predicted less recorded, `noise_floor_m` and `noise_floor_crps_m` what errors of
+    the records alone leave, `pit_histogram` counts ranks of records in ten equal bins.
+    """
+
+    n: int
+    rmse_m: float
+    bias_m: float
+    crps_m: float
+    coverage_50: float
+    coverage_90: float
+    noise_floor_m: float
+    noise_floor_crps_m: float
+    pit_histogram: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedScores(Result):
+    """Predicted against measured speeds, m/s, over all places."""
+
+    n: int
+    rmse_m_s: float
+    bias_m_s: float
+    crps_m_s: float
+    coverage_50: float
+    coverage_90: float
+    noise_floor_m_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Scores(Result):
+    """Scores on the records that the model was calibrated on; `elpd_loo` (nats) leaves each out.
+
+    `pareto_k_bad` counts events whose leave-one-out weights are not to be trusted,
+    `pareto_k_refitted` those of them that were refitted.
+    """
+
+    runout: RunoutScores
+    speed: SpeedScores | None
+    elpd_loo: float | None
+    elpd_loo_se: float | None
+    pareto_k_bad: int
+    pareto_k_refitted: int
+
+
+@dataclass(frozen=True, slots=True)
+class HeldOutScores(Result):
+    """Scores of what was held out `by` path or fold; `elpd_loo` (nats) is given the others."""
+
+    by: str
+    runout: RunoutScores
+    speed: SpeedScores | None
+    elpd_loo: float | None
+    elpd_loo_se: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Failure(Result):
+    """One level of an axis along which the model may fail: its bias, and whether chance could do
+    that (corrected for all levels)."""
+
+    axis: str
+    level: str
+    n: int
+    bias_m: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedMisfit(Result):
+    """Misfit of speeds in one level of an axis, m/s."""
+
+    axis: str
+    level: str
+    n: int
+    bias_m_s: float
+    rmse_m_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredForce(Result):
+    """What resisted an avalanche over a stretch of its track, g sinθ - u du/dξ, in m/s2."""
+
+    event_id: str
+    x_m: float
+    speed_m_s: float
+    force_m_s2: float
+    sd_m_s2: float
+    slope_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison(Result):
+    """A model against the measurements: scores, held-out scores, and where it fails.
+
+    `coordinate` is that of the records: elevation, x, length, or mixed.
+    """
+
+    model: str
+    coordinate: str
+    scores: Scores
+    held_out: HeldOutScores
+    where_it_fails: Rows[Failure]
+    speed_misfit: Rows[SpeedMisfit] | None
+    measured_force: Rows[MeasuredForce] | None

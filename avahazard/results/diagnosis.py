@@ -1,0 +1,72 @@
+"""Which physical effect a model lacks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from avahazard.results.base import Result, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate(Result):
+    """One effect that could be missing.
+
+    Gains are in nats of log likelihood (`gain`), of evidence with its price paid, and of records
+    held out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
+    of twenty worlds in which nothing is missing. What a full fit tells is None where it was not
+    worth one. `error_after_m` is the mean CRPS with the effect.
+    """
+
+    effect: str
+    gain: float
+    evidence_gain: float | None
+    held_out_gain: float | None
+    p_value: float
+    screened_gain: float
+    chance_gain: float
+    p_value_alone: float
+    error_before_m: float
+    error_after_m: float | None
+    parameters: dict[str, float]
+    physics: str
+    confounded_with: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PathEffectTest(Result):
+    """Gain of unrecorded differences between paths (nats), tested by itself."""
+
+    gain: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement(Result):
+    """A measurement, and the nats by which it would part the best explanations."""
+
+    measurement: str
+    expected_gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis(Result):
+    """The verdict (`adequate`, `missing-effect`, `ambiguous`, `unexplained`) with its reasons.
+
+    `missing` holds the effect, the set that cannot be told apart, or the axis. An effect of
+    `detectable_m` would have been seen with 80 % power. `still_needed` is the evidence (nats) that
+    the model would lose without each of its effects; `suspect_events` are records hard to believe.
+    """
+
+    model: str
+    verdict: str
+    missing: tuple[str, ...]
+    candidates: Rows[Candidate]
+    path_effect: PathEffectTest
+    detectable_m: float
+    detectable_log_friction: float
+    measure_next: Rows[Measurement]
+    still_needed: dict[str, float]
+    heavy_tails: bool
+    suspect_events: tuple[str, ...]
+    n_worlds: int
+    seed: int

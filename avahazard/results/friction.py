@@ -1,0 +1,103 @@
+"""Apparent friction of the records, its density, and laws fitted to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from avahazard.results.base import ABSENT, Result, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class ApparentEvent(Result):
+    """The friction whose block stops where the record says, its bracket, and its spread under
+    records moved within their errors."""
+
+    event_id: str
+    path_id: str | None
+    mu: float | None
+    mu_sd: float | None
+    status: str
+    mu_low: float | None
+    mu_high: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionDensity(Result):
+    """Holy's density of the frictions of one path, or of `all`, on a grid."""
+
+    path_id: str
+    n: int
+    kappa: float
+    mu: tuple[float, ...]
+    pdf: tuple[float, ...]
+    extrapolated: tuple[bool, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PerturbedParameter(Result):
+    """A parameter of a law fitted to the records, and to records moved within their errors."""
+
+    value: float
+    se: float
+    mean: float
+    sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class PerturbationCheck(Result):
+    """What the errors of the records do to the frictions, and to the law fitted to them."""
+
+    n_replicates: int
+    n_events: int
+    mu_sd_median: float | None
+    mu_sd_max: float | None
+    law: str | None
+    parameters: dict[str, PerturbedParameter]
+
+
+@dataclass(frozen=True, slots=True)
+class LargestJump(Result):
+    """The largest jump of F on a path, between one friction of the grid and the next."""
+
+    path_id: str
+    mu: float
+    jump_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frictions(Result):
+    """Apparent friction of every event, densities, and the check by perturbation."""
+
+    events: Rows[ApparentEvent]
+    density: Rows[FrictionDensity]
+    perturbation: PerturbationCheck
+    jumps: Rows[LargestJump]
+
+
+@dataclass(frozen=True, slots=True)
+class FittedParameter(Result):
+    """A parameter of a law by least squares, with its standard error."""
+
+    value: float
+    se: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class LeastSquares(Result):
+    """A law of friction against volume by least squares."""
+
+    law: str
+    parameters: dict[str, FittedParameter]
+    covariance: tuple[tuple[float, ...], ...]
+    r2: float
+    aic: float
+    n_events: int
+
+
+@dataclass(frozen=True, slots=True)
+class Fits(Result):
+    """All laws, with notes on what was left out."""
+
+    rows: Rows[LeastSquares]
+    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)

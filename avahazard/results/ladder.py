@@ -1,0 +1,65 @@
+"""Every model and its error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from avahazard.results.base import ABSENT, Result, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class Standing(Result):
+    """The scores of a model by which it is ranked; errors in metres, `elpd` in nats.
+
+    What is `held_out` was predicted by fits without the event's group (its path, or a fold).
+    """
+
+    rmse_m: float
+    crps_m: float
+    held_out_rmse_m: float
+    held_out_crps_m: float
+    held_out_elpd: float | None
+    elpd_loo: float | None
+    elpd_loo_se: float | None
+    coverage_90: float
+    speed_rmse_m_s: float | None
+    noise_floor_m: float
+    noise_floor_crps_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class BeforeAndAfter(Result):
+    """A parent's scores and its child's, beside what errors of the records alone leave."""
+
+    before: Standing | None
+    after: Standing
+    held_out_by: str
+    noise_floor_m: float
+    noise_floor_crps_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Rung(Result):
+    """One model on the ladder, with what it has that its parent has not; scores as `Standing`,
+    None where it was never compared."""
+
+    model: str
+    parent: str | None
+    added: tuple[str, ...]
+    rmse_m: float | None
+    crps_m: float | None
+    held_out_crps_m: float | None
+    elpd_loo: float | None
+    elpd_loo_se: float | None
+    coverage_90: float | None
+    speed_rmse_m_s: float | None
+    noise_floor_m: float | None
+    noise_floor_crps_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Ladder(Result):
+    """All models, oldest first, and notes on those that cannot be compared."""
+
+    rows: Rows[Rung]
+    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)

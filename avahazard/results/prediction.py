@@ -1,0 +1,42 @@
+"""Predictive distributions of new events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from avahazard.results.base import Result, Rows
+from avahazard.results.comparison import RunoutScores, SpeedScores
+
+
+@dataclass(frozen=True, slots=True)
+class PredictedEvent(Result):
+    """Where one event will stop: elevation (m), or runout length without a profile."""
+
+    event_id: str
+    path_id: str | None
+    coordinate: str
+    mean_m: float
+    sd_m: float
+    q05_m: float
+    q50_m: float
+    q95_m: float
+    p_left_profile: float
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionScores(Result):
+    """Predictions against the runouts of the file; `elpd_loo` is their log density (nats)."""
+
+    runout: RunoutScores
+    speed: SpeedScores | None
+    elpd_loo: float | None
+    elpd_loo_se: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction(Result):
+    """All events of a file; `scores` over those that have a runout, None where none has."""
+
+    events: Rows[PredictedEvent]
+    scores: PredictionScores | None
+    notes: tuple[str, ...]

@@ -1,0 +1,116 @@
+"""Paths: their records, their profiles, runs down them, and the runout by terrain alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from avahazard.results.base import ABSENT, Result, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class PathSummary(Result):
+    """A path, its profile's size (m), and its records; None where unknown."""
+
+    path_id: str
+    name: str | None
+    section: str | None
+    n_points: int
+    top_m: float | None
+    drop_m: float | None
+    length_m: float | None
+    n_events: int
+    n_left_profile: int
+    first_year: int | None
+    last_year: int | None
+    volume_min_m3: float | None
+    volume_max_m3: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch(Result):
+    """A stretch of a path, x in m."""
+
+    from_x_m: float
+    to_x_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileFit(Result):
+    """How a profile was regularised: `degree` of a polynomial, or `smoothing` of a spline (and by
+    how much the polynomial would have missed the points)."""
+
+    method: str
+    max_deviation_m: float
+    degree: int | None = field(default=None, metadata=ABSENT)
+    smoothing: float | None = field(default=None, metadata=ABSENT)
+    polynomial_deviation_m: float | None = field(default=None, metadata=ABSENT)
+
+
+@dataclass(frozen=True, slots=True)
+class PathCheck(Result):
+    """One path, and whether the block's assumptions hold on it; lengths in m."""
+
+    path_id: str
+    n_points: int
+    n_events: int
+    fit: ProfileFit
+    monotone: bool
+    rises: Rows[Stretch]
+    min_curvature_radius_m: float
+    flow_length_m: float | None
+    sharp_bends: Rows[Stretch]
+    drop_m: float
+    length_m: float
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedHere(Result):
+    """Speed (m/s) of the block at a place (m)."""
+
+    x_m: float
+    speed_m_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Runout(Result):
+    """One run of the block: where it stops, and its speed on the way.
+
+    `status` is stopped, left_profile or not_released; `lift_off_x_m` is where it first lost the
+    ground. By a model: its name, the volume, and where the friction comes from.
+    """
+
+    path_id: str
+    mu: float
+    status: str
+    release_x_m: float
+    release_elevation_m: float
+    runout_x_m: float | None
+    runout_elevation_m: float | None
+    speed_max_m_s: float
+    lift_off_x_m: float | None
+    speeds: Rows[SpeedHere]
+    model: str | None = field(default=None, metadata=ABSENT)
+    volume_m3: float | None = field(default=None, metadata=ABSENT)
+    mu_from: str | None = field(default=None, metadata=ABSENT)
+    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+
+
+@dataclass(frozen=True, slots=True)
+class TerrainRunout(Result):
+    """The α-β runout of a path by one regression; angles in degrees, x in m, None for none."""
+
+    path_id: str
+    coefficients: str
+    source: str
+    status: str
+    release_x_m: float
+    beta_deg: float | None
+    beta_x_m: float | None
+    alpha_deg: float | None
+    alpha_sd_deg: float
+    runout_x_m: float | None
+    runout_elevation_m: float | None
+    runout_x_low_m: float | None
+    runout_x_high_m: float | None
+    notes: tuple[str, ...]
