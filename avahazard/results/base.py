@@ -36,7 +36,7 @@ class Result:
     @classmethod
     def from_dict(cls, document: dict[str, Any]) -> Self:
         """Return the result of a document that `to_dict` made."""
-        result: Self = _validator(cls)(document)
+        result: Self = _validator(cls)(document)  # type: ignore[arg-type]
         return result
 
     def to_frame(self) -> pd.DataFrame:
