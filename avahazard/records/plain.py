@@ -12,14 +12,14 @@ def plain(value: Any) -> Any:
     """Return `value` as dicts, lists, text, numbers and None.
 
     Arrays become lists, numpy scalars Python ones, and NaN or an infinity None. A dataclass gives
-    its fields; those marked `absent` are left out where they are None or empty.
+    its fields; those marked `absent` are left out where they are None.
     """
     if is_dataclass(value):
         items = [(field, getattr(value, field.name)) for field in fields(value)]
         return {
             field.name: plain(item)
             for field, item in items
-            if not (field.metadata.get("absent") and (item is None or item == ()))
+            if item is not None or not field.metadata.get("absent")
         }
     if hasattr(value, "tolist"):
         value = value.tolist()

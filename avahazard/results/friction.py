@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from avahazard.results.base import ABSENT, Result, Rows
+from avahazard.results.base import Result, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,4 +100,4 @@ class Fits(Result):
     """All laws, with notes on what was left out."""
 
     rows: Rows[LeastSquares]
-    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+    notes: tuple[str, ...] = ()

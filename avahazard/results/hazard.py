@@ -109,4 +109,4 @@ class Hazard(Result):
     """The rows of all paths, with notes for people."""
 
     rows: Rows[HazardRow]
-    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+    notes: tuple[str, ...] = ()

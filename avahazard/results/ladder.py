@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from avahazard.results.base import ABSENT, Result, Rows
+from avahazard.results.base import Result, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,4 +62,4 @@ class Ladder(Result):
     """All models, oldest first, and notes on those that cannot be compared."""
 
     rows: Rows[Rung]
-    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+    notes: tuple[str, ...] = ()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from avahazard.results.base import ABSENT, Result, Rows
+from avahazard.results.base import Result, Rows
 from avahazard.results.comparison import RunoutScores, SpeedScores
 
 
@@ -39,4 +39,4 @@ class Prediction(Result):
 
     events: Rows[PredictedEvent]
     scores: PredictionScores | None
-    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+    notes: tuple[str, ...] = ()

@@ -93,7 +93,7 @@ class Runout(Result):
     model: str | None = field(default=None, metadata=ABSENT)
     volume_m3: float | None = field(default=None, metadata=ABSENT)
     mu_from: str | None = field(default=None, metadata=ABSENT)
-    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+    notes: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)

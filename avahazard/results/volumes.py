@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from avahazard.results.base import ABSENT, Result, Rows
+from avahazard.results.base import Result, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,4 +49,4 @@ class Volumes(Result):
     """The entries of all paths, with notes for people."""
 
     rows: Rows[PathVolumes]
-    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+    notes: tuple[str, ...] = ()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from avahazard.results.base import ABSENT, Result, Rows
+from avahazard.results.base import Result, Rows
 from avahazard.results.hazard import Quantiles
 
 
@@ -71,4 +71,4 @@ class Zones(Result):
     """The entries of all paths, with notes for people."""
 
     rows: Rows[ZonedPath]
-    notes: tuple[str, ...] = field(default=(), metadata=ABSENT)
+    notes: tuple[str, ...] = ()

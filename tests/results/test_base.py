@@ -1,0 +1,76 @@
+"""Results: their JSON, their frames, their pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avahazard.records.errors import AvahazardError
+from avahazard.results.base import ABSENT, PICTURES, Result, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class Inner(Result):
+    """A part."""
+
+    x: float
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Outer(Result):
+    """A whole."""
+
+    parts: Rows[Inner]
+    sums: dict[str, Inner]
+    values: tuple[float | None, ...]
+    more: float | None = field(default=None, metadata=ABSENT)
+
+
+WHOLE = Outer(Rows([Inner(1.0, "a"), Inner(np.nan, "b")]), {"s": Inner(3.0, "c")}, (1.0, None))
+
+
+def test_json_has_the_fields_and_no_nan() -> None:
+    assert WHOLE.to_dict() == {
+        "parts": [{"x": 1.0, "name": "a"}, {"x": None, "name": "b"}],
+        "sums": {"s": {"x": 3.0, "name": "c"}},
+        "values": [1.0, None],
+    }
+
+
+def test_what_may_be_absent_is_left_out_only_where_it_is_none() -> None:
+    assert "more" not in WHOLE.to_dict()
+    assert Outer(Rows(), {}, (), 0.0).to_dict()["more"] == 0.0
+
+
+def test_a_document_comes_back_as_the_result() -> None:
+    whole = Outer(Rows([Inner(1.0, "a")]), {"s": Inner(3.0, "c")}, (1.0, None))
+    again = Outer.from_dict(whole.to_dict())
+    assert again == whole
+    assert isinstance(again.parts, Rows)
+
+
+def test_rows_are_a_frame() -> None:
+    frame = WHOLE.parts.to_frame()
+    assert list(frame.columns) == ["x", "name"]
+    assert frame["x"].isna().tolist() == [False, True]
+    assert "<table" in WHOLE.parts._repr_html_()
+
+
+def test_nested_keys_are_joined_by_dots() -> None:
+    assert WHOLE.to_frame()["sums.s.x"].tolist() == [3.0]
+
+
+def test_a_picture_is_drawn_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def draw_part(file: Path, part: Inner) -> None:
+        file.write_text(f"<svg>{part.name}</svg>", encoding="utf-8")
+
+    monkeypatch.setitem(PICTURES, Inner, draw_part)
+    part = WHOLE.parts[0]
+    assert part.plot(tmp_path / "p.svg").read_text(encoding="utf-8") == "<svg>a</svg>"
+    assert part.plot()._repr_svg_() == "<svg>a</svg>"
+    with pytest.raises(AvahazardError, match="no picture of Outer"):
+        WHOLE.plot()
