@@ -37,7 +37,7 @@ from avahazard.inference.model.specification import MethodName
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.store.comparisons import save_comparison
+from avahazard.store.results import COMPARISON, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.fitted import fitted_posterior, offset_array
 from avahazard.workflow.own_effects import own_effects
@@ -86,7 +86,7 @@ def compare(
         lambda share: report(f"Comparing {name}", share, 1.0),
     )
     with writing(database) as session:
-        save_comparison(session, name, document)
+        save_result(session, COMPARISON, name, document)
     if plot is not None:
         from avahazard.report.comparison_figure import draw_comparison  # noqa: PLC0415 (slow)
 

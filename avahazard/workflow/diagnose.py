@@ -11,8 +11,8 @@ from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.store.diagnoses import save_diagnosis
 from avahazard.store.models import load_model
+from avahazard.store.results import DIAGNOSIS, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.own_effects import check_own, read_own
 from avahazard.workflow.stored_model import load_stored, require_unchanged, training_records
@@ -63,7 +63,7 @@ def diagnose_model(
     )
     document = diagnosis_document(name, found, seed)
     with writing(database) as session:
-        save_diagnosis(session, name, document)
+        save_result(session, DIAGNOSIS, name, document)
     if plot is not None:
         from avahazard.report.diagnosis_figure import draw_diagnosis  # noqa: PLC0415 (slow)
 

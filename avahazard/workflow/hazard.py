@@ -17,7 +17,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.store.hazard import save_hazard
+from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
 from avahazard.workflow.future_events import forecast, ignores_volume
@@ -103,7 +103,7 @@ def hazard(
             rows.append(_row(stored, records, row, bounds, more))
             report("Runout", float(len(rows)), len(wanted))
     with writing(database) as session:
-        save_hazard(session, name, rows)
+        save_result(session, BOUNDS, name, rows)
     return rows, notes + _notes(stored, records, rows)
 
 
