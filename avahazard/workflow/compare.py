@@ -65,7 +65,7 @@ def compare(
 ) -> dict[str, Any]:
     """Compare the stored model `name` with its measurements, and store the comparison.
 
-    Returns the contract's document; see `comparison` for its further keys. `plot` is a picture
+    Returns the document of `compare` (docs/results.md). `plot` is a picture
     of where it fails.
 
     Raises:
@@ -115,9 +115,7 @@ def comparison(
 
     `coordinates` `[n_draws, n_slots]`, `offsets` `[n_draws]` by path. Runout scores are in metres
     of the coordinate of each record, which `coordinate` names (elevation, x, length, mixed).
-    Held-out `elpd_loo` is the log density of each record given the other groups. Besides the
-    contract's keys: Pareto k over 0.7 and how many of these were refitted, misfit of speeds by
-    place and by speed, and the measured force along the tracks.
+    Held-out `elpd_loo` is the log density of each record given the other groups.
     """
     observations = posterior.observations
     rng = generator(0, "compare")

@@ -32,7 +32,7 @@ def diagnose_model(
 ) -> dict[str, Any]:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    Returns the contract's document with further keys; `plot` is a picture of the candidates.
+    Returns the document of `diagnose` (docs/results.md); `plot` is a picture of the candidates.
 
     Raises:
         AvahazardError: there is no such model, its records have changed, or its method has no
@@ -72,7 +72,7 @@ def diagnose_model(
 
 
 def diagnosis_document(name: str, found: Diagnosis, seed: int) -> dict[str, Any]:
-    """The contract's `diagnose` document."""
+    """The document of `diagnose` (docs/results.md)."""
     return {
         "model": name,
         "verdict": found.verdict,

@@ -66,13 +66,10 @@ def hazard(
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Compute and store the runout, and return its rows with notes for people.
 
-    One row (contract, `hazard`) for each path and each return period (years) or volume (m3),
+    One row (docs/results.md) for each path and each return period (years) or volume (m3),
     sorted by path; with neither given, a return period of 100 years. Paths are those named, or
     all with a profile; among the latter those without what a return period needs are left out
-    with a note. `source` says where the frequency of volumes comes from. Besides the contract's
-    keys a row has `natural` and `parameters` (`path_uncertainties`), `notes` and, for a return
-    period, where its volume comes from and `exceeded`, the runout exceeded once in T years; the
-    first row of a path with a rate has `reach`, the annual chance along the path.
+    with a note. `source` says where the frequency of volumes comes from.
 
     Raises:
         AvahazardError: there is no such model or path, `effect_files` are not those that the

@@ -32,7 +32,7 @@ def ladder(
     plot: Path | None = None,
     report: Report = lambda _what, _done, _total: None,
 ) -> dict[str, Any]:
-    """Return `rows` (contract, `ladder`), and `notes` on models that cannot be compared.
+    """Return `rows` (docs/results.md), and `notes` on models that cannot be compared.
 
     Models that were never compared are compared, and that is stored. `plot` is a picture of the
     held-out error from model to model.

@@ -25,7 +25,7 @@ def document(snow_world: Path, tmp_path_factory: pytest.TempPathFactory) -> dict
     return compare(str(file), "base")
 
 
-def test_the_document_of_the_contract(document: dict[str, Any]) -> None:
+def test_the_keys_of_the_document(document: dict[str, Any]) -> None:
     scores = document["scores"]
     assert document["model"] == "base"
     assert set(scores) >= {"runout", "speed", "elpd_loo", "elpd_loo_se"}

@@ -35,7 +35,7 @@ def diagnosed(database: str, **options: Any) -> dict[str, Any]:
     return diagnose_model(database, "base", n_worlds=39, **options)
 
 
-def test_the_document_is_the_contracts(base: str) -> None:
+def test_the_document_names_the_axis(base: str) -> None:
     told: list[float] = []
     document = diagnosed(base, report=lambda _what, done, _total: told.append(done))
     assert set(document) >= KEYS

@@ -32,7 +32,7 @@ def predict(
 
     found = run(settings(context).database, name, events, effect_files=effect_file or ())
     rows, scores = found["events"], found["scores"]
-    # Elevations are what the contract promises; a length is marked by its own key.
+    # Elevations, unless `coordinate` of a row says otherwise (docs/results.md).
     document = rows if scores is None else {"events": rows, "scores": scores}
 
     def render(console: Console) -> None:

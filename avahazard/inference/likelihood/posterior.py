@@ -1,4 +1,4 @@
-"""The marginal likelihood and posterior density of a model on observations (DESIGN section 3)."""
+"""Marginal likelihood and posterior density of a model (docs/theory/likelihood.md)."""
 
 from __future__ import annotations
 
