@@ -37,8 +37,11 @@ class HeldOut(NamedTuple):
 
 
 class HeldOutPredictions(NamedTuple):
-    """For each event, by the fit to the other groups: the log density of its record `[n_events]`,
-    the records to be expected, and the speeds along measured tracks (None without)."""
+    """Each event by the fit to the other groups.
+
+    The log density of its record `[n_events]`, the records to be expected, and the speeds along
+    measured tracks (None without).
+    """
 
     log_density: Floats
     records: ExpectedRecords
