@@ -16,7 +16,7 @@ import avahazard
 
 ROOT = Path(__file__).parents[1]
 PARTS_BESIDE = {"migrations": "avahazard/migrations", "data": "avahazard/data"}
-SOURCES = ("avahazard", "migrations", "data", "pyproject.toml", "README.md", "LICENSE")
+SOURCES = ("avahazard", "migrations", "data", "pyproject.toml", "setup.py", "README.md", "LICENSE")
 
 
 def run(*command: str | Path, cwd: Path, **environment: str | Path) -> str:

@@ -3,19 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
-from typing import Annotated, Any
-
-import typer
-
-EffectFiles = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--effect-file",
-        metavar="FILE",
-        help="The file of an effect of your own that the model has; may be given again.",
-    ),
-]
+from typing import Any
 
 MOST_LINES = 6
 SIGNIFICANT = 0.05

@@ -1,4 +1,4 @@
-"""The catalogue: every effect by its key (contract, section 5)."""
+"""The catalogue: every effect by its key (docs/effects.md is made from it)."""
 
 from __future__ import annotations
 

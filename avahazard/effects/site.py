@@ -58,8 +58,10 @@ class Site:
         return filled_table(runout_table(cells, starts, MU[::COARSE]), COARSE)
 
     def speeds(self, resistance: Resistance, release_x: float, x: Floats) -> Floats:
-        """Speeds (m/s) at the places x `[n_x]` of the block released at `release_x` (one of the
-        site's), for each friction of `MU`, `[n_friction, n_x]`."""
+        """Speeds (m/s) at places x `[n_x]` for each friction of `MU`, `[n_friction, n_x]`.
+
+        Of the block released at `release_x`, one of the site's.
+        """
         terrain = self.terrain_for(resistance)
         cells, start = build_cells(terrain, resistance), terrain.node(release_x)
         if not cells.speed_dependent:

@@ -22,8 +22,10 @@ STYLES = "layer_styles"
 
 
 def write_geopackage(file: FilePath, layers: Sequence[MapLayer], day: np.datetime64) -> None:
-    """Write `layers` to the new file, each with the style that QGIS takes when it opens it;
-    `day` stands with the styles."""
+    """Write `layers` to the new file, each with the style that QGIS takes when it opens it.
+
+    `day` stands with the styles.
+    """
     for layer in layers:
         _write(
             file,

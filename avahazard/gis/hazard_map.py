@@ -104,8 +104,10 @@ def _stops(one: MappedPath) -> list[Feature]:
 
 
 def _runouts(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
-    """A point for each statistic of each way to give the runout: of avalanches of the row's
-    volume, and exceeded once in the return period."""
+    """A point for each statistic of each way to give the runout.
+
+    Of avalanches of the row's volume, and exceeded once in the return period.
+    """
     ways = {"volume": row, **({"exceeded": row["exceeded"]} if row.get("exceeded") else {})}
     features = []
     for way, found in ways.items():

@@ -21,8 +21,10 @@ XLINK = "http://www.w3.org/1999/xlink"
 
 @dataclass(frozen=True, slots=True)
 class LayerStyle:
-    """Colours by the values of an attribute, or one colour (`attribute` None, key ""); `size` in
-    mm of a mark or a line; `opacity` from 0 to 1."""
+    """Colours by the values of an attribute, or one colour (`attribute` None, key "").
+
+    `size` in mm of a mark or a line; `opacity` from 0 to 1.
+    """
 
     kind: Kind
     colors: Mapping[str, str]

@@ -39,8 +39,10 @@ class MapLayer:
 
 
 def layers_by_system(topic: str, kind: Kind, features: Sequence[Feature]) -> list[MapLayer]:
-    """One layer of the features, none where there are none, and one for each system where they
-    are in several: `paths_31287`, `paths_32632`."""
+    """One layer of the features, none where there are none.
+
+    One for each system where they are in several: `paths_31287`, `paths_32632`.
+    """
     by_code: dict[str, list[Feature]] = {}
     for feature in features:
         by_code.setdefault(feature.line.code, []).append(feature)

@@ -21,8 +21,10 @@ from avahazard.records.path import Profile
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathLine:
-    """Points `xy` `[n, 2]` (east before north) of `crs` at the places `x` (m) `[n]`; `code`
-    names the system."""
+    """Points `xy` `[n, 2]` (east before north) of `crs` at the places `x` (m) `[n]`.
+
+    `code` names the system.
+    """
 
     x: Floats
     y: Floats

@@ -62,8 +62,10 @@ class TerrainModel:
         return inside
 
     def elevations(self, xy: Floats) -> Floats:
-        """Elevations (m) `[n]` at points `[n, 2]` that it holds, straight between cell centres;
-        NaN where one of the four cells is a gap."""
+        """Elevations (m) `[n]` at points `[n, 2]` that it holds, straight between cell centres.
+
+        NaN where one of the four cells is a gap.
+        """
         row, column = self.grid_places(xy)
         found = np.empty(len(xy))
         for start in range(0, len(xy), POINTS_A_READ):

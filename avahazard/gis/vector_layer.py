@@ -23,8 +23,11 @@ WORDS = {"line": "linestring", "polygon": "polygon"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VectorLayer:
-    """Features in the order of the file: `geometry` `[n]` (None where it is empty or unreadable),
-    and their attributes as text, without those that are empty."""
+    """Features in the order of the file.
+
+    `geometry` `[n]` (None where it is empty or unreadable), and their attributes as text, without
+    those that are empty.
+    """
 
     file: str
     crs: CRS

@@ -217,8 +217,10 @@ def rate_below(ready: Avalanches, mu: Floats) -> Floats:
 
 
 def yearly_rate(ready: Avalanches, chance: Floats) -> Floats:
-    """Yearly rate `[n_parameters]` of what has this chance `[n_parameters, n_classes, n_volumes]`
-    for an avalanche of each class and volume."""
+    """Yearly rate `[n_parameters]` of what has this chance for an avalanche.
+
+    `chance` `[n_parameters, n_classes, n_volumes]`, of each class and volume.
+    """
     by_class = np.einsum("pcv,pv->pc", chance, ready.volumes.share)
     return np.asarray(ready.volumes.rate * (by_class @ ready.class_share))
 

@@ -1,4 +1,4 @@
-"""One row of the `hazard` result (contract, section 3)."""
+"""One row of the `hazard` result (docs/results.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Regularisation of the raw points of a path (DESIGN section 1)."""
+"""Regularisation of the raw points of a path (docs/theory/motion.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns beyond the contract's own: kept as numbers or as words."""
+"""Columns beyond those of docs/data_forms.md: kept as numbers or as words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is assumed where a record says nothing (contract, section 1)."""
+"""What is assumed where a record says nothing (docs/data_forms.md)."""
 
 from __future__ import annotations
 

@@ -11,8 +11,11 @@ from avahazard.records.terrain_crop import TerrainCrop
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """The lines of a file as rows of `paths.csv` and `profiles.csv`, each with the number of its
-    feature in the place of a line number; the ground around them; and what is wrong with them."""
+    """The lines of a file as rows of `paths.csv` and `profiles.csv`.
+
+    Each with the number of its feature in the place of a line number; the ground around them; and
+    what is wrong with them.
+    """
 
     file: str
     paths: Table

@@ -14,7 +14,7 @@ Covariate = float | str
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """What is known of a path apart from its profile (contract, section 1)."""
+    """What is known of a path apart from its profile (docs/data_forms.md)."""
 
     path_id: str
     name: str | None = None

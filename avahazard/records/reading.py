@@ -20,7 +20,7 @@ from avahazard.records.table import Table, read_table
 def read_records(
     sources: Sequence[str | FilePath], known: Records | None = None, *, need_runout: bool = True
 ) -> Records:
-    """Return the records in `sources`, CSV files or folders of them (contract, section 1).
+    """Return the records in `sources`, CSV files or folders of them (docs/data_forms.md).
 
     Rows may refer to the paths and events of `known`, the records stored before. With
     `need_runout` false an event may lack its runout.

@@ -18,9 +18,10 @@ TICKS = (0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
 def draw_diagnosis(file: Path, diagnosis: Mapping[str, Any]) -> None:
-    """Draw the document of `diagnose` to `file`: a bar of gain for every candidate, the band that
-    chance alone stays within in 19 of 20 worlds in which the model is true, and the p-value that
-    allows for their number.
+    """Draw the document of `diagnose` to `file`: a bar of gain for every candidate.
+
+    With the band that chance alone stays within in 19 of 20 worlds in which the model is true, and
+    the p-value that allows for the number of candidates.
 
     Raises:
         AvahazardError: `file` is not the name of a picture.

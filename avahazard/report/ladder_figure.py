@@ -16,8 +16,10 @@ FELL, ROSE, LEVEL = "#1b9e77", "#d95f02", "0.82"
 
 
 def draw_ladder(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Draw the rows of `ladder` to `file`, as a waterfall: the error of each model, and what it
-    gained or lost against its parent. Models that were not compared are left out.
+    """Draw the rows of `ladder` to `file`, as a waterfall.
+
+    The error of each model, and what it gained or lost against its parent. Models that were not
+    compared are left out.
 
     Raises:
         AvahazardError: `file` is not the name of a picture.

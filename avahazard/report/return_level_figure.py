@@ -19,8 +19,9 @@ FIT, RECORDS = "#c0392b", "#33607f"
 def draw_return_levels(
     file: Path, entries: Sequence[Mapping[str, Any]], curves: Sequence[Sequence[Mapping[str, Any]]]
 ) -> None:
-    """Draw a panel for each of the `entries` of `volumes` to `file`; `curves` are their levels at
-    many periods. Where they are extrapolated, the line is dotted.
+    """Draw a panel for each of the `entries` of `volumes` to `file`.
+
+    `curves` are their levels at many periods. Where they are extrapolated, the line is dotted.
 
     Raises:
         AvahazardError: `file` is not the name of a picture.

@@ -68,8 +68,10 @@ class HeldOutScores(Result):
 
 @dataclass(frozen=True, slots=True)
 class Failure(Result):
-    """One level of an axis along which the model may fail: its bias, and whether chance could do
-    that (corrected for all levels)."""
+    """One level of an axis along which the model may fail: its bias.
+
+    `p_value`: whether chance could do that, corrected for all levels.
+    """
 
     axis: str
     level: str

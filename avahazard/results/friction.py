@@ -9,8 +9,10 @@ from avahazard.results.base import Result, Rows
 
 @dataclass(frozen=True, slots=True)
 class ApparentEvent(Result):
-    """The friction whose block stops where the record says, its bracket, and its spread under
-    records moved within their errors."""
+    """The friction whose block stops where the record says, and its bracket.
+
+    `mu_sd` is its spread under records moved within their errors.
+    """
 
     event_id: str
     path_id: str | None

@@ -40,8 +40,10 @@ class BeforeAndAfter(Result):
 
 @dataclass(frozen=True, slots=True)
 class Rung(Result):
-    """One model on the ladder, with what it has that its parent has not; scores as `Standing`,
-    None where it was never compared."""
+    """One model on the ladder, with what it has that its parent has not.
+
+    Scores are as `Standing`, None where it was never compared.
+    """
 
     model: str
     parent: str | None

@@ -36,8 +36,10 @@ class Stretch(Result):
 
 @dataclass(frozen=True, slots=True)
 class ProfileFit(Result):
-    """How a profile was regularised: `degree` of a polynomial, or `smoothing` of a spline (and by
-    how much the polynomial would have missed the points)."""
+    """How a profile was regularised: `degree` of a polynomial, or `smoothing` of a spline.
+
+    With a spline also by how much the polynomial would have missed the points.
+    """
 
     method: str
     max_deviation_m: float

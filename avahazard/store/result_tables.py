@@ -25,22 +25,29 @@ class ModelTable(Base):
     created: Mapped[dt.datetime] = mapped_column(DateTime)
 
 
-class CalibrationTable(Base):
-    """One run of a sampler; `result` is the document that `calibrate` prints."""
+class ResultTable(Base):
+    """What a command found by a model: the document that it prints."""
 
-    __tablename__ = "calibrations"
+    __abstract__ = True
 
     id: Mapped[int] = mapped_column(primary_key=True)
     model: Mapped[str] = mapped_column(
         Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
     )
+    result: Mapped[Any] = mapped_column(JSON)
+    created: Mapped[dt.datetime] = mapped_column(DateTime)
+
+
+class CalibrationTable(ResultTable):
+    """One run of a sampler, by `calibrate` or `add`."""
+
+    __tablename__ = "calibrations"
+
     settings: Mapped[dict[str, Any]] = mapped_column(JSON)
     seed: Mapped[int] = mapped_column(BigInteger)
     data_fingerprint: Mapped[str] = mapped_column(String(64))
     diagnostics: Mapped[dict[str, Any]] = mapped_column(JSON)
     converged: Mapped[bool]
-    result: Mapped[dict[str, Any]] = mapped_column(JSON)
-    created: Mapped[dt.datetime] = mapped_column(DateTime)
 
 
 class DrawChunkTable(Base):
@@ -58,53 +65,25 @@ class DrawChunkTable(Base):
     data: Mapped[bytes] = mapped_column(LargeBinary)
 
 
-class ComparisonTable(Base):
-    """Scores of a model against the measurements: the document that `compare` prints."""
+class ComparisonTable(ResultTable):
+    """Scores of a model against the measurements, by `compare`."""
 
     __tablename__ = "comparisons"
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    model: Mapped[str] = mapped_column(
-        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
-    )
-    result: Mapped[dict[str, Any]] = mapped_column(JSON)
-    created: Mapped[dt.datetime] = mapped_column(DateTime)
 
-
-class DiagnosisTable(Base):
-    """Which effect a model lacks: the document that `diagnose` prints."""
+class DiagnosisTable(ResultTable):
+    """Which effect a model lacks, by `diagnose`."""
 
     __tablename__ = "diagnoses"
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    model: Mapped[str] = mapped_column(
-        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
-    )
-    result: Mapped[dict[str, Any]] = mapped_column(JSON)
-    created: Mapped[dt.datetime] = mapped_column(DateTime)
 
-
-class HazardTable(Base):
-    """Bounds of the runout by a model: the rows that `hazard` prints."""
+class HazardTable(ResultTable):
+    """Bounds of the runout by a model, by `hazard`."""
 
     __tablename__ = "hazard_results"
 
-    id: Mapped[int] = mapped_column(primary_key=True)
-    model: Mapped[str] = mapped_column(
-        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
-    )
-    result: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
-    created: Mapped[dt.datetime] = mapped_column(DateTime)
 
-
-class ZoneTable(Base):
-    """Speeds, pressures and zones by a model: what `zones` prints."""
+class ZoneTable(ResultTable):
+    """Speeds, pressures and zones by a model, by `zones`."""
 
     __tablename__ = "zone_results"
-
-    id: Mapped[int] = mapped_column(primary_key=True)
-    model: Mapped[str] = mapped_column(
-        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
-    )
-    result: Mapped[list[dict[str, Any]]] = mapped_column(JSON)
-    created: Mapped[dt.datetime] = mapped_column(DateTime)

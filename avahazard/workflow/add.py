@@ -14,8 +14,8 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.errors import AvahazardError
-from avahazard.store.comparisons import latest_comparison, save_comparison
 from avahazard.store.models import load_model, refuse_taken_name
+from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.calibrate import N_CHAINS, N_DRAWS, calibrate_study
 from avahazard.workflow.calibrated import result_document
@@ -58,7 +58,7 @@ def add(
     with reading(database) as session:
         model = load_model(session, name)
         refuse_taken_name(session, new_name)
-        before = latest_comparison(session, name)
+        before = latest_result(session, COMPARISON, name)
     check_own(model, own)
     unused = [key for key in own if key not in (*effects, *effects_of(model))]
     if unused:
@@ -108,8 +108,8 @@ def add(
     )
     with writing(database) as session:
         if fresh and before is not None:
-            save_comparison(session, name, before)
-        save_comparison(session, new_name, after)
+            save_result(session, COMPARISON, name, before)
+        save_result(session, COMPARISON, new_name, after)
     return {**document, "comparison": before_and_after(before, after)}
 
 

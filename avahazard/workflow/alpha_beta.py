@@ -14,9 +14,9 @@ from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path
-from avahazard.store.hazard import latest_hazard
 from avahazard.store.models import load_model
 from avahazard.store.records import load_records
+from avahazard.store.results import BOUNDS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.one_path import find_path, find_profile
 from avahazard.workflow.path import stop_place
@@ -48,7 +48,7 @@ def alpha_beta_paths(
         bounds: list[dict[str, Any]] | None = []
         if model is not None:
             load_model(session, model)
-            bounds = latest_hazard(session, model)
+            bounds = latest_result(session, BOUNDS, model)
     if bounds is None:
         raise AvahazardError(
             f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"

@@ -38,11 +38,7 @@ class Calibrated:
 def result_document(
     found: Calibrated, name: str, *, seed: int, data_fingerprint: str, parent: str | None = None
 ) -> dict[str, Any]:
-    """The document of `calibrate` and `add` (contract, section 3).
-
-    Besides the contract's keys: `tails`, `centrifugal`, `left_out`, `notes`, the tail ESS and
-    `converged` among the diagnostics, and path offsets as `path:PATH_ID` among the parameters.
-    """
+    """The document of `calibrate` and `add` (docs/results.md)."""
     specification, chains = found.model.specification, found.chains
     n_chains, n_draws = chains.draws.shape[:2]
     checks = chains.diagnostics

@@ -36,7 +36,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.store.comparisons import save_comparison
+from avahazard.store.results import COMPARISON, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.own_effects import own_effects
 from avahazard.workflow.stored_model import load_stored, require_unchanged
@@ -58,7 +58,7 @@ def compare(
 ) -> dict[str, Any]:
     """Compare the stored model `name` with its measurements, and store the comparison.
 
-    Returns the contract's document; see `comparison` for its further keys. `plot` is a picture
+    Returns the document of `compare` (docs/results.md). `plot` is a picture
     of where it fails.
 
     Raises:
@@ -72,7 +72,7 @@ def compare(
     require_unchanged(stored)
     document = comparison(name, stored.model, lambda share: report(f"Comparing {name}", share, 1.0))
     with writing(database) as session:
-        save_comparison(session, name, document)
+        save_result(session, COMPARISON, name, document)
     if plot is not None:
         from avahazard.report.comparison_figure import draw_comparison  # noqa: PLC0415 (slow)
 
@@ -95,14 +95,10 @@ def comparison(
     model: FittedModel,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> dict[str, Any]:
-    """The document of `compare` for a model on the records that it was fitted to; nothing is
-    stored.
+    """The document of `compare` for a model on the records that it was fitted to.
 
-    Runout scores are in metres
-    of the coordinate of each record, which `coordinate` names (elevation, x, length, mixed).
-    Held-out `elpd_loo` is the log density of each record given the other groups. Besides the
-    contract's keys: Pareto k over 0.7 and how many of these were refitted, misfit of speeds by
-    place and by speed, and the measured force along the tracks.
+    Nothing is stored. Runout scores are in metres of the coordinate of each record, which `coordinate` names (elevation, x, length, mixed).
+    Held-out `elpd_loo` is the log density of each record given the other groups.
     """
     observations = model.observations
     rng = generator(0, "compare")

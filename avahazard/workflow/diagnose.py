@@ -10,8 +10,8 @@ from avahazard.criticism.diagnosis.diagnose import Candidate, Diagnosis, diagnos
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.store.diagnoses import save_diagnosis
 from avahazard.store.models import load_model
+from avahazard.store.results import DIAGNOSIS, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.own_effects import check_own, read_own
 from avahazard.workflow.stored_model import load_stored, require_unchanged
@@ -31,7 +31,7 @@ def diagnose_model(
 ) -> dict[str, Any]:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    Returns the contract's document with further keys; `plot` is a picture of the candidates.
+    Returns the document of `diagnose` (docs/results.md); `plot` is a picture of the candidates.
 
     Raises:
         AvahazardError: there is no such model, its records have changed, or its method has no
@@ -61,7 +61,7 @@ def diagnose_model(
     )
     document = diagnosis_document(name, found, seed)
     with writing(database) as session:
-        save_diagnosis(session, name, document)
+        save_result(session, DIAGNOSIS, name, document)
     if plot is not None:
         from avahazard.report.diagnosis_figure import draw_diagnosis  # noqa: PLC0415 (slow)
 
@@ -70,7 +70,7 @@ def diagnose_model(
 
 
 def diagnosis_document(name: str, found: Diagnosis, seed: int) -> dict[str, Any]:
-    """The contract's `diagnose` document."""
+    """The document of `diagnose` (docs/results.md)."""
     return {
         "model": name,
         "verdict": found.verdict,

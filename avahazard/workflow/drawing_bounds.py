@@ -15,8 +15,9 @@ from avahazard.workflow.one_path import find_path
 def draw_hazard(
     file: FilePath, title: str, records: Records, rows: Sequence[dict[str, Any]]
 ) -> None:
-    """Draw the rows of `hazard` to `file`, a panel each, with the recorded stops and the
-    α-β runouts of their paths.
+    """Draw the rows of `hazard` to `file`, a panel each.
+
+    With the recorded stops and the α-β runouts of their paths.
 
     Raises:
         AvahazardError: a path has no profile, or `file` is not the name of a picture.

@@ -13,11 +13,10 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
-from avahazard.store.hazard import latest_hazard
 from avahazard.store.models import load_model, now
 from avahazard.store.records import load_records
+from avahazard.store.results import BOUNDS, ZONES, latest_result
 from avahazard.store.session import reading
-from avahazard.store.zones import latest_zones
 from avahazard.workflow.hazard_csv import is_own_csv, write_hazard
 from avahazard.workflow.path import stop_place
 
@@ -50,7 +49,7 @@ def export(database: str, name: str, file: FilePath) -> dict[str, Any]:
         )
     with reading(database) as session:
         load_model(session, name)
-        rows, zones = latest_hazard(session, name), latest_zones(session, name)
+        rows, zones = latest_result(session, BOUNDS, name), latest_result(session, ZONES, name)
         records = load_records(session)
     if not rows:
         raise AvahazardError(

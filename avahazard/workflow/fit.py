@@ -17,7 +17,7 @@ from avahazard.workflow.friction import back_calculate
 
 
 def fit_laws(database: str) -> dict[str, Any]:
-    """Return `fits`, one entry a law (contract, `fit`), and `notes` on what was left out.
+    """Return `fits`, one entry a law (docs/results.md), and `notes` on what was left out.
 
     Volumes in m3. `n_events` of an entry counts the events with a volume and a friction.
 

@@ -67,11 +67,9 @@ def show_frictions(
     kappa: Kappa = DEFAULT_KAPPA,
     plot: FilePath | None = None,
 ) -> dict[str, Any]:
-    """Return the apparent friction of every event, of one path or all (contract, `friction`).
+    """Return the apparent friction of every event, of one path or all (docs/results.md).
 
-    `kappa` "auto" takes, for each density, that with the best held-out likelihood. Besides
-    the contract's keys: `mu_low`, `mu_high` of each event, `extrapolated` of each density
-    (beyond the records), and `jumps`, the paths where F jumps, with the largest jump. With
+    `kappa` "auto" takes, for each density, that with the best held-out likelihood. With
     `plot` a picture of the densities is written there.
 
     Raises:

@@ -16,7 +16,7 @@ from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency, ret
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.store.hazard import save_hazard
+from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
 from avahazard.workflow.future_events import forecast, ignores_volume
@@ -60,13 +60,10 @@ def hazard(
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Compute and store the runout, and return its rows with notes for people.
 
-    One row (contract, `hazard`) for each path and each return period (years) or volume (m3),
+    One row (docs/results.md) for each path and each return period (years) or volume (m3),
     sorted by path; with neither given, a return period of 100 years. Paths are those named, or
     all with a profile; among the latter those without what a return period needs are left out
-    with a note. `source` says where the frequency of volumes comes from. Besides the contract's
-    keys a row has `natural` and `parameters` (`path_uncertainties`), `notes` and, for a return
-    period, where its volume comes from and `exceeded`, the runout exceeded once in T years; the
-    first row of a path with a rate has `reach`, the annual chance along the path.
+    with a note. `source` says where the frequency of volumes comes from.
 
     Raises:
         AvahazardError: there is no such model or path, `effect_files` are not those that the
@@ -95,7 +92,7 @@ def hazard(
             rows.append(_row(stored, row, bounds, more))
             report("Runout", float(len(rows)), len(wanted))
     with writing(database) as session:
-        save_hazard(session, name, rows)
+        save_result(session, BOUNDS, name, rows)
     return rows, notes + _notes(stored, rows)
 
 

@@ -27,8 +27,10 @@ def import_files(
     update: bool = False,
     dry_run: bool = False,
 ) -> dict[str, Any]:
-    """Import `sources` into `database`: CSV files or folders of them (contract, section 1), and
-    files of lines (GeoPackage, GeoJSON, Shapefile), each line a path drawn from its top.
+    """Import `sources` into `database`.
+
+    CSV files or folders of them (docs/data_forms.md), and files of lines (GeoPackage, GeoJSON,
+    Shapefile), each line a path drawn from its top.
 
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
     metres), and the ground around it is kept; `land_cover` is a file of polygons with that

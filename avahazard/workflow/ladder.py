@@ -8,8 +8,8 @@ from typing import Any
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.store.comparisons import latest_comparison
 from avahazard.store.models import StoredModel, list_models
+from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.compare import compare
 from avahazard.workflow.own_effects import effects_of
@@ -32,7 +32,7 @@ def ladder(
     plot: Path | None = None,
     report: Report = lambda _what, _done, _total: None,
 ) -> dict[str, Any]:
-    """Return `rows` (contract, `ladder`), and `notes` on models that cannot be compared.
+    """Return `rows` (docs/results.md), and `notes` on models that cannot be compared.
 
     Models that were never compared are compared, and that is stored. `plot` is a picture of the
     held-out error from model to model.
@@ -44,7 +44,7 @@ def ladder(
         require_picture(plot)
     with reading(database) as session:
         models = list_models(session)
-        known = {model.name: latest_comparison(session, model.name) for model in models}
+        known = {model.name: latest_result(session, COMPARISON, model.name) for model in models}
     if not models:
         raise AvahazardError(
             "There is no model yet.", "Make one: avahazard calibrate NAME, then avahazard add."

@@ -156,8 +156,10 @@ def _usable(
 def _tables(
     observations: Observations, predicted: Predicted, keep: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], Floats]:
-    """Row `[n_kept]` of each event's table, and the tables `[n_tables, n_friction]`, one for
-    each path and release."""
+    """Row `[n_kept]` of each event's table, and the tables `[n_tables, n_friction]`.
+
+    One for each path and release.
+    """
     places = np.column_stack([observations.columns.path_index, observations.release])[keep]
     _, first, row = np.unique(places, axis=0, return_index=True, return_inverse=True)
     return row.ravel(), predicted.elevation[keep][first]

@@ -26,9 +26,9 @@ Floats = NDArray[np.float64]
 
 
 def view_path(database: str, path_id: str, plot: FilePath | None = None) -> dict[str, Any]:
-    """Return a path with its profile's fit and checks (contract, `path`); lengths in m.
+    """Return a path with its profile's fit and checks (docs/results.md); lengths in m.
 
-    Besides the contract's keys: `rises` and `sharp_bends` list the stretches where the
+    `rises` and `sharp_bends` list the stretches where the
     regularised path rises, and where its radius of curvature is below `flow_length_m` (the
     median deposit length of its events, None if none is known). `notes` says it in words.
     With `plot` a picture of the profile is written there.

@@ -37,7 +37,7 @@ def predict(
 ) -> dict[str, Any]:
     """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
 
-    Returns `events` (contract, `predict`), `scores` over the events that have a runout (None
+    Returns `events` (docs/results.md), `scores` over the events that have a runout (None
     where none has) and `notes`. Numbers are elevations of the stop in m, of the avalanche itself
     and not of a record with its error; for events without a profile they are runout lengths,
     and `coordinate` says so. A draw that leaves the profile counts as reaching its end.

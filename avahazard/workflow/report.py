@@ -11,13 +11,10 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import ReportContent
-from avahazard.store.comparisons import latest_comparison
-from avahazard.store.diagnoses import latest_diagnosis
-from avahazard.store.hazard import latest_hazard
 from avahazard.store.models import list_models
+from avahazard.store.results import BOUNDS, COMPARISON, DIAGNOSIS, ZONES, latest_result
 from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
-from avahazard.store.zones import latest_zones
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.friction import back_calculate, friction_densities
 from avahazard.workflow.ladder import ladder_rows
@@ -102,10 +99,12 @@ def gather(
     everything = stored.records
     with reading(database) as session:
         models = list_models(session)
-        comparisons = {model.name: latest_comparison(session, model.name) for model in models}
-        diagnosis = latest_diagnosis(session, name)
-        rows = latest_hazard(session, name) or []
-        zones = latest_zones(session, name) or []
+        comparisons = {
+            model.name: latest_result(session, COMPARISON, model.name) for model in models
+        }
+        diagnosis = latest_result(session, DIAGNOSIS, name)
+        rows = latest_result(session, BOUNDS, name) or []
+        zones = latest_result(session, ZONES, name) or []
         grounds = {
             profile.path_id: ground
             for profile in everything.profiles

@@ -24,10 +24,10 @@ MOST_PLACES = 100
 
 
 def run_path(database: str, path_id: str, mu: float) -> dict[str, Any]:
-    """Run the block of friction `mu` down a path from its release (contract, `runout`).
+    """Run the block of friction `mu` down a path from its release (docs/results.md).
 
-    Elevations and x in m, speeds in m/s. Besides the contract's keys: the place of the
-    release, and `lift_off_x_m`, where the block first lost the ground (None: never).
+    Elevations and x in m, speeds in m/s. `lift_off_x_m` is where the block first
+    lost the ground (None: never).
 
     Raises:
         AvahazardError: the database, the path or its profile is missing, or μ is not a

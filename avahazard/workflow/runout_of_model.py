@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 def run_model(
     database: str, path_id: str, name: str, *, volume_m3: float | None, mu: float | None = None
 ) -> dict[str, Any]:
-    """Run the block down a path with the effects of model `name` (contract, `runout`).
+    """Run the block down a path with the effects of model `name` (docs/results.md).
 
     The friction is the posterior median of that of an event of `volume_m3`, or `mu` where that
     is given; effects on the motion are at their posterior means. Besides the keys of `run_path`:

@@ -65,8 +65,10 @@ class StoredFit:
         return self.model.method
 
     def on(self, events: Sequence[Event]) -> FittedModel:
-        """The model on other events of the database's paths, whose volumes are read in the light
-        of those that it was calibrated on."""
+        """The model on other events of the database's paths.
+
+        Their volumes are read in the light of those that it was calibrated on.
+        """
         records = Records(self.records.paths, self.records.profiles, tuple(events))
         return self.model.on(build_observations(records, self.model.observations))
 

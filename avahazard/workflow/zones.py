@@ -19,8 +19,8 @@ from avahazard.hazard.zones.pressure import (
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.store.results import ZONES, save_result
 from avahazard.store.session import writing
-from avahazard.store.zones import save_zones
 from avahazard.workflow.drawing_zones import draw_zone_entries
 from avahazard.workflow.event_rates import extrapolation, volumes_by_path
 from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
@@ -96,7 +96,7 @@ def zones(
         entries.append({**entry, "notes": _path_notes(entry, periods)})
         report("Zones", float(len(entries)), len(volumes))
     with writing(database) as session:
-        save_zones(session, name, entries)
+        save_result(session, ZONES, name, entries)
     if plot is not None:
         draw_zone_entries(plot, f"Zones by {name}, limits '{wanted.name}'", records, entries)
     return entries, [*notes, *wanted.notes, *_notes(stored, entries)]

@@ -1,4 +1,4 @@
-"""The catalogue against the contract, and every effect's own description."""
+"""The catalogue against its promised keys, and every effect's own description."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NEEDS = {
     "epoch-bias": "date",
     "leading-edge": "deposit length",
 }
-"""Section 5 of the contract."""
+"""The keys that people and stored models rely on, and what each needs."""
 EVERY = (*KEYS, "covariate:wind", "covariate:snow_type")
 SENTENCE = re.compile(r"[.!?](?=\s+[A-Z]|$)")
 
@@ -42,7 +42,7 @@ def _effect(key: str) -> Effect:
     return entry.build(json.loads(json.dumps(entry.facts(columns(), sites()))))
 
 
-def test_the_catalogue_is_that_of_the_contract() -> None:
+def test_the_catalogue_has_the_promised_keys() -> None:
     assert {key: definition(key).needs for key in KEYS} == NEEDS
 
 

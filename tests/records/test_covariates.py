@@ -1,4 +1,4 @@
-"""Columns beyond the contract's own."""
+"""Columns beyond those of the forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every effect of the contract, in the world's records."""
+"""Every effect, in the world's records."""
 
 from __future__ import annotations
 

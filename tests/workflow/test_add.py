@@ -9,8 +9,8 @@ import pytest
 
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.records.errors import AvahazardError
-from avahazard.store.comparisons import latest_comparison
 from avahazard.store.models import list_models, load_model
+from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.add import add
 from avahazard.workflow.ladder import ladder
@@ -47,7 +47,7 @@ def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
     ]
     assert rows[1]["held_out_crps_m"] == found["after"]["held_out_crps_m"]
     with reading(snow_database) as session:
-        assert latest_comparison(session, "base") is not None
+        assert latest_result(session, COMPARISON, "base") is not None
 
 
 @pytest.mark.slow

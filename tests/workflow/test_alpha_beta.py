@@ -12,8 +12,8 @@ import pytest
 from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
-from avahazard.store.hazard import save_hazard
 from avahazard.store.models import save_model
+from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files
@@ -64,7 +64,7 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
     spread = {"q05": 1500.0, "q50": 1700.0, "q95": 1900.0, "mean": 1700.0}
     row = {"path_id": "bowl", "runout_x_m": spread, "return_period_years": None, "volume_m3": 1e4}
     with writing(mine) as session:
-        save_hazard(session, "m", [row])
+        save_result(session, BOUNDS, "m", [row])
     alpha_beta_paths(mine, "bowl", model="m", plot=tmp_path / "a.svg")
     assert "V = 1e+04 m³: 5 to 95 %" in (tmp_path / "a.svg").read_text()
 

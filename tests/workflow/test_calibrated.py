@@ -50,7 +50,7 @@ def test_the_mode_of_a_constant() -> None:
     assert mode(np.full(100, 0.1)) == 0.1
 
 
-def test_the_keys_of_the_contract_and_offsets() -> None:
+def test_the_keys_of_the_document_and_offsets() -> None:
     draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
     found = _found(draws, offsets={"P": draws[..., 0] - 0.5}, left_out={"have no volume": 2})
     document = result_document(found, "m", seed=5, data_fingerprint="f", parent="p")

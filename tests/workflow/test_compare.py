@@ -10,7 +10,7 @@ import pytest
 
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError
-from avahazard.store.comparisons import latest_comparison
+from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare, coordinate_name
@@ -25,7 +25,7 @@ def document(snow_world: Path, tmp_path_factory: pytest.TempPathFactory) -> dict
     return compare(str(file), "base")
 
 
-def test_the_document_of_the_contract(document: dict[str, Any]) -> None:
+def test_the_keys_of_the_document(document: dict[str, Any]) -> None:
     scores = document["scores"]
     assert document["model"] == "base"
     assert set(scores) >= {"runout", "speed", "elpd_loo", "elpd_loo_se"}
@@ -57,11 +57,11 @@ def test_scores_make_sense(document: dict[str, Any]) -> None:
 
 def test_it_is_stored_and_the_same_again(snow_database: str, document: dict[str, Any]) -> None:
     with reading(snow_database) as session:
-        assert latest_comparison(session, "base") is None
+        assert latest_result(session, COMPARISON, "base") is None
     again = compare(snow_database, "base")
     assert again == document
     with reading(snow_database) as session:
-        stored = latest_comparison(session, "base")
+        stored = latest_result(session, COMPARISON, "base")
     assert stored is not None
     assert stored["scores"]["elpd_loo"] == document["scores"]["elpd_loo"]
 

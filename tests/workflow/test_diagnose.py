@@ -8,7 +8,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
-from avahazard.store.diagnoses import latest_diagnosis
+from avahazard.store.results import DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
@@ -35,7 +35,7 @@ def diagnosed(database: str, **options: Any) -> dict[str, Any]:
     return diagnose_model(database, "base", n_worlds=39, **options)
 
 
-def test_the_document_is_the_contracts(base: str) -> None:
+def test_the_document_names_the_axis(base: str) -> None:
     told: list[float] = []
     document = diagnosed(base, report=lambda _what, done, _total: told.append(done))
     assert set(document) >= KEYS
@@ -53,7 +53,7 @@ def test_the_document_is_the_contracts(base: str) -> None:
     for step in document["measure_next"]:
         assert step["expected_gain"] > 0.0
     with reading(base) as session:
-        assert latest_diagnosis(session, "base") == plain(document)
+        assert latest_result(session, DIAGNOSIS, "base") == plain(document)
     assert told == sorted(told)
     assert told[-1] == 1.0
 

@@ -17,11 +17,10 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 from avahazard.store import upkeep
-from avahazard.store.hazard import save_hazard
 from avahazard.store.models import save_model
 from avahazard.store.records import load_records, save_records
+from avahazard.store.results import BOUNDS, ZONES, save_result
 from avahazard.store.session import reading, writing
-from avahazard.store.zones import save_zones
 from avahazard.workflow.export import export
 from avahazard.workflow.import_files import import_files
 from tests.gis.results import bounds, profile, zones
@@ -47,8 +46,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> str:
         save_records(session, records)
         save_model(session, "base", {})
         save_model(session, "bare", {})
-        save_hazard(session, "base", [bounds("P"), bounds("Q"), bounds("R")])
-        save_zones(session, "base", [zones("P"), zones("Q")])
+        save_result(session, BOUNDS, "base", [bounds("P"), bounds("Q"), bounds("R")])
+        save_result(session, ZONES, "base", [zones("P"), zones("Q")])
     return file
 
 
@@ -124,7 +123,7 @@ def test_no_coordinates_at_all(database: str, tmp_path: FilePath) -> None:
     with writing(database) as session:
         save_records(session, Records((Path("P"), Path("Q")), (profile("P", crs=None),)))
         save_model(session, "base", {})
-        save_hazard(session, "base", [bounds("P")])
+        save_result(session, BOUNDS, "base", [bounds("P")])
     with pytest.raises(
         AvahazardError, match="P: coordinates without a crs; Q: no profile"
     ) as caught:
@@ -157,8 +156,8 @@ def test_the_tyrol_profiles_go_through_to_a_map(
     assert len(names) == 9
     with writing(database) as session:
         save_model(session, "base", {})
-        save_hazard(session, "base", [bounds(name) for name in names])
-        save_zones(session, "base", [zones(name) for name in names])
+        save_result(session, BOUNDS, "base", [bounds(name) for name in names])
+        save_result(session, ZONES, "base", [zones(name) for name in names])
     done = export(database, "base", tmp_path / "tyrol.gpkg")
     found = layers(tmp_path / "tyrol.gpkg")
     assert {crs for crs, _ in found.values()} == {"EPSG:31287"}

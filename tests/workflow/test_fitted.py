@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from avahazard.workflow.fitted import exact_volumes, fitted_posterior, offset_array
 
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.event import Event
-from avahazard.workflow.fitted import exact_volumes, fitted_posterior, offset_array
 from avahazard.workflow.stored_model import load_stored
 from tests.workflow.worlds import bowl
 

@@ -15,7 +15,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
-from avahazard.store.hazard import latest_hazard
+from avahazard.store.results import BOUNDS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.drawing_bounds import draw_hazard
@@ -71,7 +71,7 @@ def test_hundred_years_for_every_path_by_default(mine: str) -> None:
         if exceeded is not None:
             assert crossing == pytest.approx(exceeded, abs=60.0)
     with reading(mine) as session:
-        assert latest_hazard(session, "gibbs") == rows
+        assert latest_result(session, BOUNDS, "gibbs") == rows
 
 
 def check_apart(row: dict[str, Any]) -> None:

@@ -13,8 +13,8 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
+from avahazard.store.results import ZONES, latest_result
 from avahazard.store.session import reading
-from avahazard.store.zones import latest_zones
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
@@ -88,7 +88,7 @@ def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
 
 def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
     with reading(french.database) as session:
-        assert latest_zones(session, "gibbs") == french.entries
+        assert latest_result(session, ZONES, "gibbs") == french.entries
     assert french.picture.count("<!-- yellow zone -->") == 1
     assert [e["path_id"] for e in french.entries] == ["saugy", "scey"]
     assert any("no drag" in note for note in french.notes)

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import EffectFiles
 from avahazard.cli.model_table import show_calibration
+from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -16,7 +16,7 @@ from avahazard.cli.settings import settings
 
 def add(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A stored model.", show_default=False)],
+    name: StoredModel,
     effect: Annotated[
         list[str], typer.Argument(metavar="EFFECT…", help="Effects to add.", show_default=False)
     ],

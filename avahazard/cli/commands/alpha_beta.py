@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from avahazard.cli.options import picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
 
@@ -24,9 +25,7 @@ def alpha_beta(
             metavar="NAME", help="Show the latest bounds by this model in the picture too."
         ),
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
-    ] = None,
+    plot: Annotated[Path | None, picture()] = None,
 ) -> None:
     """Give the alpha-beta runout of the paths: a baseline from the terrain alone.
 

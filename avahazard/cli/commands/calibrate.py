@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.model_table import show_calibration
+from avahazard.cli.options import Seed
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -58,7 +59,7 @@ def calibrate(
             show_default=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+    seed: Seed = 0,
 ) -> None:
     """Calibrate a model on the records and store it.
 

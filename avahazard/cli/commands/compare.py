@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import EffectFiles, failures, show_scores
+from avahazard.cli.comparison_table import failures, show_scores
+from avahazard.cli.options import EffectFiles, StoredModel, picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -16,11 +17,8 @@ from avahazard.cli.settings import settings
 
 def compare(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A stored model.", show_default=False)],
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw where it fails: .png, .svg, .pdf."),
-    ] = None,
+    name: StoredModel,
+    plot: Annotated[Path | None, picture("Draw where it fails")] = None,
     effect_file: EffectFiles = None,
 ) -> None:
     """Set a model against the measurements: its scores, and where it fails.

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import EffectFiles
+from avahazard.cli.options import EffectFiles, StoredModel, picture
 from avahazard.cli.output import emit, table
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -19,15 +19,12 @@ SHOWN = 8
 
 def diagnose(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A stored model.", show_default=False)],
+    name: StoredModel,
     worlds: Annotated[
         int, typer.Option(min=39, help="Worlds made from the model to tell chance by.")
     ] = 199,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the made worlds.")] = 0,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the candidates: .png, .svg, .pdf."),
-    ] = None,
+    plot: Annotated[Path | None, picture("Draw the candidates")] = None,
     effect_file: EffectFiles = None,
 ) -> None:
     """Ask which effect a model lacks, if any; what to measure next.

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from avahazard.cli.options import output_file
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
 
@@ -19,13 +20,7 @@ def export(
     ],
     output: Annotated[
         Path,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="Ends in .gpkg, .geojson or .csv. An export that is there is replaced.",
-            show_default=False,
-        ),
+        output_file("Ends in .gpkg, .geojson or .csv. An export that is there is replaced."),
     ],
 ) -> None:
     """Write the bounds and zones of a model for a GIS or a spreadsheet.

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from avahazard.cli.options import picture
 from avahazard.cli.output import emit, number, table, warn
 from avahazard.cli.settings import settings
 
@@ -39,10 +40,7 @@ def friction(
             help="Sharpness of the density; auto lets the records choose.",
         ),
     ] = "5",
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the densities as a picture: .png, .svg, .pdf."),
-    ] = None,
+    plot: Annotated[Path | None, picture("Write the densities as a picture")] = None,
 ) -> None:
     """Show the apparent friction of the events and its density.
 

@@ -6,17 +6,21 @@ from typing import Annotated
 
 import typer
 
-from avahazard.cli.comparison_table import EffectFiles
-from avahazard.cli.frequency_options import (
-    DensityOption,
+from avahazard.cli.hazard_table import show_bounds
+from avahazard.cli.options import (
+    CalibratedModel,
+    DensityRatio,
+    EffectFiles,
     FamilyName,
-    FrequencyOption,
-    SnowfallOption,
-    TableOption,
-    ThresholdOption,
+    Frequency,
+    OnlyPaths,
+    Seed,
+    Snowfall,
+    Threshold,
+    VolumeTable,
+    return_periods,
     volume_source,
 )
-from avahazard.cli.hazard_table import show_bounds
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -24,32 +28,23 @@ from avahazard.cli.settings import settings
 
 def hazard(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)],
+    name: CalibratedModel,
     return_period: Annotated[
         list[float] | None,
-        typer.Option(
-            "-T",
-            "--return-period",
-            metavar="YEARS",
-            help="May be given again. [default: 100, where no volume is given]",
-            show_default=False,
-        ),
+        return_periods("May be given again. [default: 100, where no volume is given]"),
     ] = None,
     volume: Annotated[
         list[float] | None,
         typer.Option("-V", "--volume", metavar="M3", help="May be given again."),
     ] = None,
-    path: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATH", help="Only this path; may be given again."),
-    ] = None,
-    frequency: FrequencyOption = FamilyName.gev,
-    threshold: ThresholdOption = None,
-    volumes: TableOption = None,
-    snowfall: SnowfallOption = None,
-    density_ratio: DensityOption = 0.5,
+    path: OnlyPaths = None,
+    frequency: Frequency = FamilyName.gev,
+    threshold: Threshold = None,
+    volumes: VolumeTable = None,
+    snowfall: Snowfall = None,
+    density_ratio: DensityRatio = 0.5,
     draws: Annotated[int, typer.Option(min=100, max=10_000_000, help="For each row.")] = 20_000,
-    seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+    seed: Seed = 0,
     effect_file: EffectFiles = None,
 ) -> None:
     """Draw the runout for volumes or return periods, with its interval, path by path.

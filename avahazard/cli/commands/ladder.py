@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from avahazard.cli.options import picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -15,10 +16,7 @@ from avahazard.cli.settings import settings
 
 def ladder(
     context: typer.Context,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the held-out error: .png, .svg, .pdf."),
-    ] = None,
+    plot: Annotated[Path | None, picture("Draw the held-out error")] = None,
 ) -> None:
     """List every model and its error, oldest first.
 

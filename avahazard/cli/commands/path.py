@@ -8,16 +8,15 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from avahazard.cli.options import OnePath, picture
 from avahazard.cli.output import emit, number, table, warn
 from avahazard.cli.settings import settings
 
 
 def path(
     context: typer.Context,
-    path: Annotated[str, typer.Argument(help="The path_id of a path.", show_default=False)],
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
-    ] = None,
+    path: OnePath,
+    plot: Annotated[Path | None, picture()] = None,
 ) -> None:
     """Show how the profile of a path was smoothed, and check it.
 

@@ -8,14 +8,15 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import EffectFiles, show_scores
+from avahazard.cli.comparison_table import show_scores
+from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
 
 
 def predict(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A stored model.", show_default=False)],
+    name: StoredModel,
     events: Annotated[
         Path, typer.Argument(metavar="EVENTS.csv", help="Events.", show_default=False)
     ],
@@ -31,7 +32,7 @@ def predict(
 
     found = run(settings(context).database, name, events, effect_files=effect_file or ())
     rows, scores = found["events"], found["scores"]
-    # Elevations are what the contract promises; a length is marked by its own key.
+    # Elevations, unless `coordinate` of a row says otherwise (docs/results.md).
     document = rows if scores is None else {"events": rows, "scores": scores}
 
     def render(console: Console) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import EffectFiles
+from avahazard.cli.options import EffectFiles, StoredModel, output_file
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -16,16 +16,10 @@ from avahazard.cli.settings import settings
 
 def report(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A stored model.", show_default=False)],
+    name: StoredModel,
     output: Annotated[
         Path,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="Where to write it: .html. One that is there is replaced.",
-            show_default=False,
-        ),
+        output_file("Where to write it: .html. One that is there is replaced."),
     ],
     effect_file: EffectFiles = None,
 ) -> None:

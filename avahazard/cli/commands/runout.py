@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from avahazard.cli.options import OnePath
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
 
@@ -24,7 +25,7 @@ def _positive(value: float | None) -> float | None:
 
 def runout(
     context: typer.Context,
-    path: Annotated[str, typer.Argument(help="The path_id of a path.", show_default=False)],
+    path: OnePath,
     mu: Annotated[
         float | None, typer.Option(metavar="MU", callback=_positive, help="Coulomb friction.")
     ] = None,

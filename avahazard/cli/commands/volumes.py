@@ -8,13 +8,16 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from avahazard.cli.frequency_options import (
-    DensityOption,
+from avahazard.cli.options import (
+    DensityRatio,
     FamilyName,
-    FrequencyOption,
-    SnowfallOption,
-    TableOption,
-    ThresholdOption,
+    Frequency,
+    Seed,
+    Snowfall,
+    Threshold,
+    VolumeTable,
+    picture,
+    return_periods,
     volume_source,
 )
 from avahazard.cli.output import emit, table, warn
@@ -29,24 +32,15 @@ def volumes(
     ] = None,
     return_period: Annotated[
         list[float] | None,
-        typer.Option(
-            "-T",
-            "--return-period",
-            metavar="YEARS",
-            help="May be given again. [default: 10, 30, 100, 300]",
-            show_default=False,
-        ),
+        return_periods("May be given again. [default: 10, 30, 100, 300]"),
     ] = None,
-    frequency: FrequencyOption = FamilyName.gev,
-    threshold: ThresholdOption = None,
-    table_file: TableOption = None,
-    snowfall: SnowfallOption = None,
-    density_ratio: DensityOption = 0.5,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the return levels: .png, .svg or .pdf."),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+    frequency: Frequency = FamilyName.gev,
+    threshold: Threshold = None,
+    table_file: VolumeTable = None,
+    snowfall: Snowfall = None,
+    density_ratio: DensityRatio = 0.5,
+    plot: Annotated[Path | None, picture("Draw the return levels")] = None,
+    seed: Seed = 0,
 ) -> None:
     """Fit how often which volumes come down the paths: return levels and their error.
 

@@ -7,14 +7,19 @@ from typing import Annotated
 
 import typer
 
-from avahazard.cli.comparison_table import EffectFiles
-from avahazard.cli.frequency_options import (
-    DensityOption,
+from avahazard.cli.options import (
+    CalibratedModel,
+    DensityRatio,
+    EffectFiles,
     FamilyName,
-    FrequencyOption,
-    SnowfallOption,
-    TableOption,
-    ThresholdOption,
+    Frequency,
+    OnlyPaths,
+    Seed,
+    Snowfall,
+    Threshold,
+    VolumeTable,
+    picture,
+    return_periods,
     volume_source,
 )
 from avahazard.cli.output import emit, warn
@@ -25,38 +30,27 @@ from avahazard.cli.zones_table import show_zones
 
 def zones(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)],
+    name: CalibratedModel,
     return_period: Annotated[
         list[float] | None,
-        typer.Option(
-            "-T",
-            "--return-period",
-            metavar="YEARS",
-            help="Besides those of the limits; may be given again.",
-            show_default=False,
-        ),
+        return_periods("Besides those of the limits; may be given again."),
     ] = None,
     limits: Annotated[
         str,
         typer.Option(metavar="LIMITS", help="swiss, french, or a TOML file of your own."),
     ] = "swiss",
-    path: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATH", help="Only this path; may be given again."),
-    ] = None,
-    frequency: FrequencyOption = FamilyName.gev,
-    threshold: ThresholdOption = None,
-    volumes: TableOption = None,
-    snowfall: SnowfallOption = None,
-    density_ratio: DensityOption = 0.5,
+    path: OnlyPaths = None,
+    frequency: Frequency = FamilyName.gev,
+    threshold: Threshold = None,
+    volumes: VolumeTable = None,
+    snowfall: Snowfall = None,
+    density_ratio: DensityRatio = 0.5,
     density: Annotated[float, typer.Option(metavar="KG_M3", help="Of the flow, its mean.")] = 300.0,
     density_sd: Annotated[
         float, typer.Option(metavar="KG_M3", help="Standard deviation of the density.")
     ] = 50.0,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")] = 0,
+    plot: Annotated[Path | None, picture()] = None,
+    seed: Seed = 0,
     effect_file: EffectFiles = None,
 ) -> None:
     """Find speed, pressure and hazard zones along the paths, by return period.

@@ -13,8 +13,11 @@ Floats = NDArray[np.float64]
 
 
 def explained(fit: Refit, base: Refit) -> Floats:
-    """What an effect changes: log friction that each record asks for less what the law gives,
-    the base model's minus the fit's, `[n_events]`."""
+    """What an effect changes.
+
+    Log friction that each record asks for less what the law gives, the base model's minus the
+    fit's, `[n_events]`.
+    """
     return _residual(base) - _residual(fit)
 
 

@@ -51,8 +51,10 @@ HEAVY_TAILS = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """One candidate, screened; if it survived with its full refit, and the evidence (nats) that
-    it adds."""
+    """One candidate, screened.
+
+    With its full refit if it survived, and the evidence (nats) that it adds.
+    """
 
     screened: Screened
     fit: Refit | None

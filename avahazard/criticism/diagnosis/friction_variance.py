@@ -13,8 +13,11 @@ Floats = NDArray[np.float64]
 
 
 class FrictionVariance(NamedTuple):
-    """Variance of log friction of each event `[n_events]`: by its scatter, and by its record's
-    error (0 for events that left their profile, of which no one friction is known)."""
+    """Variance of log friction of each event `[n_events]`.
+
+    By its scatter, and by its record's error (0 for events that left their profile, of which no one
+    friction is known).
+    """
 
     scatter: Floats
     record: Floats

@@ -64,8 +64,10 @@ def record_gain(first: Refit, second: Refit) -> Floats:
 
 
 def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
-    """What the effects that only one fit has do to log friction `[n_events]`, where they go by a
-    column of the events."""
+    """What the effects of one fit alone do to log friction `[n_events]`.
+
+    Only those that go by a column of the events.
+    """
     shifts = {}
     for mine, other in ((first, second), (second, first)):
         values = mine.posterior.layout.effect_values(mine.mode.u)

@@ -26,8 +26,11 @@ PATH_EFFECT = "path-effect"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Refit:
-    """A model at its mode. `evidence` is the log marginal likelihood by Laplace's method (nats),
-    in which needless parameters cost; `log_likelihood` is that of the mode."""
+    """A model at its mode.
+
+    `evidence` is the log marginal likelihood by Laplace's method (nats), in which needless
+    parameters cost; `log_likelihood` is that of the mode.
+    """
 
     specification: Specification
     facts: dict[str, Facts]

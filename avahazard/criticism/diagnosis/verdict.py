@@ -28,8 +28,11 @@ def verdict_of(named: list[str]) -> tuple[str, tuple[str, ...]]:
 
 
 def least_evidence(key: str) -> float:
-    """Evidence (nats) over the model without it that a candidate must have to be named: for the
-    smooth of a column none, which names no cause, and whose many free bends have cost it dear."""
+    """Evidence (nats) that a candidate must have over the model without it to be named.
+
+    For the smooth of a column none is enough: it names no cause, and its many free bends have cost
+    it dear.
+    """
     return 0.0 if key.startswith(PREFIX) else MARGIN
 
 
@@ -57,8 +60,10 @@ def path_comes_first(
     base: Refit,
     rival: Refit,
 ) -> bool:
-    """Whether unrecorded differences of paths explain more, given a rival, than the rival does
-    given them. A rival that differs by path alone, as the section, may explain all of them."""
+    """Whether unrecorded differences of paths explain more, given a rival, than it given them.
+
+    A rival that differs by path alone, as the section, may explain all of them.
+    """
     keys = tuple(k for k in rival.specification.effects if k not in base.specification.effects)
     alone = refit(observations, specification, facts, keys, own, plain) if keys else plain
     by_path = rival.log_likelihood - alone.log_likelihood

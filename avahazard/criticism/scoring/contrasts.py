@@ -16,8 +16,11 @@ Floats = NDArray[np.float64]
 
 
 def contrast_p_values(z: Floats, levels: Levels, path: NDArray[np.int64]) -> dict[str, float]:
-    """p-value of every level against the other events; empty where each lies on one path only:
-    then nothing can be said beyond the paths. Arguments are `[n_events]`, z of unit variance."""
+    """p-value of every level against the other events.
+
+    Empty where each lies on one path only: then nothing can be said beyond the paths. Arguments are
+    `[n_events]`, z of unit variance.
+    """
     names = np.unique(levels)
     cells = np.unique(np.column_stack([np.searchsorted(names, levels), path]), axis=0)
     if len(cells) == len(names):

@@ -34,8 +34,11 @@ EDGE = 2e-3
 
 
 class FitDraws(NamedTuple):
-    """Draws of a fit: coordinates `[n_draws, n_slots]`, their log weights `[n_draws]` (which sum
-    to 1) and, with a path effect, path offsets `[n_draws, n_groups]`."""
+    """Draws of a fit.
+
+    Coordinates `[n_draws, n_slots]`, their log weights `[n_draws]` (which sum to 1) and, with a
+    path effect, path offsets `[n_draws, n_groups]`.
+    """
 
     coordinates: Floats
     log_weight: Floats

@@ -38,8 +38,11 @@ class HeldOut(NamedTuple):
 
 
 class HeldOutPredictions(NamedTuple):
-    """For each event, by the fit to the other groups: the log density of its record `[n_events]`,
-    the records to be expected, and the speeds along measured tracks (None without)."""
+    """Each event by the fit to the other groups.
+
+    The log density of its record `[n_events]`, the records to be expected, and the speeds along
+    measured tracks (None without).
+    """
 
     log_density: Floats
     records: ExpectedRecords
@@ -99,8 +102,10 @@ def held_out_predictions(
     groups: Groups,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> HeldOutPredictions:
-    """What the fits without each group say of it; one fit a group, near the draws of the model,
-    which are given all events (see `fit_draws`)."""
+    """What the fits without each group say of it, one fit a group.
+
+    Their draws are near those of the model, which are given all events (see `fit_draws`).
+    """
     posterior, around = model.posterior, model.draws
     start = find_mode(posterior, np.median(around, axis=0))
     n = len(groups)

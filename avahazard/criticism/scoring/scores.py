@@ -17,7 +17,7 @@ PIT_BINS = 10
 
 
 def runout_scores(expected: ExpectedRecords, pit: Floats) -> dict[str, Any]:
-    """The `runout` scores of `compare` (contract, section 3), in metres of each record.
+    """The `runout` scores of `compare` (docs/results.md), in metres of each record.
 
     `bias_m` is predicted mean less record; where elevations are mixed with others, it counts as
     elevations do (> 0: recorded farther down than predicted). The noise floor is what measurement

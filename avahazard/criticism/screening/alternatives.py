@@ -1,5 +1,7 @@
-"""Candidate effects spelled out for the screening: tables and designs that do not change between
-made worlds."""
+"""Candidate effects spelled out for the screening.
+
+Their tables and designs do not change between made worlds.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +39,11 @@ SPEED_SHARES = (1.0, 0.4)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tables:
-    """What one set of tables says of every event: `record` `[n_events, n_friction]` (float32) and
-    its `record_bounds`, `last_left` `[n_events]`, edges of leaving and of sight, and speeds."""
+    """What one set of tables says of every event.
+
+    `record` `[n_events, n_friction]` (float32) and its `record_bounds`, `last_left` `[n_events]`,
+    edges of leaving and of sight, and speeds.
+    """
 
     record: NDArray[np.float32]
     bounds: NDArray[np.float32]

@@ -22,8 +22,11 @@ MAX_REDRAWS = 200
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BootstrapRecords:
-    """What was measured of each event: `observed` (m), `left` `[n_events]`, and speeds
-    `[n_rows, n_places]` of the events that have any."""
+    """What was measured of each event.
+
+    `observed` (m), `left` `[n_events]`, and speeds `[n_rows, n_places]` of the events that have
+    any.
+    """
 
     observed: Floats
     left: NDArray[np.bool_]

@@ -200,7 +200,8 @@ def _leaving_points(last_left, log_mu, speed_grid, row, speeds, misfit, points, 
 
 @njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
 def _speed_log(grid, row, speeds, j, misfit, room):  # type: ignore[no-untyped-def]
-    """Log density of one event's speeds at place j (not a whole number) of the grid of frictions;
+    """Log density of one event's speeds at place j (not a whole number) of the frictions' grid.
+
     -inf as soon as it must be below `-room`. `misfit` `[n_places]` is scratch.
 
     Squares of speed, not log densities, are interpolated between the coarse frictions: u² is

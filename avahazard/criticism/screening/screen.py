@@ -45,8 +45,9 @@ def screen(
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Screening:
-    """Screen the candidates on a model at its mode u (without path effect), with `tau` the
-    spread of path offsets that is granted as a nuisance (0: none granted).
+    """Screen the candidates on a model at its mode u (without path effect).
+
+    `tau` is the spread of path offsets that is granted as a nuisance (0: none granted).
 
     At most `n_worlds` worlds are made, fewer where it is soon plain that chance does as well
     (the sequential test of Besag and Clifford 1991, whose p-values stay valid). Equal seeds give
@@ -107,8 +108,11 @@ def screen(
 
 
 def _plain(found: Screening, n_worlds: int) -> bool:
-    """Whether chance is plainly enough: twice as many made worlds have exceeded the records as
-    could in all of them if these were to be significant."""
+    """Whether chance is plainly enough.
+
+    Twice as many made worlds have exceeded the records as could in all of them if these were to be
+    significant.
+    """
     best = found.candidates[0].p_family if found.candidates else 1.0
     return all(
         p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1)

@@ -28,8 +28,11 @@ MIN_POSITIVE = 15
 
 @dataclass(frozen=True, slots=True)
 class Screened:
-    """A candidate after the screening: its gain (nats), its p-values by itself and family-wise,
-    and the gain that it has in one of twenty worlds where nothing is missing, and on average."""
+    """A candidate after the screening.
+
+    Its gain (nats), its p-values by itself and family-wise, and the gain that it has in one of
+    twenty worlds where nothing is missing, and on average.
+    """
 
     definition: Definition
     gain: float
@@ -41,8 +44,11 @@ class Screened:
 
 @dataclass(frozen=True, slots=True)
 class Screening:
-    """All candidates, best first; the gain of the path effect with its p-value; and the gain
-    of one parameter that chance exceeds in a share `LEVEL` of made worlds with some candidate."""
+    """All candidates, best first, and what chance does.
+
+    `path_gain` and `path_p` are of the path effect; `critical_gain` is what chance exceeds with one
+    parameter, by some candidate, in a share `LEVEL` of made worlds.
+    """
 
     candidates: tuple[Screened, ...]
     path_gain: float
@@ -58,8 +64,10 @@ def judge(
     real_path: float,
     null_path: Floats,
 ) -> Screening:
-    """All candidates by what they gained on the records (`real` `[n_candidates]`) and on made
-    worlds (`null` `[n_worlds, n_candidates]`), and the same of path offsets."""
+    """All candidates by what they gained on the records and on made worlds.
+
+    `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of path offsets.
+    """
     n_worlds = len(null)
     surprise = np.column_stack([_surprise(null[:, k], null[:, k]) for k in range(len(real))])
     largest = surprise.max(axis=1) if len(real) else np.zeros(n_worlds)

@@ -21,8 +21,9 @@ HALVINGS = 16
 
 
 def exceeded_speeds(ready: Avalanches, x: Floats, return_periods: Sequence[float]) -> Floats:
-    """Speed (m/s) at the places x (m) `[n_places]` that a year's fastest avalanche exceeds with
-    chance 1/T, `[n_periods, n_parameters, n_places]`, T rising; 0 where they come less often.
+    """Speed (m/s) at places x (m) `[n_places]` that a year's fastest exceeds with chance 1/T.
+
+    `[n_periods, n_parameters, n_places]`, T rising; 0 where avalanches come less often.
 
     With u(x; μ) the speed of the block, which falls as μ rises, the yearly rate of avalanches
     faster than s is Σ over classes of the rate of those with friction under the μ of u(x; μ) = s;
@@ -39,8 +40,10 @@ def exceeded_speeds(ready: Avalanches, x: Floats, return_periods: Sequence[float
 
 
 def _squares(ready: Avalanches, group: int, x: Floats) -> Floats:
-    """Squared speeds with which the front passes x, for each class and friction of `MU`,
-    `[n_classes, n_places, n_mu]`: those of the block where it is then."""
+    """Squared speeds with which the front passes x, `[n_classes, n_places, n_mu]`.
+
+    For each class and friction of `MU`, those of the block where it is then.
+    """
     kinds: dict[tuple[int, float], Floats] = {}
     for release, ahead in zip(ready.release, ready.ahead[group], strict=True):
         kind = (int(release), float(ahead))

@@ -19,6 +19,8 @@ def draw_densities(mean: float, sd: float, n: int, rng: np.random.Generator) -> 
 
 
 def pressure_kpa(density: Floats, speed: Floats) -> Floats:
-    """ρ u² in kPa, of `density` `[n_parameters]` (kg/m3), `speed` `[..., n_parameters, n_places]`
-    (m/s)."""
+    """ρ u² in kPa.
+
+    Of `density` `[n_parameters]` (kg/m3) and `speed` `[..., n_parameters, n_places]` (m/s).
+    """
     return np.asarray(density[:, None] * speed**2 / 1000.0)

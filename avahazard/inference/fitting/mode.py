@@ -19,8 +19,10 @@ STEP = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mode:
-    """Coordinates `[n_slots]` of the mode, its log density, and the covariance of the normal
-    with the same curvature `[n_slots, n_slots]`."""
+    """A mode and the normal with its curvature.
+
+    Coordinates `[n_slots]`, the log density there, and the covariance `[n_slots, n_slots]`.
+    """
 
     u: Floats
     log_density: float

@@ -29,8 +29,10 @@ ITERATIONS = 20
 
 
 def search_mode(posterior: Posterior, start: Floats | None = None) -> tuple[Posterior, Mode]:
-    """The highest mode found from `start` (or the data) and from coarse grids, effect by effect;
-    and the posterior on grids on which it stands."""
+    """The highest mode found from `start` (or the data) and from coarse grids, effect by effect.
+
+    With it, the posterior on grids on which it stands.
+    """
     climbs = _climbs(posterior, start)
     best = settled(posterior, climbs[0])
     for climb in climbs[1:]:

@@ -1,4 +1,4 @@
-"""The marginal likelihood and posterior density of a model on observations (DESIGN section 3)."""
+"""Marginal likelihood and posterior density of a model (docs/theory/likelihood.md)."""
 
 from __future__ import annotations
 
@@ -111,8 +111,10 @@ class Posterior:
     def event_log_likelihood(
         self, u: Floats, offsets: Floats | None = None, keep: NDArray[np.bool_] | None = None
     ) -> Floats:
-        """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`; 0 for those
-        not in `keep` `[n_events]`."""
+        """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`.
+
+        0 for those not in `keep` `[n_events]`.
+        """
         location, scatter = self.location_and_scatter(u)
         return self.terms(self.nodes.at(u), self._shifted(location, offsets), scatter, keep).value
 

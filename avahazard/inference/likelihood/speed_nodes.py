@@ -26,8 +26,11 @@ SPEED_CORRELATION_M = 100.0
 
 
 class MeasuredSpeeds(NamedTuple):
-    """Speeds of all tracks end to end: `x`, `speed`, `sigma` `[n_speeds]`; those of `event[k]`
-    begin at `first[k]` and end before `end[k]`."""
+    """Speeds of all tracks end to end.
+
+    `x`, `speed`, `sigma` `[n_speeds]`; those of `event[k]` begin at `first[k]` and end before
+    `end[k]`.
+    """
 
     event: NDArray[np.int64]
     first: NDArray[np.int64]
@@ -60,8 +63,10 @@ def measured_speeds(records: Sequence[SpeedRecord]) -> MeasuredSpeeds:
 
 
 def squares(speeds: Floats) -> Floats:
-    """u² `[n_friction, n_places]`, carried on straight, below 0, to the first friction that stops
-    the block short of a place, so that the stop has its place between this and the one before."""
+    """u² `[n_friction, n_places]`, carried on to the first friction that stops short of a place.
+
+    Straight and below 0, so that the stop has its place between this friction and the one before.
+    """
     square = speeds**2
     stops = np.flatnonzero(np.diff(speeds == 0.0, axis=0).any(axis=1)) + 1
     for c in stops[stops > 1]:

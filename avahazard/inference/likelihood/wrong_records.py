@@ -22,8 +22,10 @@ LONGEST_LENGTH = 10.0
 
 
 def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
-    """Lowest and highest record (m) that each event could have had `[n_events]`; nan for those
-    that left, and for those with speeds, whose record the speeds bear out."""
+    """Lowest and highest record (m) that each event could have had `[n_events]`.
+
+    NaN for those that left, and for those with speeds, whose record the speeds bear out.
+    """
     low, high = np.full(observations.n_events, np.nan), np.full(observations.n_events, np.nan)
     has_speed = {m.event for m in observations.speeds}
     for i, kind in enumerate(observations.kind):

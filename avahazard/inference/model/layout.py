@@ -103,7 +103,7 @@ class Layout:
         return np.array([s.sd for s in self.slots])
 
     def readable(self, u: Floats) -> dict[str, tuple[Floats, str]]:
-        """Values and unit by name of coordinates u `[..., n_slots]` (contract, section 3)."""
+        """Values and unit by name of coordinates u `[..., n_slots]` (docs/results.md)."""
         natural = self.law.to_natural(u[..., : len(self.law.coordinates)])
         result = {
             name: (natural[..., k], unit)

@@ -84,8 +84,10 @@ def _nearest_on_ridge(natural: Array) -> Array:
 
 
 def _covariance(law: Law, natural: Array, volume: Array) -> Array:
-    """(JᵀJ)⁺ of the natural parameters, by central differences; relative steps, so that the
-    pseudo-inverse compares numbers of one size."""
+    """(JᵀJ)⁺ of the natural parameters, by central differences.
+
+    Steps are relative, so that the pseudo-inverse compares numbers of one size.
+    """
     scale = np.where(natural != 0, np.abs(natural), law.to_natural(law.prior_mean + 1.0))
     columns = []
     for k in range(natural.size):

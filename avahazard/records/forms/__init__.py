@@ -1,1 +1,1 @@
-"""The forms of a row, one file each, as the contract names their columns (section 1)."""
+"""The forms of a row, one file each, with the columns of docs/data_forms.md."""

@@ -1,4 +1,4 @@
-"""Every effect of the contract as a world shows it, by key.
+"""Every effect as a world shows it, by key.
 
 An effect is a function of the world and a strength. It changes the world in place and
 returns its true parameters. Strength 0 is no effect; at 1 it is plain to see with 250 events

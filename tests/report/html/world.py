@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from avahazard.records.terrain_crop import TerrainCrop
-from avahazard.store import upkeep
-from avahazard.store.diagnoses import save_diagnosis
+from avahazard.store import results, upkeep
 from avahazard.store.session import writing
 from avahazard.store.terrain import save_terrain
 from avahazard.workflow.calibrate import calibrate
@@ -43,7 +42,7 @@ def make_report_database(folder: Path) -> str:
     hazard(database, "m", return_periods=[30.0, 300.0], paths=["scey", "nants"], n_draws=1000)
     zones(database, "m", paths=["scey"])
     with writing(database) as session:
-        save_diagnosis(session, "m", DIAGNOSIS)
+        results.save_result(session, results.DIAGNOSIS, "m", DIAGNOSIS)
         save_terrain(session, [_ground()])
     return database
 

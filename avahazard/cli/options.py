@@ -1,15 +1,47 @@
-"""Options that say where the frequency of volumes comes from; several commands have them."""
+"""Arguments and options that several commands have."""
 
 from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
     from avahazard.workflow.frequencies import VolumeSource
+
+
+StoredModel = Annotated[str, typer.Argument(help="A stored model.", show_default=False)]
+CalibratedModel = Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)]
+OnePath = Annotated[str, typer.Argument(help="The path_id of a path.", show_default=False)]
+OnlyPaths = Annotated[
+    list[str] | None, typer.Option(metavar="PATH", help="Only this path; may be given again.")
+]
+Seed = Annotated[int, typer.Option(min=0, max=2**62, help="Equal seeds, equal draws.")]
+EffectFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--effect-file",
+        metavar="FILE",
+        help="The file of an effect of your own that the model has; may be given again.",
+    ),
+]
+
+
+def picture(what: str = "Write a picture") -> Any:
+    """The option of a picture: `what` it shows."""
+    return typer.Option(metavar="FILE", help=f"{what}: .png, .svg or .pdf.")
+
+
+def return_periods(words: str) -> Any:
+    """The option of return periods: what holds besides or without it."""
+    return typer.Option("-T", "--return-period", metavar="YEARS", help=words, show_default=False)
+
+
+def output_file(words: str) -> Any:
+    """The option of the file to write: what it may be."""
+    return typer.Option("-o", "--output", metavar="FILE", help=words, show_default=False)
 
 
 class FamilyName(StrEnum):
@@ -19,11 +51,11 @@ class FamilyName(StrEnum):
     gpd = "gpd"
 
 
-FrequencyOption = Annotated[
+Frequency = Annotated[
     FamilyName,
     typer.Option(help="gev of the yearly largest volumes, or gpd of those over a threshold."),
 ]
-ThresholdOption = Annotated[
+Threshold = Annotated[
     float | None,
     typer.Option(
         metavar="M3",
@@ -31,7 +63,7 @@ ThresholdOption = Annotated[
         show_default=False,
     ),
 ]
-TableOption = Annotated[
+VolumeTable = Annotated[
     Path | None,
     typer.Option(
         "--volumes",
@@ -39,7 +71,7 @@ TableOption = Annotated[
         help="Your own volumes: CSV with path_id, return_period_years, volume_m3.",
     ),
 ]
-SnowfallOption = Annotated[
+Snowfall = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
@@ -47,7 +79,7 @@ SnowfallOption = Annotated[
         "year, depth_m, and path_id where they differ.",
     ),
 ]
-DensityOption = Annotated[
+DensityRatio = Annotated[
     float,
     typer.Option(
         metavar="RATIO",
