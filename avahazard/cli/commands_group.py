@@ -11,6 +11,8 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from avahazard.cli.workers_option import COMMANDS as WORKING
+from avahazard.cli.workers_option import workers_option
 from avahazard.records.errors import AvahazardError
 
 
@@ -74,4 +76,6 @@ def load(entry: Entry) -> Any:
         single.command(entry.name)(found)
         command = get_command(single)
     command.name = entry.name
+    if entry.name in WORKING:
+        command.params.append(workers_option())
     return command

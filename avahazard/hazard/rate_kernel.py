@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.physics.constants import KERNEL
+from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -18,7 +17,7 @@ NOTHING = 1e-8
 """A share of avalanches that does not count."""
 
 
-@njit(**KERNEL)
+@kernel
 def chance_under(z: float) -> float:
     """Φ(z)."""
     if z < -FAR:
@@ -28,7 +27,7 @@ def chance_under(z: float) -> float:
     return 0.5 * math.erfc(-z * math.sqrt(0.5))
 
 
-@njit(**KERNEL, nogil=True)
+@kernel
 def normal_rates(mu, in_log, location, scatter, share, class_share, rate):  # type: ignore[no-untyped-def]
     """The rates `[n_parameters]` of `avalanches.rate_below`; arrays as in `Avalanches`."""
     n_parameters, n_classes, n_volumes = location.shape

@@ -8,12 +8,11 @@ from math import ceil
 from typing import Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.hazard.runout_curve import RunoutCurve, pieces
+from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.constants import KEEPS_NAN
 
 Floats = NDArray[np.float64]
 Distribution = Literal["lognormal", "normal"]
@@ -118,14 +117,14 @@ def draw_runouts(
     return x[:n], y[:n], counts
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _look_up(rows, mu, mu_min, per_step):  # type: ignore[no-untyped-def]
     """Row of the piece that holds μ, and μ in steps of the grid."""
     t = (mu - mu_min) * per_step
     return int(min(max(2.0 * t + 1.0, 0.0), len(rows) - 1.0)), t
 
 
-@njit(cache=True, fastmath=KEEPS_NAN)
+@kernel
 def _draw_lognormal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     for p in range(len(location)):
@@ -139,7 +138,7 @@ def _draw_lognormal(rng, rows, status, location, sd, ends, mu_min, per_step, x, 
     return i
 
 
-@njit(cache=True, fastmath=KEEPS_NAN)
+@kernel
 def _draw_normal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0

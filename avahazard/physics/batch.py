@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import end_accelerations, resisting
 from avahazard.physics.cell_step import BATCH_SIZE, step, step_by_speed
 from avahazard.physics.cells import Cells
-from avahazard.physics.constants import GRAVITY, KERNEL
+from avahazard.physics.constants import GRAVITY
 from avahazard.physics.contact import step_with_contact
 from avahazard.physics.stop_place import first_zero, newton_zero
 
@@ -43,7 +43,7 @@ class Batch(NamedTuple):
     rows: int
 
 
-@njit(**KERNEL)
+@kernel
 def new_batch(n_rows: int, rows: int) -> Batch:
     """Batch with memory for the given rows of `Batch.w`."""
     return Batch(
@@ -63,7 +63,7 @@ def new_batch(n_rows: int, rows: int) -> Batch:
     )
 
 
-@njit(**KERNEL)
+@kernel
 def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> int:
     """Place blocks with frictions `mu[first:]` at the start node; the number that move off.
 
@@ -88,7 +88,7 @@ def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> i
     return n_moving
 
 
-@njit(**KERNEL)
+@kernel
 def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
     friction, w = batch.friction, batch.w
@@ -111,7 +111,7 @@ def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     place_stops(cells, batch)
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     """Stop the blocks whose w touches zero in cell i; their number."""
     row, row_new = i & batch.rows, (i + 1) & batch.rows
@@ -131,7 +131,7 @@ def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     return n
 
 
-@njit(**KERNEL)
+@kernel
 def place_stops(cells: Cells, batch: Batch) -> None:
     """Fill `Batch.stop_t` of the blocks that stopped: in vectors where that converges."""
     w0, d0, w1, d1, t = batch.stop_w0, batch.stop_d0, batch.stop_w1, batch.stop_d1, batch.stop_t

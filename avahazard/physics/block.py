@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.kernels import kernel
 from avahazard.physics.batch import march, new_batch, release
 from avahazard.physics.cell_motion import elevation_in_cell
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
-from avahazard.physics.constants import KERNEL
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +42,7 @@ def run(cells: Cells, starts: NDArray[np.int64], mu: Floats) -> Stops:
     return Stops(*_run(cells, np.asarray(starts, dtype=np.int64), np.asarray(mu, dtype=np.float64)))
 
 
-@njit(**KERNEL, nogil=True)
+@kernel
 def _run(cells, starts, mu):  # type: ignore[no-untyped-def]
     n_starts, n_mu = len(starts), len(mu)
     stop_x = np.full((n_starts, n_mu), np.nan)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import between, table_place
 from avahazard.physics.cells import Cells
-from avahazard.physics.constants import KERNEL
 
 Floats = NDArray[np.float64]
 
@@ -18,7 +17,7 @@ CORRECTIONS = 3
 GAUSS_LOW, GAUSS_HIGH = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def step(
     cells: Cells, i: int, friction: Floats, w: Floats, row: int, row_new: int
 ) -> tuple[bool, bool]:
@@ -46,7 +45,7 @@ def step(
     return low, high
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def step_by_speed(
     cells: Cells,
     i: int,

@@ -11,12 +11,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import acceleration, load, resisting
 from avahazard.physics.cells import Cells
-from avahazard.physics.constants import KERNEL
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ class Shape(NamedTuple):
     q2: float
 
 
-@njit(**KERNEL)
+@kernel
 def step_with_contact(
     cells: Cells,
     i: int,
@@ -71,7 +70,7 @@ def step_with_contact(
         lost_x[j] = x + t * shape.h if concerned else np.nan
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def fly(
     cells: Cells,
     i: int,
@@ -108,7 +107,7 @@ def fly(
     return (w_changed if changes else w_same), off_at
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def runge_kutta(
     cells: Cells, i: int, shape: Shape, friction: float, constant: float, w: float, t: float
 ) -> float:
@@ -130,7 +129,7 @@ def runge_kutta(
     return w + (k1 + 2.0 * (k2 + k3) + k4) / 6.0
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def rate_at(
     cells: Cells,
     i: int,
@@ -146,7 +145,7 @@ def rate_at(
     return acceleration(slope, stretch, loaded, friction, constant, cells.drag[i] * w)
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def cell_shape(cells: Cells, i: int) -> Shape:
     """The shape of cell i from slope and bend at its ends."""
     h = cells.x[i + 1] - cells.x[i]
@@ -161,27 +160,27 @@ def cell_shape(cells: Cells, i: int) -> Shape:
     return Shape(h, s0, s1, s2, s3, r0, r1, r2, q0, q1, q2)
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def parabola(start: float, middle: float, end: float) -> tuple[float, float, float]:
     """Coefficients of the parabola with these values at t = 0, 1/2, 1."""
     linear = 4.0 * middle - 3.0 * start - end
     return start, linear, end - start - linear
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def slope_at(shape: Shape, t: float) -> float:
     """tanθ at fraction t of the cell."""
     return shape.s0 + t * (shape.s1 + t * (shape.s2 + t * shape.s3))
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def bend_at(shape: Shape, t: float) -> float:
     """dθ/dx at fraction t of the cell: d(tanθ)/dt times dt/dx cos²θ."""
     steepening = shape.s1 + t * (2.0 * shape.s2 + t * 3.0 * shape.s3)
     return steepening * (shape.q0 + t * (shape.q1 + t * shape.q2))
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def bend_rate_at(shape: Shape, t: float) -> float:
     """Derivative of `bend_at` in t."""
     steepening = shape.s1 + t * (2.0 * shape.s2 + t * 3.0 * shape.s3)
@@ -189,7 +188,7 @@ def bend_rate_at(shape: Shape, t: float) -> float:
     return change + steepening * (shape.q1 + 2.0 * t * shape.q2)
 
 
-@njit(**KERNEL, forceinline=True)
+@kernel(forceinline=True)
 def stretch_at(shape: Shape, t: float) -> float:
     """1/cosθ at fraction t of the cell."""
     return shape.r0 + t * (shape.r1 + t * shape.r2)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -50,16 +49,8 @@ def smooth_profile(x: Floats, y: Floats, method: Method = "auto") -> SmoothProfi
     """Regularise the points (x, y), both `[n_points]`, x strictly rising.
 
     `auto` takes the Legendre polynomial unless it misses a point by more than
-    `MISFIT_LIMIT_M`; then the smoothing spline. The last profiles are kept, since observations is
-    often built again on the same paths.
+    `MISFIT_LIMIT_M`; then the smoothing spline.
     """
-    points = (np.asarray(x, dtype=float).tobytes(), np.asarray(y, dtype=float).tobytes())
-    return _smooth_profile(*points, method)
-
-
-@lru_cache(maxsize=256)
-def _smooth_profile(x_bytes: bytes, y_bytes: bytes, method: Method) -> SmoothProfile:
-    x, y = np.frombuffer(x_bytes), np.frombuffer(y_bytes)
     if method != "spline":
         fitted = legendre_profile(x, y)
         if method == "legendre" or fitted.max_deviation_m <= MISFIT_LIMIT_M:

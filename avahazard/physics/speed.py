@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.kernels import kernel
 from avahazard.physics.batch import Batch, march, new_batch, release
 from avahazard.physics.cell_motion import end_accelerations, hermite
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
-from avahazard.physics.constants import KERNEL
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +24,7 @@ def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
     )
 
 
-@njit(**KERNEL, nogil=True)
+@kernel
 def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
     n_cells = len(cells.length)
     speeds = np.zeros((len(mu), len(x)))
@@ -43,7 +42,7 @@ def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
     return speeds
 
 
-@njit(**KERNEL)
+@kernel
 def speed_in_cell(cells: Cells, i: int, t: float, batch: Batch, j: int) -> float:
     """Speed of block j at fraction t of cell i, of a block that was released above."""
     w0, w1 = batch.w[i, j], batch.w[i + 1, j]

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.kernels import kernel
 from avahazard.synth.track import Floats, Track
 
 GRAVITY = 9.81
@@ -19,7 +19,7 @@ STOPPED, LEFT_PROFILE, NOT_RELEASED = 0, 1, 2
 STEP_M = 1.0
 
 
-@njit(cache=True)
+@kernel(fastmath=False)
 def _rate(d, w, c, resistance, motion):  # type: ignore[no-untyped-def]
     """dw/dx at the distance d into a cell."""
     slope = c[1] + d * (2.0 * c[2] + d * 3.0 * c[3])
@@ -35,7 +35,7 @@ def _rate(d, w, c, resistance, motion):  # type: ignore[no-untyped-def]
     return 2.0 * root * (-GRAVITY * slope / root - resisting)
 
 
-@njit(cache=True)
+@kernel(fastmath=False)
 def _step(d, w, h, c, resistance, motion):  # type: ignore[no-untyped-def]
     """w after one classical Runge-Kutta step of length h."""
     k1 = _rate(d, w, c, resistance, motion)
@@ -45,7 +45,7 @@ def _step(d, w, h, c, resistance, motion):  # type: ignore[no-untyped-def]
     return w + h * (k1 + 2.0 * (k2 + k3) + k4) / 6.0
 
 
-@njit(cache=True)
+@kernel(fastmath=False)
 def _run(knots, coef, cells, x0, motion, step, w_knots):  # type: ignore[no-untyped-def]
     """One run from rest at x0: (status, x of the stop); fills w_knots where it passes."""
     i = min(max(np.searchsorted(knots, x0, "right") - 1, 0), len(knots) - 2)
@@ -78,7 +78,7 @@ def _run(knots, coef, cells, x0, motion, step, w_knots):  # type: ignore[no-unty
     return LEFT_PROFILE, x
 
 
-@njit(cache=True)
+@kernel(fastmath=False)
 def _run_all(  # type: ignore[no-untyped-def]
     knots, coef, cells, release, mu, centrifugal, r, u0, step, status, stop, w_knots
 ):

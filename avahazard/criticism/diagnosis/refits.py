@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,9 +14,9 @@ from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import sharpened
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import N_THREADS
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
+from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
 
@@ -72,16 +71,15 @@ def refit_each(
     base: Refit,
     progress: Callable[[float], None],
 ) -> dict[str, Refit]:
-    """The base model with each effect by itself, fitted in full, two at a time."""
+    """The base model with each effect by itself, fitted in full."""
 
     def one(key: str) -> Refit:
         return refit(observations, base.specification, base.facts, (key,), own, base)
 
     fits: dict[str, Refit] = {}
-    with ThreadPoolExecutor(N_THREADS) as pool:
-        for key, fit in zip(effects, pool.map(one, effects), strict=True):
-            fits[key] = fit
-            progress(len(fits) / len(effects))
+    for key, fit in zip(effects, ordered_map(one, effects), strict=True):
+        fits[key] = fit
+        progress(len(fits) / len(effects))
     return fits
 
 

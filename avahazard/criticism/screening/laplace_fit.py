@@ -12,10 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.physics.constants import KEEPS_NAN
+from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +70,7 @@ TAU_SCALE = 0.2
 ROOT_2 = math.sqrt(2.0)
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def laplace_fit(record_moments, left, edges, design, start, log_scatter, tau, student):  # type: ignore[no-untyped-def]
     """Fit from `start` `[n_columns]`, `log_scatter` and `tau`; returns a `LaplaceFit`."""
     n, p = design.x.shape
@@ -129,7 +128,7 @@ def laplace_fit(record_moments, left, edges, design, start, log_scatter, tau, st
     return LaplaceFit(best, best_beta, best_scatter, best_tau)
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _newton(design, g, h, bend, pull, beta):  # type: ignore[no-untyped-def]
     """Joint Newton step of coefficients and offsets, the offsets eliminated path by path."""
     n, p = design.x.shape
@@ -164,7 +163,7 @@ def _newton(design, g, h, bend, pull, beta):  # type: ignore[no-untyped-def]
     return step, offset_step
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g, h):  # type: ignore[no-untyped-def]
     """Sum of log likelihoods; fills score g and curvature h in m; derivatives in log σ."""
     n, p = design.x.shape
@@ -224,7 +223,7 @@ def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g
     return value, d_scatter, info_scatter
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _log_probability(z):  # type: ignore[no-untyped-def]
     """log Φ(z) and φ(z)/Φ(z), good far into the lower tail."""
     if z < -8.0:

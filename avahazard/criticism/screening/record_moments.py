@@ -11,10 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from avahazard.physics.constants import KEEPS_NAN
+from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -64,7 +63,7 @@ def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([np.minimum(low, after), np.maximum(high, after)], axis=2)
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def record_moments(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, speeds):  # type: ignore[no-untyped-def]
     """RecordMoments of all events.
 
@@ -125,7 +124,7 @@ def record_moments(record, bounds, last_left, observed, sigma, left, log_mu, spe
     return RecordMoments(mean, variance, log_mass)
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _stop_points(  # type: ignore[no-untyped-def]
     record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, misfit, points, logs
 ):
@@ -174,7 +173,7 @@ def _stop_points(  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _leaving_points(last_left, log_mu, speed_grid, row, speeds, misfit, points, logs):  # type: ignore[no-untyped-def]
     """As `_stop_points` for an event that left, of which only the speeds are known."""
     n_cells = max(last_left, 1)
@@ -198,7 +197,7 @@ def _leaving_points(last_left, log_mu, speed_grid, row, speeds, misfit, points, 
     return count
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _speed_log(grid, row, speeds, j, misfit, room):  # type: ignore[no-untyped-def]
     """Log density of one event's speeds at place j (not a whole number) of the frictions' grid.
 

@@ -8,7 +8,6 @@ own design in which the model is true.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +26,10 @@ from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records, run_blocks
 from avahazard.inference.seeds import generator
+from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
 
-N_WORKERS = 2
 BATCH = 40
 """Worlds made before it is asked whether more are needed."""
 
@@ -94,16 +93,15 @@ def screen(
         return gained, path
 
     null, null_path = np.empty((0, len(keys))), np.empty(0)
-    with ThreadPoolExecutor(N_WORKERS) as pool:
-        while len(null) < n_worlds:
-            batch = range(len(null), min(len(null) + BATCH, n_worlds))
-            made = list(pool.map(one, batch))
-            null = np.concatenate([null, [gained for gained, _ in made]])
-            null_path = np.concatenate([null_path, [path for _, path in made]])
-            found = judge(candidates, real, null, real_path, null_path)
-            progress(0.3 + 0.7 * len(null) / n_worlds)
-            if _plain(found, n_worlds):
-                break
+    while len(null) < n_worlds:
+        batch = range(len(null), min(len(null) + BATCH, n_worlds))
+        made = list(ordered_map(one, batch))
+        null = np.concatenate([null, [gained for gained, _ in made]])
+        null_path = np.concatenate([null_path, [path for _, path in made]])
+        found = judge(candidates, real, null, real_path, null_path)
+        progress(0.3 + 0.7 * len(null) / n_worlds)
+        if _plain(found, n_worlds):
+            break
     return found
 
 

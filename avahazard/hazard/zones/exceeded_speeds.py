@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.effects.site import Site
 from avahazard.hazard.avalanches import Avalanches, annual_rate
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
-from avahazard.physics.constants import KERNEL
+from avahazard.kernels import kernel
 from avahazard.physics.runout_table import MU, MU_STEP
 
 Floats = NDArray[np.float64]
@@ -77,7 +76,7 @@ def _of_group(
     return np.asarray(found)
 
 
-@njit(**KERNEL)
+@kernel
 def _exceeded(squares, low, step, log_rate, rates, mu_min, mu_step):  # type: ignore[no-untyped-def]
     n_parameters, n_places = len(low), squares.shape[1]
     result = np.zeros((len(rates), n_parameters, n_places))
@@ -106,7 +105,7 @@ def _exceeded(squares, low, step, log_rate, rates, mu_min, mu_step):  # type: ig
     return result
 
 
-@njit(**KERNEL)
+@kernel
 def _rate_over(squares, i, square, low, step, log_rate, mu_min, mu_step):  # type: ignore[no-untyped-def]
     """Yearly rate of avalanches whose squared speed at place i is over `square`."""
     total = 0.0

@@ -6,11 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.nodes import Nodes
-from avahazard.physics.constants import KEEPS_NAN
+from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +46,7 @@ def event_terms(
     return EventTerms(*event_terms_kernel(nodes, location, scatter, volume_weight, student, keep))
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep):  # type: ignore[no-untyped-def]
     """The arrays of `EventTerms`, 0 for events not in `keep` `[n_events]`."""
     n, n_volumes = location.shape
@@ -111,7 +110,7 @@ TINY = 1e-290
 UNDERFLOW = 1e-200
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _lift(place, weight, location, scatter):  # type: ignore[no-untyped-def]
     """The least z²/2 of all nodes that count."""
     lift = np.inf
@@ -123,7 +122,7 @@ def _lift(place, weight, location, scatter):  # type: ignore[no-untyped-def]
     return lift
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _or_wrong(log_wrong, value, by_location, by_scatter, curvature):  # type: ignore[no-untyped-def]
     """log(exp(value) + exp(log_wrong)) and its derivatives; returns it and its curvature."""
     if log_wrong < value - 700.0:
@@ -137,7 +136,7 @@ def _or_wrong(log_wrong, value, by_location, by_scatter, curvature):  # type: ig
     return total, right * (curvature + (1.0 - right) * slope * slope)
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-untyped-def]
     """Sum over volume nodes; log derivatives; returns the sum and the second log derivative."""
     total, first, second = floor, 0.0, 0.0
@@ -152,7 +151,7 @@ def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-un
     return total, second / safe - (first / safe) ** 2
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _density(place, weight, m, sigma, lift, out):  # type: ignore[no-untyped-def]
     """Σ w p(ν | m, σ) and its derivatives in m, log σ, and twice in m."""
     value, first, second = 0.0, 0.0, 0.0
@@ -174,7 +173,7 @@ def _density(place, weight, m, sigma, lift, out):  # type: ignore[no-untyped-def
     out[3] = second * scale * per_sigma * per_sigma
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _student_density(place, weight, m, sigma, out):  # type: ignore[no-untyped-def]
     """The same for Student's t with 4 degrees of freedom, 3/8 (1 + z²/4)^(-5/2)."""
     value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
@@ -198,7 +197,7 @@ def _student_density(place, weight, m, sigma, out):  # type: ignore[no-untyped-d
 ONE_OVER_ROOT_2PI = 1.0 / np.sqrt(2.0 * np.pi)
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _probability(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
     """Σ w P(ν < ν_k | m, σ) and its derivatives in m, log σ, and twice in m."""
     value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from avahazard.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     """Gauss nodes of a discrete measure, weights summing to 1 (Lanczos, reorthogonalised)."""
     n, k_max = len(points), len(place)

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def interpolated(cubic: Floats, linear: Floats, corners: Nodes) -> Nodes:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _mix(cubic, linear, places, weights, plain):  # type: ignore[no-untyped-def]
     """Means by cubic weights, shapes about them by linear ones (`plain`: shapes alone)."""
     n_corners, n, n_nodes = places.shape

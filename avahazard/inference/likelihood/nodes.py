@@ -13,21 +13,20 @@ w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop low enough was 
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
-from avahazard.inference.likelihood.predicted import N_THREADS, Predicted
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.record_density import record_density_nodes
 from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measured_speeds
 from avahazard.inference.model.observations import LEFT, Observations
+from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.constants import KEEPS_NAN
 from avahazard.physics.runout_table import MU
+from avahazard.workers import n_workers, ordered_map
 
 Floats = NDArray[np.float64]
 
@@ -115,8 +114,10 @@ def speed_nodes(
     speeds = np.concatenate(predicted.speeds, axis=1)
     left, observed_left = predicted.status == LEFT_PROFILE, observations.kind == LEFT
 
-    def fill(thread: int) -> None:
-        mine = slice(thread, None, N_THREADS)
+    parts = n_workers()
+
+    def fill(part: int) -> None:
+        mine = slice(part, None, parts)
         fill_speed_nodes(
             measured._replace(
                 event=measured.event[mine], first=measured.first[mine], end=measured.end[mine]
@@ -133,13 +134,12 @@ def speed_nodes(
             nodes,
         )
 
-    # The kernel leaves Python's lock; each event's row is its own.
-    with ThreadPoolExecutor(N_THREADS) as pool:
-        list(pool.map(fill, range(N_THREADS)))
+    # Each event's row is its own.
+    list(ordered_map(fill, range(parts)))
     return nodes
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _build(  # type: ignore[no-untyped-def]
     record, elevation, left, observed_left, observed, sigma, limit, has_speed, grid
 ):
@@ -188,7 +188,7 @@ def _build(  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def]
     """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀."""
     k = 0
@@ -200,7 +200,7 @@ def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def
     return 1.0 if left[len(left) - 1] else 0.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type: ignore[no-untyped-def]
     """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀."""
     n = len(grid)
@@ -222,6 +222,6 @@ def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type
     return level
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _normal_cdf(z):  # type: ignore[no-untyped-def]
     return 0.5 * math.erfc(-z / np.sqrt(2.0))

@@ -7,16 +7,15 @@ smooth function of the parameters, as finite differences of it need.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from avahazard.inference.likelihood.event_terms import event_terms_kernel
-from avahazard.physics.constants import KEEPS_NAN
+from avahazard.kernels import kernel
 
 EVALUATIONS = 3
 LONGEST_STEP = 0.5
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def newton_offsets(  # type: ignore[no-untyped-def]
     nodes, location, scatter, volume_weight, student, in_log, group, keep, n_groups, precision
 ):
@@ -56,7 +55,7 @@ def newton_offsets(  # type: ignore[no-untyped-def]
     return offsets, bend, value
 
 
-@njit(cache=True, fastmath=KEEPS_NAN, nogil=True)
+@kernel
 def _first_offsets(nodes, location, scatter, in_log, group, keep, n_groups, precision):  # type: ignore[no-untyped-def]
     """Offsets as if every bump were normal, of events that did not leave their profile."""
     pull, bend = np.zeros(n_groups), np.full(n_groups, precision)

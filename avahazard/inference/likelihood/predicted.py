@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +13,11 @@ from avahazard.inference.model.observations import LENGTH, PLACE, Observations, 
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_table import MU, RunoutTable
+from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
 Values = dict[str, Floats]
 """Parameter values by effect key."""
-
-N_THREADS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,10 +76,8 @@ def run_blocks(
         release_x = observations.sites[k].release_x[observations.release[measured.event]]
         return observations.sites[k].speeds(resistances[k], release_x, measured.x)
 
-    # The kernels leave Python's lock.
-    with ThreadPoolExecutor(N_THREADS) as pool:
-        tables = pool.map(Site.table, observations.sites, resistances)
-        return BlockRuns(tuple(tables), tuple(pool.map(speeds, observations.speeds)))
+    tables = ordered_map(Site.table, observations.sites, resistances)
+    return BlockRuns(tuple(tables), tuple(ordered_map(speeds, observations.speeds)))
 
 
 def predict_records(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+from avahazard.kernels import kernel
 
 REACH = 7.0
 """Records farther than this many standard deviations from F(μ) say nothing about μ."""
@@ -16,7 +16,7 @@ DEPTH = 40.0
 HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def record_density_nodes(  # type: ignore[no-untyped-def]
     record, left, observed_left, observed, sigma, log_speed, grid, place, weight
 ):
@@ -76,7 +76,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
     return top + np.log(total)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _nearest(record, left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
     """A record that no friction reaches: the nearest friction, at its (tiny) density."""
     best, value = 0, -np.inf

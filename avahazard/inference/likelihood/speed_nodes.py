@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.record_density import DEPTH, record_density_nodes
 from avahazard.inference.model.observations import SpeedRecord
+from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def squares(speeds: Floats) -> Floats:
     return np.asarray(square)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def between(mu, record, left, speeds, log_likelihood, observed_left):  # type: ignore[no-untyped-def]
     """Tables of one event `[n_friction(, n_speeds)]` over finer frictions about the likely ones.
 
@@ -113,7 +113,7 @@ def between(mu, record, left, speeds, log_likelihood, observed_left):  # type: i
     return FineTrack(grid, fine_record, fine_left, fine_speeds)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def fill_speed_nodes(  # type: ignore[no-untyped-def]
     measured, predicted, scatter, mu, record, left, observed_left, observed, error, in_log, nodes
 ):
@@ -142,7 +142,7 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
         )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _bound(ends, record, left, observed_left, observed, error):  # type: ignore[no-untyped-def]
     """The most that the log likelihood can be in each cell of frictions `[n_friction - 1]`."""
     n = len(ends) - 1
@@ -175,7 +175,7 @@ def speed_log_likelihood(
     return np.asarray(_log_density(speed, predicted, _errors(x, sigma, scatter)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _errors(x, sigma, scatter):  # type: ignore[no-untyped-def]
     """What makes misfits `[n_speeds]` independent unit errors, as a matrix, and a constant."""
     k = len(x)
@@ -192,7 +192,7 @@ def _errors(x, sigma, scatter):  # type: ignore[no-untyped-def]
     return whiten, constant
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _log_density(speed, predicted, errors):  # type: ignore[no-untyped-def]
     """Log density of one track's speeds for each row of `predicted` `[n_friction, n_speeds]`."""
     whiten, constant = errors

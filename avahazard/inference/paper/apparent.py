@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from avahazard.kernels import kernel
 
 Array = NDArray[np.float64]
 
@@ -80,7 +81,7 @@ def jump_size(stop_y: Array, stopped: NDArray[np.bool_]) -> float:
     return float(JUMP_FACTOR * np.median(steps)) if steps.size else np.inf
 
 
-@njit(cache=True)
+@kernel
 def bracket(
     y: float,
     stop_y: Array,

@@ -16,9 +16,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avahazard.kernels import kernel
 from avahazard.records.errors import AvahazardError
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ def _integral(mu: Array, a: Array, kappa: float) -> float:
     return float(a @ ((1.0 + d) * np.exp(-d)) @ a)
 
 
-@njit(cache=True)
+@kernel
 def _solve(mu: Array, kappa: float) -> tuple[Array, bool]:
     """a > 0 with a_i Σ_j K_ij a_j = 1, of sorted `mu` [n_events]; and whether Newton got there.
 
@@ -152,7 +152,7 @@ def _solve(mu: Array, kappa: float) -> tuple[Array, bool]:
     return a, False
 
 
-@njit(cache=True)
+@kernel
 def _times_kernel(decay: Array, a: Array) -> Array:
     """Ka in one pass each way."""
     result = a.copy()

@@ -9,13 +9,13 @@ posterior is the same and the walk does not creep along the line of equal fits.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import Law
 from avahazard.inference.paper.runout_fit import covariate
 from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.seeds import generator
+from avahazard.kernels import kernel
 from avahazard.records.errors import AvahazardError
 
 Array = NDArray[np.float64]
@@ -113,7 +113,7 @@ def _sums(x: Array, y: Array) -> tuple[Array, float]:
     return np.array([x.size, x.mean(), y.mean(), sxx, float(rest @ rest), slope]), slope
 
 
-@njit(cache=True)
+@kernel
 def run_gibbs(
     rng: np.random.Generator,
     beta: float,

@@ -9,13 +9,13 @@ accepted if u < r, r the posterior at the candidate over the posterior at the pr
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import Law
 from avahazard.inference.paper.runout_fit import FitRecords, runout_records, squared_residuals
 from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.seeds import generator
+from avahazard.kernels import kernel
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ def _warm_up(
     return u, scale * spread
 
 
-@njit(cache=True)
+@kernel
 def run_chain(
     rng: np.random.Generator,
     start: Array,
@@ -162,7 +162,7 @@ def run_chain(
     return u, accepted / max(draws.shape[0], 1)
 
 
-@njit(cache=True)
+@kernel
 def _log_prior(u: Array, mean: Array, precision: Array) -> float:
     total = 0.0
     for j in range(u.size):

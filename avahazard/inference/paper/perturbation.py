@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import Law
 from avahazard.inference.paper.apparent import SEVERAL, STOPPED, bracket, jump_size
 from avahazard.inference.paper.least_squares import fit_law
 from avahazard.inference.seeds import generator
+from avahazard.kernels import kernel
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def perturb(
     return Perturbation(mu, mu_sd)
 
 
-@njit(cache=True)
+@kernel
 def _invert(
     runout: Array,
     table: NDArray[np.int64],

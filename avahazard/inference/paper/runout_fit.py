@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import C_SCALE, N_SCALE, Law
+from avahazard.kernels import kernel
 from avahazard.records.errors import AvahazardError
 
 FAST_BUT_NAN = {"reassoc", "contract", "nsz", "arcp"}  # all but nnan and ninf
@@ -86,7 +86,7 @@ def covariate(law: Law, volume: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.zeros_like(volume)
 
 
-@njit(cache=True, fastmath=FAST_BUT_NAN, inline="always")
+@kernel(fastmath=FAST_BUT_NAN, inline="always")
 def _exp(x: float) -> float:
     """e^x for |x| < 36 to 1e-12, without a branch, so that the loop over events runs in vectors."""
     r = min(max(x, -36.0), 36.0) * (1.0 / 256.0)
@@ -102,7 +102,7 @@ def _exp(x: float) -> float:
     return p * p
 
 
-@njit(cache=True, fastmath=FAST_BUT_NAN)
+@kernel(fastmath=FAST_BUT_NAN)
 def squared_residuals(
     u: NDArray[np.float64], records: FitRecords, place: NDArray[np.float64]
 ) -> float:

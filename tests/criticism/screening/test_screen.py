@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
-from avahazard.criticism.screening import screen as screening
 from avahazard.criticism.screening.alternatives import Alternative, base_design, make_tables
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.gains import sight_edges
@@ -17,6 +16,7 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.workers import set_workers
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 
@@ -55,17 +55,17 @@ def test_it_stops_where_chance_plainly_does_as_well() -> None:
     assert at_most.n_worlds == 30
 
 
-def test_equal_seeds_give_equal_results_for_any_number_of_workers(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_equal_seeds_give_equal_results_for_any_number_of_workers() -> None:
     def numbers(found: Screening) -> list[tuple[str, float, float]]:
         return [(c.definition.key, c.gain, c.p_family) for c in found.candidates]
 
+    set_workers(3)
     first, path = numbers(on_paths()), on_paths().path_p
-    monkeypatch.setattr(screening, "N_WORKERS", 1)
+    set_workers(1)
     assert numbers(on_paths()) == first
     assert on_paths().path_p == path
     assert numbers(on_paths(seed=3)) != first
+    set_workers(None)
 
 
 def test_p_values_are_in_order_and_never_nought() -> None:

@@ -1,0 +1,65 @@
+"""How this project compiles: one decorator, and a cache on disk that no edit makes stale.
+
+numba's own cache of a function is fresh as long as that function's file is; the code of what it
+calls in other files, and their constants, stand in it all the same. Here the cache is fresh as long
+as no module with kernels has changed, nor any that such a module imports from.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from numba import njit
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+CONTRACT = {"contract"}
+"""Fast-math flags of the kernels: products and sums may fuse; NaN and inf keep their meaning."""
+
+PACKAGE = Path(__file__).parent
+_IMPORT = re.compile(rb"^from avahazard\.([\w.]+) import", re.MULTILINE)
+
+
+def kernel(function: Callable[..., Any] | None = None, **flags: Any) -> Any:
+    """Compile a function of arrays and floats, once for all processes: `@kernel`.
+
+    It leaves Python's lock, a division by zero gives inf or nan, and `fastmath` is `CONTRACT`;
+    `flags` are more of numba's (`@kernel(forceinline=True)`) or replace these.
+    """
+    if function is None:
+        return lambda later: kernel(later, **flags)
+    settings = {"nogil": True, "error_model": "numpy", "fastmath": CONTRACT, **flags}
+    compiled = njit(**settings)(function)
+    # What `cache=True` does, but for the class.
+    compiled._cache = PackageCache(function)
+    return compiled
+
+
+class PackageCache(FunctionCache):
+    """numba's cache of a function, where numba puts it, with `package_stamp` in its key."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        locator = self._impl.locator
+        stamp = (locator.get_source_stamp(), package_stamp())
+        self._cache_file = IndexDataCacheFile(  # type: ignore[no-untyped-call]
+            self._cache_path, self._impl.filename_base, stamp
+        )
+
+
+@cache
+def package_stamp() -> str:
+    """Hash of the sources that compiled code is made of; read once for each process."""
+    sources = {path: path.read_bytes() for path in PACKAGE.rglob("*.py")}
+    used = {path for path, text in sources.items() if b"\n@kernel" in text}
+    for path in tuple(used):
+        for name in _IMPORT.findall(sources[path]):
+            used.add(PACKAGE.joinpath(*name.decode().split(".")).with_suffix(".py"))
+    whole = sha256()
+    for path in sorted(used & sources.keys()):
+        whole.update(str(path.relative_to(PACKAGE)).encode() + b"\0" + sources[path])
+    return whole.hexdigest()

@@ -1,0 +1,67 @@
+"""The threads that share the work of this process: kernels leave Python's lock.
+
+There is one pool. It is made when first used, and what runs in it does its own parts by itself, so
+that there are never more threads at work than workers.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+_inside = threading.local()
+_chosen: int | None = None
+_pool: ThreadPoolExecutor | None = None
+
+
+def set_workers(n: int | None) -> None:
+    """Let `n` threads share the work; None: as many as the process may use cores."""
+    global _chosen, _pool
+    if _pool is not None:
+        _pool.shutdown(wait=False)
+    _chosen, _pool = n, None
+
+
+def n_workers() -> int:
+    """How many calls of `ordered_map` run side by side from here: one inside a worker."""
+    if getattr(_inside, "worker", False):
+        return 1
+    return _chosen or _cores()
+
+
+def ordered_map(function: Callable[..., T], *items: Iterable[Any]) -> Iterator[T]:
+    """As `map`, by the workers; results come in the order of the items.
+
+    `function` must not care for who else runs, so that any number of workers gives the same.
+    """
+    global _pool  # noqa: PLW0603
+    if n_workers() == 1:
+        return map(function, *items)
+    if _pool is None:
+        _pool = ThreadPoolExecutor(n_workers(), "avahazard", _mark)
+    return _pool.map(function, *items)
+
+
+def _mark() -> None:
+    _inside.worker = True
+
+
+def _cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _forget() -> None:
+    """A forked process has none of its parent's threads."""
+    global _pool  # noqa: PLW0603
+    _pool = None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)

@@ -1,0 +1,120 @@
+"""Compiled kernels survive the process that compiled them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from avahazard import kernels
+
+PROGRAM = """
+import numpy as np
+from avahazard.physics import block, speed
+from avahazard.physics.cells import build_cells
+from avahazard.physics.resistance import no_resistance
+from avahazard.physics.smooth_profile import legendre_profile
+from avahazard.physics.terrain import build_terrain
+
+x = np.linspace(0.0, 900.0, 50)
+terrain = build_terrain(legendre_profile(x, 500.0 * np.exp(-x / 400.0)))
+cells = build_cells(terrain, no_resistance(terrain))
+block.run(cells, np.array([0]), np.array([0.5]))
+speed.speeds_along(cells, 0, np.array([0.5]), np.array([100.0]))
+for kernel in (block._run, speed._speeds):
+    print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
+"""
+
+
+def counts(cache: Path) -> list[str]:
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], env=environment, capture_output=True, text=True, check=True
+    )
+    return done.stdout.splitlines()
+
+
+def test_a_second_process_does_not_compile(tmp_path: Path) -> None:
+    assert counts(tmp_path) == ["0 1", "0 1"]
+    assert counts(tmp_path) == ["1 0", "1 0"]
+
+
+PACKAGE = {
+    "constants.py": "STEP = 1.0\n",
+    "callee.py": """
+from avahazard.constants import STEP
+from avahazard.kernels import kernel
+
+@kernel
+def inner(x):
+    return x + STEP
+""",
+    "caller.py": """
+from avahazard.callee import inner
+from avahazard.kernels import kernel
+
+@kernel
+def outer(x):
+    return 2.0 * inner(x)
+""",
+    "apart.py": "UNUSED = 1\n",
+}
+CALL = """
+from avahazard.caller import outer
+print(outer(1.0), sum(outer.stats.cache_hits.values()))
+"""
+
+
+def copied(folder: Path) -> Path:
+    """A package with the decorator of this one and two kernels, one of which calls the other."""
+    package = folder / "avahazard"
+    package.mkdir()
+    shutil.copy(kernels.__file__, package / "kernels.py")
+    for name, text in {**PACKAGE, "__init__.py": ""}.items():
+        (package / name).write_text(text)
+    return package
+
+
+def call(folder: Path, **environment: str) -> list[float]:
+    done = subprocess.run(
+        [sys.executable, "-c", CALL],
+        cwd=folder,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return [float(word) for word in done.stdout.split()]
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"), [("callee.py", "x + STEP", "x - STEP"), ("constants.py", "1.0", "-1.0")]
+)
+def test_an_edit_in_another_file_reaches_the_caller(
+    tmp_path: Path, name: str, old: str, new: str
+) -> None:
+    package = copied(tmp_path)
+    assert call(tmp_path) == [4.0, 0]
+    assert call(tmp_path) == [4.0, 1]
+    (package / "apart.py").write_text("UNUSED = 2\n")
+    assert call(tmp_path) == [4.0, 1]
+    (package / name).write_text(PACKAGE[name].replace(old, new))
+    assert call(tmp_path) == [0.0, 0]
+    assert call(tmp_path) == [0.0, 1]
+
+
+def test_what_is_compiled_is_kept_where_the_package_cannot_be_written(tmp_path: Path) -> None:
+    package = copied(tmp_path)
+    (package / "__pycache__").write_text("no folder")
+    home = {"XDG_CACHE_HOME": str(tmp_path / "home"), "HOME": str(tmp_path / "home")}
+    assert call(tmp_path, **home) == [4.0, 0]
+    assert call(tmp_path, **home) == [4.0, 1]
+
+
+def test_every_kernel_of_the_package_has_the_one_spelling() -> None:
+    for path in kernels.PACKAGE.rglob("*.py"):
+        assert path == kernels.PACKAGE / "kernels.py" or "njit" not in path.read_text(), path
