@@ -97,8 +97,9 @@ def comparison(
 ) -> dict[str, Any]:
     """The document of `compare` for a model on the records that it was fitted to.
 
-    Nothing is stored. Runout scores are in metres of the coordinate of each record, which `coordinate`
-    names (elevation, x, length, mixed). Held-out `elpd_loo` is the log density of each record given the other groups.
+    Nothing is stored. Runout scores are in metres of the coordinate of each record, which
+    `coordinate` names (elevation, x, length, mixed). Held-out `elpd_loo` is the log density of
+    each record given the other groups.
     """
     observations = model.observations
     rng = generator(0, "compare")
