@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
+from avahazard.criticism.diagnosis.refits import refit, without_path_effect
 from avahazard.criticism.screening import screen as screening
 from avahazard.criticism.screening.alternatives import Alternative, base_design, make_tables
 from avahazard.criticism.screening.candidates import candidate_definitions
@@ -19,6 +19,8 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
 from tests.inference import studies
+
+PATH_EFFECT = "path-effect"
 
 CHEAP = ("snow-type", "path-section", "season", "volume-scatter", "leading-edge")
 
