@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib import import_module
+from pkgutil import iter_modules
 
+import avahazard.effects as folder
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import PREFIX, covariate
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
 from avahazard.records.errors import AvahazardError
 
-KEYS = (
-    "centrifugal",
-    "turbulent-drag",
-    "speed-weakening",
-    "cohesion",
-    "entrainment",
-    "forest-drag",
-    "volume-law",
-    "volume-scatter",
-    "snow-type",
-    "path-section",
-    "release-elevation",
-    "season",
-    "path-effect",
-    "observation-limit",
-    "epoch-bias",
-    "leading-edge",
-)
+
+@cache
+def catalogue() -> Mapping[str, Definition]:
+    """Every effect by key: the `DEFINITION` of each file of this folder that has one."""
+    modules = [import_module(f"{folder.__name__}.{m.name}") for m in iter_modules(folder.__path__)]
+    entries: list[Definition] = [m.DEFINITION for m in modules if hasattr(m, "DEFINITION")]
+    return {entry.key: entry for entry in sorted(entries, key=lambda e: (e.order, e.key))}
 
 
 def definition(key: str) -> Definition:
@@ -38,13 +30,12 @@ def definition(key: str) -> Definition:
     """
     if key.startswith(PREFIX) and len(key) > len(PREFIX):
         return covariate(key[len(PREFIX) :])
-    if key not in KEYS:
+    known = catalogue()
+    if key not in known:
         raise AvahazardError(
-            f"There is no effect '{key}'.", f"Effects: {', '.join(KEYS)}, {PREFIX}COLUMN."
+            f"There is no effect '{key}'.", f"Effects: {', '.join(known)}, {PREFIX}COLUMN."
         )
-    module = import_module(f"avahazard.effects.{key.replace('-', '_')}")
-    entry: Definition = module.DEFINITION
-    return entry
+    return known[key]
 
 
 def require(entry: Definition, columns: EventColumns, sites: Sequence[Site]) -> None:

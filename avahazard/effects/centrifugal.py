@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Effect, Facts, Setting
 from avahazard.effects.needs import needs_profile
 
 
@@ -18,5 +18,6 @@ DEFINITION = Definition(
     needs="profile",
     build=_build,
     lacking=needs_profile,
-    changes="centrifugal",
+    changes=Setting("centrifugal", "the motion", value=True, without=False),
+    order=10,
 )

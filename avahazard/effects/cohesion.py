@@ -27,4 +27,5 @@ DEFINITION = Definition(
     needs="profile, speeds",
     build=_build,
     lacking=needs_profile,
+    order=40,
 )

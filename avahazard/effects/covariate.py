@@ -13,6 +13,7 @@ from avahazard.effects.levels import level_effect, level_facts, level_lacking
 from avahazard.effects.site import Site
 
 PREFIX = "covariate:"
+VOLUME = "volume_m3"
 N_KNOTS = 5
 MIN_EVENTS = 20
 LINEAR_SD, CURVED_SD = 0.2, 0.1
@@ -30,6 +31,10 @@ def covariate(column: str) -> Definition:
         build=partial(_build, column),
         lacking=partial(_lacking, column),
         facts=partial(_facts, column),
+        event_columns=True,
+        uses_volume=column == VOLUME,
+        names_cause=False,
+        column=column,
     )
 
 
@@ -46,7 +51,7 @@ def _lacking(column: str, columns: EventColumns, _sites: Sequence[Site]) -> str 
 def number_column(columns: EventColumns, name: str) -> Floats | None:
     """A column of numbers by its name in the files; None if there is none."""
     known = {
-        "volume_m3": columns.log_volume,
+        VOLUME: columns.log_volume,
         "release_elevation_m": columns.release_elevation,
         "year": columns.year,
         "day_of_winter": columns.day_of_winter,

@@ -68,6 +68,13 @@ class Effect:
         """Neutral values `[n_parameters]`."""
         return np.array([p.neutral for p in self.parameters])
 
+    @property
+    def acts_on(self) -> str:
+        """What it acts on, in words."""
+        if self.design is not None or self.groups is not None:
+            return "friction"
+        return "the motion" if self.motion is not None else "the record"
+
 
 def nothing_lacks(_columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     """For effects that any data will do for."""
@@ -79,14 +86,53 @@ def no_facts(_columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return {}
 
 
+def never(_columns: EventColumns, _sites: Sequence[Site]) -> bool:
+    """For effects of which the data do not state what they would estimate."""
+    return False
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A setting of the model that an effect is, instead of something added to the block.
+
+    `field` of the specification takes `value`, or where that is None the most likely of its other
+    values. Where `without` is given the base model has the effect, and `without` is the value
+    that leaves it out. `acts_on` says in words what the setting is of.
+    """
+
+    field: str
+    acts_on: str
+    value: str | bool | None = None
+    without: str | bool | None = None
+
+    @property
+    def in_base(self) -> bool:
+        """Whether the base model has it, and can be made without it."""
+        return self.without is not None
+
+
 @dataclass(frozen=True, slots=True)
 class Definition:
     """An entry of the catalogue: what it means, what it needs, and how it is built.
 
     `lacking(columns, sites)` says in one sentence what the data lack for it, or None.
     `facts(columns, sites)` takes levels, knots and ranges from the data of the calibration;
-    they are stored with the model. `build(facts)` gives the effect. Where `changes` names a
-    field of the specification (`law`, `scatter`, `centrifugal`), the effect is that change.
+    they are stored with the model. `build(facts)` gives the effect. `changes` is the setting of
+    the model that the effect is, where it is one and nothing is built.
+
+    What others ask of an effect, each with the common answer:
+
+    - `event_columns`: friction or front depends on columns of the event itself, besides its path,
+      volume and release; an avalanche to come is then like recorded ones in these.
+    - `uses_volume`: friction depends on the volume, whatever the model's law.
+    - `limits_speed`: it holds the speed on any steep and long path, as friction alone does not.
+    - `granted_first`: a nuisance that the diagnosis grants before it blames anything on physics.
+    - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
+      such alone is `unexplained`, and it needs no margin of evidence.
+    - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
+    - `settled(columns, sites)`: the data state already what it would estimate, so that it is no
+      candidate.
+    - `order`: its place in the list; equal ones stand by key.
     """
 
     key: str
@@ -95,4 +141,17 @@ class Definition:
     build: Callable[[Facts], Effect]
     lacking: Callable[[EventColumns, Sequence[Site]], str | None] = nothing_lacks
     facts: Callable[[EventColumns, Sequence[Site]], Facts] = no_facts
-    changes: str | None = None
+    changes: Setting | None = None
+    event_columns: bool = False
+    uses_volume: bool = False
+    limits_speed: bool = False
+    granted_first: bool = False
+    names_cause: bool = True
+    column: str | None = None
+    settled: Callable[[EventColumns, Sequence[Site]], bool] = never
+    order: int = 1000
+
+    @property
+    def in_base(self) -> bool:
+        """Whether the base model has it, so that `--without` can leave it out."""
+        return self.changes is not None and self.changes.in_base

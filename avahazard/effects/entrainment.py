@@ -55,4 +55,5 @@ DEFINITION = Definition(
     build=_build,
     lacking=needs_profile,
     facts=_facts,
+    order=50,
 )

@@ -57,4 +57,5 @@ DEFINITION = Definition(
     build=_build,
     lacking=_lacking,
     facts=_facts,
+    order=150,
 )

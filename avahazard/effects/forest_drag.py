@@ -40,4 +40,5 @@ DEFINITION = Definition(
     needs="land_cover",
     build=_build,
     lacking=_lacking,
+    order=60,
 )

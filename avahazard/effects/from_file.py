@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.effects.catalogue import KEYS
+from avahazard.effects.catalogue import catalogue
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import number_column
 from avahazard.effects.effect import Definition, Effect, Facts, Parameter
@@ -65,7 +65,7 @@ def definition_from(text: str, name: str) -> Definition:
             "Try it with Python alone; a template: avahazard effect new FILE.",
         ) from error
     key = _text(module, "KEY", name)
-    if key in KEYS or ":" in key or len(key.split()) != 1:
+    if key in catalogue() or ":" in key or len(key.split()) != 1:
         raise AvahazardError(
             f"{name}: KEY = {key!r} cannot be the name of an effect of your own.",
             "Take one word that is not in the catalogue, such as wind-packing.",
@@ -81,6 +81,10 @@ def definition_from(text: str, name: str) -> Definition:
         needs=", ".join(needs) or "nothing",
         build=partial(_build, effect),
         lacking=partial(_lacking, needs),
+        # Which columns a user's function reads, and what it does to speed, is not known: it may.
+        event_columns=True,
+        uses_volume=True,
+        limits_speed=True,
     )
 
 

@@ -33,4 +33,6 @@ DEFINITION = Definition(
     needs="deposit length",
     build=_build,
     lacking=_lacking,
+    event_columns=True,
+    order=160,
 )

@@ -28,6 +28,11 @@ def _facts(columns: EventColumns, sites: Sequence[Site]) -> Facts:
     return {"paths": highest}
 
 
+def _settled(columns: EventColumns, sites: Sequence[Site]) -> bool:
+    known = columns.path_index[columns.path_index >= 0]
+    return all(sites[k].path.observed_below_m is not None for k in np.unique(known))
+
+
 def _build(facts: Facts) -> Effect:
     paths: dict[str, dict[str, float]] = facts["paths"]
 
@@ -57,4 +62,6 @@ DEFINITION = Definition(
     build=_build,
     lacking=needs_profile,
     facts=_facts,
+    settled=_settled,
+    order=140,
 )

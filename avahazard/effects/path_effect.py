@@ -35,4 +35,6 @@ DEFINITION = Definition(
     needs=f">= {MIN_PATHS} paths",
     build=_build,
     lacking=_lacking,
+    granted_first=True,
+    order=130,
 )

@@ -30,4 +30,5 @@ DEFINITION = Definition(
     build=_build,
     lacking=_lacking,
     facts=_facts,
+    order=100,
 )

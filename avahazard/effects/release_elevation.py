@@ -38,4 +38,5 @@ DEFINITION = Definition(
     needs="release_elevation_m",
     build=_build,
     lacking=_lacking,
+    order=110,
 )

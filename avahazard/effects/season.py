@@ -43,4 +43,6 @@ DEFINITION = Definition(
     needs="date",
     build=_build,
     lacking=_lacking,
+    event_columns=True,
+    order=120,
 )

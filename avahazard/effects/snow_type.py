@@ -32,4 +32,7 @@ DEFINITION = Definition(
     build=_build,
     lacking=_lacking,
     facts=_facts,
+    event_columns=True,
+    column=COLUMN,
+    order=90,
 )

@@ -42,4 +42,5 @@ DEFINITION = Definition(
     needs="profile, speeds",
     build=_build,
     lacking=needs_profile,
+    order=30,
 )

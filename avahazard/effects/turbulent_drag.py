@@ -28,4 +28,6 @@ DEFINITION = Definition(
     needs="profile; speeds help",
     build=_build,
     lacking=needs_profile,
+    limits_speed=True,
+    order=20,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Effect, Facts, Setting
 from avahazard.effects.needs import needs_volume
 
 
@@ -17,5 +17,6 @@ DEFINITION = Definition(
     needs="volume",
     build=_build,
     lacking=needs_volume,
-    changes="scatter",
+    changes=Setting("scatter", "the scatter of friction", value="volume"),
+    order=80,
 )

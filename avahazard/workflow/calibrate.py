@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.effects.catalogue import definition, require
+from avahazard.effects.catalogue import catalogue, definition, require
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.model.observations import Observations, build_observations
@@ -63,21 +63,20 @@ def calibrate(
         AvahazardError: the name is taken, a path or effect is unknown or cannot be told from
             the data, or the method cannot do it.
     """
-    keys = _kept_effects(with_, without)
-    asked = Specification(
-        law=law,
-        scatter=scatter,
-        distribution=distribution,
-        tails=tails,
-        centrifugal="centrifugal" not in without,
-    )
+    left_out = [definition(key) for key in without]
+    keys = _kept_effects(with_, left_out)
+    asked = Specification(law=law, scatter=scatter, distribution=distribution, tails=tails)
+    for entry in left_out:
+        if entry.in_base and entry.changes is not None:
+            asked = asked.put(entry.changes, entry.changes.without)
     check_method(method, asked)
     with reading(database) as session:
         refuse_taken_name(session, name)
         records = only_paths(load_records(session), paths)
     observations = build_observations(records)
-    if scatter == "volume":
-        require(definition("volume-scatter"), observations.columns, observations.sites)
+    for entry in catalogue().values():
+        if not entry.in_base and asked.has(entry):
+            require(entry, observations.columns, observations.sites)
     specification, facts = with_effects(observations, asked, keys)
     report(f"Calibrating {name}", 0.0, 1.0)
     found = calibrate_study(
@@ -131,13 +130,14 @@ def calibrate_study(
     return Calibrated(model, facts, drawn.chains, observations.n_events)
 
 
-def _kept_effects(with_: Sequence[str], without: Sequence[str]) -> list[str]:
-    """Effects asked for less those asked away; `centrifugal` may be asked away in any case."""
-    for key in without:
-        definition(key)
-        if key != "centrifugal" and key not in with_:
+def _kept_effects(with_: Sequence[str], left_out: Sequence[Definition]) -> list[str]:
+    """Effects asked for less those asked away; what the base model has may be in any case."""
+    for entry in left_out:
+        if not entry.in_base and entry.key not in with_:
+            base = [e.key for e in catalogue().values() if e.in_base]
             raise AvahazardError(
-                f"The model does not have the effect '{key}'.",
-                "Only centrifugal is in the base model: --without centrifugal.",
+                f"The model does not have the effect '{entry.key}'.",
+                f"Only {', '.join(base)} is in the base model: --without {base[0]}.",
             )
-    return [key for key in dict.fromkeys(with_) if key not in without]
+    away = {entry.key for entry in left_out}
+    return [key for key in dict.fromkeys(with_) if key not in away]

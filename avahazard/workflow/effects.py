@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from avahazard.effects.catalogue import KEYS, definition
-from avahazard.effects.covariate import PREFIX
+from avahazard.effects.catalogue import catalogue, definition
+from avahazard.effects.covariate import covariate
 from avahazard.effects.effect import Definition, Effect
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.inference.model.observations import Observations, build_observations
@@ -26,11 +25,11 @@ def list_effects(database: str) -> list[dict[str, Any]]:
     `lacking` says what the present data lack for it, None where nothing.
     """
     observations = _study(database)
-    keys: Sequence[str] = KEYS
+    entries = list(catalogue().values())
     if observations is not None:
         names = (*observations.columns.numbers, *observations.columns.texts)
-        keys = (*KEYS, *(PREFIX + name for name in names))
-    return [_entry(definition(key), observations) for key in keys]
+        entries += [covariate(name) for name in names]
+    return [_entry(entry, observations) for entry in entries]
 
 
 def show_effect(database: str, key: str) -> dict[str, Any]:
@@ -97,16 +96,8 @@ def _entry(entry: Definition, observations: Observations | None) -> dict[str, An
 
 def _acts_on(entry: Definition, effect: Effect | None) -> str | None:
     if entry.changes is not None:
-        return {
-            "law": "the law of friction against volume",
-            "scatter": "the scatter of friction",
-            "centrifugal": "the motion",
-        }[entry.changes]
-    if effect is None:
-        return None
-    if effect.design is not None or effect.groups is not None:
-        return "friction"
-    return "the motion" if effect.motion is not None else "the record"
+        return entry.changes.acts_on
+    return None if effect is None else effect.acts_on
 
 
 def _parameter(p: Any) -> dict[str, Any]:

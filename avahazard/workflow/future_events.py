@@ -19,16 +19,13 @@ from avahazard.workflow.stored_model import StoredFit
 
 Floats = NDArray[np.float64]
 
-EVENT_COLUMNS = ("snow-type", "season", "leading-edge", "covariate:")
-"""Effects that look at columns of the event; the others know it by its path and volume."""
 MAX_CLASSES = 24
 """Recorded events, at most, that an avalanche to come may be like."""
 
 
 def takes_event_columns(stored: StoredFit) -> bool:
     """Whether the model's friction or front depends on columns of the event itself."""
-    own = {entry.key for entry in stored.own}
-    return any(key.startswith(EVENT_COLUMNS) or key in own for key in stored.specification.effects)
+    return any(entry.event_columns for entry in stored.definitions)
 
 
 def ignores_volume(stored: StoredFit) -> bool:
@@ -37,8 +34,7 @@ def ignores_volume(stored: StoredFit) -> bool:
     return (
         specification.law == "constant"
         and specification.scatter == "constant"
-        and "covariate:volume_m3" not in specification.effects
-        and not stored.own
+        and not any(entry.uses_volume for entry in stored.definitions)
     )
 
 

@@ -66,6 +66,7 @@ def natural_parts(stored: StoredFit, path_id: str) -> list[str]:
 
 
 def _unknown_path(stored: StoredFit, path_id: str) -> list[str]:
-    if "path-effect" in stored.specification.effects and path_id not in stored.model.offsets:
+    by_path = stored.model.posterior.groups is not None
+    if by_path and path_id not in stored.model.offsets:
         return ["the unknown friction of a path without records"]
     return []

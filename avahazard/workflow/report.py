@@ -7,7 +7,6 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from avahazard import __version__
-from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import ReportContent
@@ -138,9 +137,8 @@ def gather(
         records_changed=stored.records_changed,
         calibrated_paths=stored.paths,
         effect_sha256=model.effect_sha256,
-        physics={
-            key: find_definition(key, stored.own).meaning for key in stored.specification.effects
-        },
+        physics={entry.key: entry.meaning for entry in stored.definitions},
+        speed_limited=any(entry.limits_speed for entry in stored.definitions),
         versions=_versions(),
         lacking=_lacking(
             stored,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Definition, Facts
-from avahazard.inference.likelihood.assemble import build_effects, find_definition
+from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import build_layout
 from avahazard.inference.model.observations import build_observations
@@ -58,6 +58,11 @@ class StoredFit:
     def specification(self) -> Specification:
         """What the model is made of."""
         return self.model.specification
+
+    @property
+    def definitions(self) -> tuple[Definition, ...]:
+        """What its effects are."""
+        return definitions_of(self.specification, self.own)
 
     @property
     def method(self) -> MethodName:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from avahazard.effects.catalogue import catalogue
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
@@ -152,11 +153,12 @@ def _path_notes(entry: dict[str, Any], periods: Sequence[float]) -> list[str]:
 
 def _notes(stored: StoredFit, entries: Sequence[dict[str, Any]]) -> list[str]:
     notes = [note for entry in entries for note in entry["notes"]]
-    if "turbulent-drag" not in stored.specification.effects and not stored.own:
+    if not any(entry.limits_speed for entry in stored.definitions):
+        mend = " or ".join(e.key for e in catalogue().values() if e.limits_speed)
         notes.append(
             f"{stored.name} has no drag: nothing but friction limits its speeds, so that they and "
             "the pressures are too high where the path is steep and long. Measured speeds, and "
-            "the effect turbulent-drag, would mend it."
+            f"the effect {mend}, would mend it."
         )
     if stored.records_changed:
         notes.append(f"the records have changed since {stored.name} was calibrated.")

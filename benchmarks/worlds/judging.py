@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
-from avahazard.criticism.diagnosis.refits import PATH_EFFECT, Refit, refit
+from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.held_out import choose_groups
 from avahazard.criticism.scoring.scores import crps, record_pit
@@ -23,6 +23,8 @@ from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.measured import as_told, with_speeds
 from benchmarks.worlds.outside import EFFECTS, effect_file
 from benchmarks.worlds.rivals import best_bic, regression
+
+PATH_EFFECT = "path-effect"
 
 DRAWS = 120
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from math import isfinite
 
-from avahazard.effects.catalogue import KEYS, definition
+from avahazard.effects.catalogue import catalogue
+from avahazard.effects.covariate import covariate
 from avahazard.effects.effect import Definition, Parameter
 
 HEAD = """# Effects
@@ -18,7 +19,7 @@ you can [write yourself](tutorial/own_effect.md).
 
 def effects_page() -> str:
     """Return the page: every key with its meaning, its needs and its parameters."""
-    return "\n".join([HEAD, *(_section(definition(key)) for key in (*KEYS, "covariate:COLUMN"))])
+    return "\n".join([HEAD, *map(_section, [*catalogue().values(), covariate("COLUMN")])])
 
 
 def _section(entry: Definition) -> str:

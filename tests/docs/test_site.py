@@ -15,7 +15,9 @@ import pytest
 from typer.main import get_command
 
 from avahazard.cli.main import COMMANDS, app
-from avahazard.effects.catalogue import KEYS
+from avahazard.effects.catalogue import catalogue
+
+KEYS = tuple(catalogue())
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(p.relative_to(ROOT / "docs") for p in (ROOT / "docs").rglob("*.md"))

@@ -9,9 +9,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from avahazard.effects.catalogue import KEYS, definition
+from avahazard.effects.catalogue import catalogue, definition
 from avahazard.inference.likelihood.posterior import Posterior
 from tests.inference.studies import near, observations, posterior
+
+KEYS = tuple(catalogue())
 
 ADDED = tuple(k for k in KEYS if definition(k).changes is None)
 KEYS_WITH_NEUTRAL = (*ADDED, "volume-scatter", "centrifugal", "covariate:wind")

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.effects.catalogue import KEYS
+from avahazard.effects.catalogue import catalogue
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.effects import NO_DATA, list_effects, show_effect, write_template
+
+KEYS = tuple(catalogue())
 
 
 def test_every_effect_and_every_column(snow_database: str) -> None:

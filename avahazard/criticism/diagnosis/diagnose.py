@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from avahazard.criticism.diagnosis.confounding import correlation, explained
 from avahazard.criticism.diagnosis.detectable import detectable
 from avahazard.criticism.diagnosis.refits import (
-    PATH_EFFECT,
     Refit,
     refit,
     refit_each,
@@ -32,7 +31,7 @@ from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import LEVEL, PATH_LEVEL, Screened, Screening
-from avahazard.effects.catalogue import definition
+from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -110,11 +109,15 @@ def diagnose(
         if heavy:
             plain, specification = student, replace(specification, tails="student")
     base = plain
-    grants = PATH_EFFECT not in specification.effects and (
-        definition(PATH_EFFECT).lacking(observations.columns, observations.sites) is None
+    granted = tuple(
+        entry.key
+        for entry in catalogue().values()
+        if entry.granted_first
+        and not specification.has(entry)
+        and entry.lacking(observations.columns, observations.sites) is None
     )
-    if grants:
-        base = refit(observations, specification, facts, (PATH_EFFECT,), own, plain)
+    if granted:
+        base = refit(observations, specification, facts, granted, own, plain)
     bare, u, tau = without_path_effect(base, observations, own)
     screening = screen(
         bare,
@@ -130,18 +133,20 @@ def diagnose(
     fits = refit_each(observations, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
     evidence = {c.definition.key: evidence_gain(c, fits[c.definition.key], base) for c in survivors}
     ranked = sorted(survivors, key=lambda c: -evidence[c.definition.key])
-    path_missing = grants and screening.path_p <= PATH_LEVEL
-    gains, named = {}, []
+    path_missing = bool(granted) and screening.path_p <= PATH_LEVEL
+    gains: dict[str, float] = {}
+    named: list[Definition] = []
     leader = ranked[0].definition.key if ranked else ""
-    if ranked and evidence[leader] > least_evidence(leader):
+    if ranked and evidence[leader] > least_evidence(ranked[0].definition):
         groups = choose_groups(observations).groups
         before = held_out_log_density(base.posterior, groups, base.mode)
-        for key in (c.definition.key for c in ranked):
+        for entry in (c.definition for c in ranked):
+            key = entry.key
             if evidence[leader] - evidence[key] < MARGIN:
                 after = held_out_log_density(fits[key].posterior, groups, fits[key].mode)
                 gains[key] = float(np.sum(after - before))
                 if gains[key] > 0.0 and evidence[key] > 0.0:
-                    named.append(key)
+                    named.append(entry)
     verdict, missing = verdict_of(named)
     if path_missing and (
         not named
@@ -150,7 +155,7 @@ def diagnose(
             for fit in fits.values()
         )
     ):
-        verdict, missing = "missing-effect", (PATH_EFFECT,)
+        verdict, missing = "missing-effect", granted
     change = {key: explained(fit, base) for key, fit in fits.items()}
     candidates = [
         Candidate(

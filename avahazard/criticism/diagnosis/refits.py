@@ -12,15 +12,14 @@ from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import sharpened
-from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.likelihood.assemble import assemble, definitions_of, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import PATH_SCATTER
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
-
-PATH_EFFECT = "path-effect"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,12 +86,11 @@ def without_path_effect(
     fit: Refit, observations: Observations, own: Sequence[Definition]
 ) -> tuple[Posterior, Floats, float]:
     """The model less its path effect, its coordinates at the mode, and the spread τ of paths."""
-    keys = tuple(k for k in fit.specification.effects if k != PATH_EFFECT)
+    known = definitions_of(fit.specification, own)
+    keys = tuple(e.key for e in known if not e.granted_first)
     bare = assemble(observations, replace(fit.specification, effects=keys), fit.facts, own)
     slot = fit.posterior.layout.path_scatter
-    tau = 0.0
-    if slot is not None:
-        tau = float(fit.posterior.layout.readable(fit.mode.u)["path-effect.tau"][0])
+    tau = 0.0 if slot is None else float(fit.mode.u[slot] * PATH_SCATTER)
     return bare, _carried(fit, bare), tau
 
 

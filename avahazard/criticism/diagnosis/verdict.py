@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.screening.significance import Screened
-from avahazard.effects.covariate import PREFIX
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -16,24 +15,23 @@ MARGIN = 3.0
 candidate to be named alone: odds of 20 to 1."""
 
 
-def verdict_of(named: list[str]) -> tuple[str, tuple[str, ...]]:
-    """What the leading candidates amount to."""
+def verdict_of(named: Sequence[Definition]) -> tuple[str, tuple[str, ...]]:
+    """What the leading candidates amount to: the verdict, and their keys."""
+    keys = tuple(entry.key for entry in named)
     if not named:
-        return "adequate", ()
-    if all(key.startswith(PREFIX) for key in named):
-        return "unexplained", tuple(named)
-    if len(named) == 1:
-        return "missing-effect", tuple(named)
-    return "ambiguous", tuple(named)
+        return "adequate", keys
+    if not any(entry.names_cause for entry in named):
+        return "unexplained", keys
+    return "missing-effect" if len(named) == 1 else "ambiguous", keys
 
 
-def least_evidence(key: str) -> float:
+def least_evidence(entry: Definition) -> float:
     """Evidence (nats) that a candidate must have over the model without it to be named.
 
     For the smooth of a column none is enough: it names no cause, and its many free bends have cost
     it dear.
     """
-    return 0.0 if key.startswith(PREFIX) else MARGIN
+    return MARGIN if entry.names_cause else 0.0
 
 
 def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:

@@ -22,6 +22,7 @@ from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M, squa
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
 
@@ -57,7 +58,7 @@ class Alternative:
     """One value of a candidate: its key, tables, design, and log prior against neutral.
 
     `margin` (m): stops this far above the highest one of their path are not seen; the limit
-    moves with each world's own stops.
+    moves with each world's own stops. `other_law`: the coefficients are those of another law.
     """
 
     key: str
@@ -65,6 +66,7 @@ class Alternative:
     design: Design
     log_prior: float
     margin: float | None = None
+    other_law: bool = False
 
 
 def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
@@ -172,43 +174,73 @@ def alternatives_of(
     runs: BlockRuns,
 ) -> list[Alternative]:
     """Every value of one candidate that the screening tries."""
+    setting, key = definition.changes, definition.key
+    if setting is None:
+        observations = posterior.observations
+        effect = definition.build(definition.facts(observations.columns, observations.sites))
+        if effect.design is not None:
+            wider = _with_columns(design, effect, effect.design(observations.columns))
+            return [Alternative(key, base, wider, 0.0)]
+        return _tabulated(effect, posterior, u, design, speed_scatter, runs)
+    if setting.field == "law":
+        names = [name for name in LAWS if name not in (posterior.specification.law, "constant")]
+        designs = [_law_design(posterior, name, design, coefficients) for name in names]
+        return [Alternative(key, base, other, 0.0, other_law=True) for other in designs]
+    if setting.field == "scatter":
+        return _scatter_slopes(key, posterior.observations, base, design)
+    changed = posterior.specification.put(setting, setting.value)
+    tables = _tables_of(posterior, u, changed, speed_scatter)
+    return [Alternative(key, tables, design, 0.0)]
+
+
+def _tables_of(
+    posterior: Posterior, u: Floats, specification: Specification, speed_scatter: float
+) -> Tables:
+    """Tables of the model's own effects with other settings of the block."""
     observations = posterior.observations
-    if definition.changes == "centrifugal":
-        predicted = predict_records(
-            observations, posterior.effects, posterior.layout.effect_values(u), curvature=1.0
+    values = posterior.layout.effect_values(u)
+    curvature = float(specification.centrifugal)
+    predicted = predict_records(observations, posterior.effects, values, curvature)
+    return make_tables(observations, predicted, observations.limit, speed_scatter)
+
+
+def _scatter_slopes(
+    key: str, observations: Observations, base: Tables, design: Design
+) -> list[Alternative]:
+    """Scatter that grows or falls with volume."""
+    volume = np.exp(observations.volumes.mean)
+    share = volume / np.quantile(volume, 0.9)
+    return [
+        Alternative(
+            key,
+            base,
+            design._replace(multiplier=design.multiplier * np.exp(-g * (share - share.mean()))),
+            -0.5 * g * g,
         )
-        tables = make_tables(observations, predicted, observations.limit, speed_scatter)
-        return [Alternative(definition.key, tables, design, 0.0)]
-    if definition.changes == "law":
-        others = [name for name in LAWS if name not in (posterior.specification.law, "constant")]
-        return [
-            Alternative(
-                definition.key, base, _law_design(posterior, name, design, coefficients), 0.0
-            )
-            for name in others
-        ]
-    if definition.changes == "scatter":
-        volume = np.exp(observations.volumes.mean)
-        share = volume / np.quantile(volume, 0.9)
-        return [
-            Alternative(
-                definition.key,
-                base,
-                design._replace(multiplier=design.multiplier * np.exp(-g * (share - share.mean()))),
-                -0.5 * g * g,
-            )
-            for g in SCATTER_SLOPES
-        ]
-    effect = definition.build(definition.facts(observations.columns, observations.sites))
-    if effect.design is not None:
-        columns = effect.design(observations.columns)
-        sd = np.array([p.prior_sd for p in effect.parameters])
-        wider = design._replace(
-            x=np.column_stack([design.x, columns]),
-            prior_mean=np.append(design.prior_mean, np.zeros(len(sd))),
-            prior_precision=np.append(design.prior_precision, sd**-2.0),
-        )
-        return [Alternative(definition.key, base, wider, 0.0)]
+        for g in SCATTER_SLOPES
+    ]
+
+
+def _with_columns(design: Design, effect: Effect, columns: Floats) -> Design:
+    """The design with the columns of an effect on friction."""
+    sd = np.array([p.prior_sd for p in effect.parameters])
+    return design._replace(
+        x=np.column_stack([design.x, columns]),
+        prior_mean=np.append(design.prior_mean, np.zeros(len(sd))),
+        prior_precision=np.append(design.prior_precision, sd**-2.0),
+    )
+
+
+def _tabulated(
+    effect: Effect,
+    posterior: Posterior,
+    u: Floats,
+    design: Design,
+    speed_scatter: float,
+    runs: BlockRuns,
+) -> list[Alternative]:
+    """An effect on the motion or on the record: tables for each value that is tried."""
+    observations = posterior.observations
     values_of_model = posterior.layout.effect_values(u)
     result = []
     for values, log_prior in _values_tried(effect):
@@ -227,7 +259,7 @@ def alternatives_of(
         margin = float(values[0]) if effect.limit is not None else None
         for share in SPEED_SHARES if observations.speeds else (1.0,):
             tables = make_tables(observations, predicted, limit, share * speed_scatter)
-            result.append(Alternative(definition.key, tables, design, log_prior, margin))
+            result.append(Alternative(effect.key, tables, design, log_prior, margin))
     return result
 
 

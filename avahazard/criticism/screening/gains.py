@@ -43,7 +43,7 @@ class Gains:
             width = alternative.design.x.shape[1]
             start = np.zeros(width)
             shared = min(width, len(reference.coefficients))
-            if alternative.key == "volume-law":
+            if alternative.other_law:
                 start = alternative.design.prior_mean.copy()
             else:
                 start[:shared] = reference.coefficients[:shared]

@@ -25,9 +25,9 @@ def with_effects(
 ) -> tuple[Specification, dict[str, Facts]]:
     """The specification with these effects added, and what they take from the observations.
 
-    `own` are definitions from the user's file. `volume-law` becomes the most likely other law,
-    `volume-scatter` and `centrifugal` their settings. Raises `AvahazardError` where an effect is
-    unknown, already there, or cannot be told from the data.
+    `own` are definitions from the user's file. An effect that is a setting of the model
+    becomes its value, or the most likely of the other ones. Raises `AvahazardError` where an
+    effect is unknown, already there, or cannot be told from the data.
     """
     facts: dict[str, Facts] = {}
     for key in keys:
@@ -35,16 +35,14 @@ def with_effects(
         if key in specification.effects:
             raise AvahazardError(f"The model already has the effect '{key}'.")
         require(entry, observations.columns, observations.sites)
-        if entry.changes == "centrifugal":
-            specification = replace(specification, centrifugal=True)
-            continue
-        if entry.changes == "scatter":
-            specification = replace(specification, scatter="volume")
-        elif entry.changes == "law":
+        if entry.changes is None:
+            facts[key] = entry.facts(observations.columns, observations.sites)
+        elif entry.changes.value is None:
             specification = _other_law(observations, specification, own)
         else:
-            facts[key] = entry.facts(observations.columns, observations.sites)
-        specification = replace(specification, effects=(*specification.effects, key))
+            specification = specification.put(entry.changes, entry.changes.value)
+        if not entry.in_base:
+            specification = replace(specification, effects=(*specification.effects, key))
     if specification.scatter == "volume":
         large = float(np.exp(np.quantile(observations.volumes.mean, 0.9)))
         specification = replace(specification, reference_volume_m3=large)
@@ -59,11 +57,18 @@ def find_definition(key: str, own: Sequence[Definition] = ()) -> Definition:
     return definition(key)
 
 
+def definitions_of(
+    specification: Specification, own: Sequence[Definition] = ()
+) -> tuple[Definition, ...]:
+    """The definitions of a specification's effects."""
+    return tuple(find_definition(key, own) for key in specification.effects)
+
+
 def build_effects(
     specification: Specification, facts: dict[str, Facts], own: Sequence[Definition] = ()
 ) -> tuple[Effect, ...]:
     """The effects of a specification, ready for use, from what they took from the data."""
-    entries = [find_definition(key, own) for key in specification.effects]
+    entries = definitions_of(specification, own)
     return tuple(e.build(facts.get(e.key, {})) for e in entries if e.changes is None)
 
 
@@ -92,7 +97,7 @@ def _other_law(
         if name not in (specification.law, "constant")
     ]
     facts = {
-        key: find_definition(key, own).facts(observations.columns, observations.sites)
-        for key in specification.effects
+        entry.key: entry.facts(observations.columns, observations.sites)
+        for entry in definitions_of(specification, own)
     }
     return max(others, key=lambda s: find_mode(assemble(observations, s, facts, own)).log_density)

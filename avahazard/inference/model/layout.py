@@ -55,6 +55,7 @@ class Layout:
     """Coordinates `[n_slots]`: law, log scatter (and its slope), effects, path, speed.
 
     `places` maps an effect's key to its slots; `tables` are the slots that shape the tables.
+    `path_scatter_name` is what people call the spread of paths.
     """
 
     law: Law
@@ -63,6 +64,7 @@ class Layout:
     scatter_slope: int | None
     reference_volume: float
     path_scatter: int | None
+    path_scatter_name: str
     speed_scatter: int | None
     places: dict[str, slice]
     tables: tuple[int, ...]
@@ -117,7 +119,8 @@ class Layout:
                 slot = self.slots[k]
                 result[slot.name] = (u[..., k] * slot.scale, slot.unit)
         if self.path_scatter is not None:
-            result["path-effect.tau"] = (u[..., self.path_scatter] * PATH_SCATTER, "log friction")
+            spread = u[..., self.path_scatter] * PATH_SCATTER
+            result[self.path_scatter_name] = (spread, "log friction")
         if self.speed_scatter is not None:
             result["speed_sigma"] = (np.exp(u[..., self.speed_scatter]), "m/s")
         return result
@@ -155,10 +158,10 @@ def build_layout(
         slope = len(slots)
         slots.append(Slot("sigma_n", "", 0.0, 1.0))
     places: dict[str, slice] = {}
-    path_scatter = None
+    path_scatter, path_scatter_name = None, ""
     for effect in effects:
         if effect.groups is not None:
-            path_scatter = len(slots)
+            path_scatter, path_scatter_name = len(slots), f"{effect.key}.tau"
             slots.append(Slot("tau", "", 0.0, 1.0, MIN_PATH_SCATTER / PATH_SCATTER, 10.0))
             continue
         places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
@@ -185,6 +188,7 @@ def build_layout(
         scatter_slope=slope,
         reference_volume=specification.reference_volume_m3,
         path_scatter=path_scatter,
+        path_scatter_name=path_scatter_name,
         speed_scatter=speed_scatter,
         places=places,
         tables=tables,

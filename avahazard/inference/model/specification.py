@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from avahazard.effects.effect import Definition, Setting
 
 LawName = Literal["exponential", "power", "rational", "constant"]
 ScatterName = Literal["constant", "volume"]
@@ -29,3 +31,18 @@ class Specification:
     effects: tuple[str, ...] = ()
     centrifugal: bool = True
     reference_volume_m3: float = 1e5
+
+    def has(self, effect: Definition) -> bool:
+        """Whether the effect is there, added or as a setting."""
+        setting = effect.changes
+        if setting is not None and setting.value is not None and self.of(setting) == setting.value:
+            return True
+        return effect.key in self.effects
+
+    def of(self, setting: Setting) -> Any:
+        """The present value of a setting."""
+        return getattr(self, setting.field)
+
+    def put(self, setting: Setting, value: Any) -> Specification:
+        """The specification with another value of a setting."""
+        return replace(self, **{setting.field: value})

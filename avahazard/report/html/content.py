@@ -112,7 +112,8 @@ class ReportContent:
 
     `model` is the document of the calibration; `draws` are posterior draws `[n_draws]` of its
     parameters. `comparison` and `diagnosis` are None where they were never made. `lacking` says
-    by key what is missing from the report and how to get it.
+    by key what is missing from the report and how to get it. `physics` is what each effect means;
+    `speed_limited` whether one of them holds speeds.
     """
 
     model: Document
@@ -132,5 +133,6 @@ class ReportContent:
     calibrated_paths: Sequence[str]
     effect_sha256: str | None
     physics: Mapping[str, str]
+    speed_limited: bool
     versions: Mapping[str, str]
     lacking: Mapping[str, str]

@@ -40,7 +40,7 @@ def assumptions(content: ReportContent) -> list[str]:
             "scatter, errors of the records and of the model."
         )
     speeds = any(view.speeds or view.zones for view in content.paths)
-    if speeds and "turbulent-drag" not in model["effects"]:
+    if speeds and not content.speed_limited:
         words.append(
             "The model has no drag: nothing but friction limits its speeds, so that they are too "
             "high where a path is steep and long, and so are pressures."

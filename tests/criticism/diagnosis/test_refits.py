@@ -3,11 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
+from avahazard.criticism.diagnosis.refits import refit, without_path_effect
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
 from tests.inference import studies
+
+PATH_EFFECT = "path-effect"
 
 
 def test_the_evidence_is_the_integral_over_the_parameters() -> None:

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 from scipy.optimize import minimize
 
-from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
+from avahazard.criticism.diagnosis.refits import refit, without_path_effect
 from avahazard.criticism.screening.laplace_fit import (
     SCATTER_MEAN,
     SCATTER_SD,
@@ -20,6 +20,8 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
+
+PATH_EFFECT = "path-effect"
 
 N, N_PATHS = 90, 6
 

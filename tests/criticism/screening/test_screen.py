@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.refits import PATH_EFFECT, refit, without_path_effect
+from avahazard.criticism.diagnosis.refits import refit, without_path_effect
 from avahazard.criticism.screening.alternatives import Alternative, base_design, make_tables
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.gains import sight_edges
@@ -19,6 +19,8 @@ from avahazard.inference.model.specification import Specification
 from avahazard.workers import set_workers
 from tests.criticism.lengths import lengths
 from tests.inference import studies
+
+PATH_EFFECT = "path-effect"
 
 CHEAP = ("snow-type", "path-section", "season", "volume-scatter", "leading-edge")
 
