@@ -20,7 +20,7 @@ from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate, calibrate_study
 from avahazard.workflow.models import show_models
-from avahazard.workflow.stored_model import load_stored
+from avahazard.workflow.stored_model import load_stored, refined_grids
 from tests.workflow.twin import FEW_PATHS, TRUTH, twin_records, twin_study
 
 FEW: dict[str, Any] = {"paths": FEW_PATHS, "chains": 2, "draws": 100}
@@ -63,8 +63,9 @@ def test_marginal_is_the_regression_where_that_is_all_there_is() -> None:
     beta = found.chains.draws[..., found.chains.names.index("beta")]
     assert beta.mean() == pytest.approx(-slope, abs=0.2 * np.sqrt(covariance[0, 0]))
     assert beta.std() == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.15)
-    assert found.slots[:2] == ("log alpha", "beta")
-    assert (found.n_events, found.offsets, found.notes) == (120, {}, ())
+    slots = [slot.name for slot in found.model.posterior.layout.slots]
+    assert slots[:2] == ["log alpha", "beta"]
+    assert (found.n_events, found.model.offsets, found.notes) == (120, {}, ())
 
 
 def test_the_stored_model_is_the_one_that_is_told(twin: str) -> None:
@@ -72,12 +73,12 @@ def test_the_stored_model_is_the_one_that_is_told(twin: str) -> None:
     document = calibrate(
         twin, "m", **FEW, seed=3, report=lambda _what, done, total: told.append(done / total)
     )
-    stored, records = load_stored(twin, "m")
+    stored = load_stored(twin, "m")
     assert stored.result == document
     assert stored.paths == FEW_PATHS
-    assert len(records.events) == 173
+    assert len(stored.records.events) == 173
     assert document["n_events"] == 61
-    u = stored.coordinates
+    u = stored.model.draws
     assert document["parameters"]["a"]["mean"] == pytest.approx(np.exp(u[:, 0]).mean())
     assert document["parameters"]["sigma"]["q95"] == pytest.approx(
         np.quantile(np.exp(u[:, 2]), 0.95)
@@ -88,10 +89,10 @@ def test_the_stored_model_is_the_one_that_is_told(twin: str) -> None:
 def test_equal_seeds_equal_bits(twin: str) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         calibrate(twin, name, **FEW, seed=seed)
-    a, b, c = (load_stored(twin, name)[0] for name in "abc")
-    np.testing.assert_array_equal(a.coordinates, b.coordinates)
+    a, b, c = (load_stored(twin, name) for name in "abc")
+    np.testing.assert_array_equal(a.model.draws, b.model.draws)
     assert a.result["parameters"] == b.result["parameters"]
-    assert not np.array_equal(a.coordinates, c.coordinates)
+    assert not np.array_equal(a.model.draws, c.model.draws)
 
 
 def test_a_run_too_short_is_stored_as_such(twin: str) -> None:
@@ -105,10 +106,10 @@ def test_path_offsets_are_told_and_kept(twin: str) -> None:
     document = calibrate(twin, "m", with_=["path-effect"], chains=2, draws=100)
     offsets = {k for k in document["parameters"] if k.startswith("path:")}
     assert offsets == {f"path:{p.path_id}" for p in twin_records().paths}
-    stored = load_stored(twin, "m")[0]
-    assert stored.offsets["scey"].shape == (200,)
+    stored = load_stored(twin, "m")
+    assert stored.model.offsets["scey"].shape == (200,)
     assert document["parameters"]["path:scey"]["mean"] == pytest.approx(
-        stored.offsets["scey"].mean()
+        stored.model.offsets["scey"].mean()
     )
     assert document["effects"] == ["path-effect"]
 
@@ -116,7 +117,7 @@ def test_path_offsets_are_told_and_kept(twin: str) -> None:
 def test_without_centrifugal(twin: str) -> None:
     document = calibrate(twin, "m", **FEW, without=["centrifugal"])
     assert document["centrifugal"] is False
-    assert load_stored(twin, "m")[0].specification.centrifugal is False
+    assert load_stored(twin, "m").specification.centrifugal is False
     # Curvature loads the bed of these hollow paths: without, more friction is needed.
     base = calibrate(twin, "base", **FEW)
     assert document["parameters"]["a"]["mean"] > base["parameters"]["a"]["mean"] + 0.02
@@ -174,10 +175,12 @@ def test_refined_grids_are_those_that_were_sampled() -> None:
     found = calibrate_study(observations, specification, facts, n_chains=2, n_draws=50)
     whole = assemble(observations, specification, facts).layout
     drag = next(s for s in whole.slots if s.name == "turbulent-drag.drag")
-    for name, grid in found.grids.items():
+    layout = found.model.posterior.layout
+    (k,) = (k for k, s in enumerate(layout.slots) if s.name == drag.name)
+    for name, grid in refined_grids(found.model.posterior).items():
         assert name == drag.name
-        assert grid != drag.grid
-    draws = found.coordinates[..., found.slots.index(drag.name)]
+        assert grid == layout.slots[k].grid != drag.grid
+    draws = found.model.draws[:, k]
     assert drag.low <= draws.min() <= draws.max() <= drag.high
 
 
@@ -228,7 +231,7 @@ def test_every_choice_converges_on_the_twin(law, scatter, distribution, tails) -
     assert found.chains.diagnostics.converged
     # Whatever the form, friction at 20 000 m3 is that of the twin.
     posterior = assemble(twin_study(), specification, facts)
-    draws = found.coordinates.reshape(-1, found.coordinates.shape[2])[::20]
+    draws = found.model.draws[::20]
     level = [posterior.location_and_scatter(u, np.array([[2e4]]))[0][0, 0] for u in draws]
     mu = np.exp(level) if distribution == "lognormal" else np.array(level)
     truth = TRUTH["a"] * np.exp(-TRUTH["n"] * 2e4)

@@ -91,12 +91,13 @@ def test_coordinates_are_those_of_the_draws(law: str) -> None:
         observations, specification, "metropolis", n_chains=2, n_draws=100, seed=3
     )
     chosen = LAWS[law]
-    assert found.slots == (*chosen.coordinates, "log sigma")
-    natural = chosen.to_natural(found.coordinates[..., :-1])
-    np.testing.assert_allclose(natural, found.chains.draws[..., :-1], rtol=1e-12)
-    np.testing.assert_allclose(
-        np.exp(found.coordinates[..., -1]), found.chains.draws[..., -1], rtol=1e-12
-    )
+    slots = [slot.name for slot in found.model.posterior.layout.slots]
+    assert slots == [*chosen.coordinates, "log sigma"]
+    drawn, u = found.chains.pooled(), found.model.draws
+    np.testing.assert_allclose(chosen.to_natural(u[:, :-1]), drawn[:, :-1], rtol=1e-12)
+    np.testing.assert_allclose(np.exp(u[:, -1]), drawn[:, -1], rtol=1e-12)
+    assert found.model.sigma_m is not None
+    np.testing.assert_allclose(found.model.sigma_m, drawn[:, -1], rtol=1e-12)
 
 
 def test_a_place_counts_as_the_elevation_there() -> None:

@@ -40,8 +40,8 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.mark.parametrize(("name", "law"), [("plain", "exponential"), ("gibbs", "exponential")])
 def test_friction_is_the_median_over_the_posterior(models: str, name: str, law: str) -> None:
     document = run_model(models, "scey", name, volume_m3=2e4)
-    stored, _ = load_stored(models, name)
-    u = stored.coordinates[:, :2]
+    model = load_stored(models, name).model
+    u = model.draws[:, :2]
     expected = np.median(np.exp(LAWS[law].log_friction(u, np.array([2e4]))))
     assert document["mu"] == pytest.approx(expected, rel=1e-12)
     assert document["mu_from"] == "posterior median"
@@ -53,8 +53,8 @@ def test_friction_is_the_median_over_the_posterior(models: str, name: str, law: 
 
 def test_normal_friction_without_centrifugal(models: str) -> None:
     document = run_model(models, "scey", "normal", volume_m3=2e4)
-    stored, _ = load_stored(models, "normal")
-    natural = LAWS["power"].to_natural(stored.coordinates[:, :2])
+    model = load_stored(models, "normal").model
+    natural = LAWS["power"].to_natural(model.draws[:, :2])
     assert document["mu"] == pytest.approx(np.median(natural[:, 0] * 2e4 ** -natural[:, 1]))
     # Without the load of curvature the block runs further at the same friction.
     curved = run_path(models, "scey", document["mu"])
@@ -62,11 +62,11 @@ def test_normal_friction_without_centrifugal(models: str) -> None:
 
 
 def test_a_path_has_its_own_friction(models: str) -> None:
-    stored, _ = load_stored(models, "paths")
-    base = np.exp(stored.coordinates[:, 0] - stored.coordinates[:, 1] * 0.02)
+    model = load_stored(models, "paths").model
+    base = np.exp(model.draws[:, 0] - model.draws[:, 1] * 0.02)
     for path_id in ("scey", "saugy"):
         document = run_model(models, path_id, "paths", volume_m3=2e4)
-        expected = np.median(base * np.exp(stored.offsets[path_id]))
+        expected = np.median(base * np.exp(model.offsets[path_id]))
         assert document["mu"] == pytest.approx(expected)
 
 
