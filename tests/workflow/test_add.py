@@ -15,7 +15,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.add import add
 from avahazard.workflow.ladder import ladder
 from avahazard.workflow.predict import predict
-from avahazard.workflow.stored_model import load_stored
+from avahazard.workflow.stored.model import load_stored
 
 LEVELS = """
 from avahazard.effects.effect import Parameter

@@ -12,8 +12,9 @@ from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
-from avahazard.workflow.calibrated import Calibrated, mode, result_document, summary
+from avahazard.workflow.stored.document import mode, result_document, summary
 from tests.criticism.studies import straight
 
 

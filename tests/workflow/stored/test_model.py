@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 from avahazard.effects.effect import Definition, Effect, Parameter
+from avahazard.inference.fitting.refinement import refined_grids
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Grids
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.paper.calibration import calibrate_paper
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -20,12 +23,10 @@ from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.workflow.calibrated import Calibrated, result_document
-from avahazard.workflow.paper_methods import calibrate_paper
-from avahazard.workflow.stored_model import (
+from avahazard.workflow.stored.document import result_document
+from avahazard.workflow.stored.model import (
     load_stored,
     only_paths,
-    refined_grids,
     require_unchanged,
     save_calibrated,
 )
@@ -167,13 +168,3 @@ def test_a_users_effect_is_asked_for_again(database: str) -> None:
         load_stored(database, "m")
     assert "--effect-file" in error.value.hint
     assert load_stored(database, "m", [own]).own == (own,)
-
-
-def test_paths_that_are_not_there_or_have_no_events() -> None:
-    with pytest.raises(AvahazardError, match="no path 'nowhere'"):
-        only_paths(twin_records(), ["scey", "nowhere"])
-    with pytest.raises(AvahazardError, match="no events on B"):
-        only_paths(bowl(), ["B"])
-    some = only_paths(twin_records(), ["saugy", "scey"])
-    assert {e.path_id for e in some.events} == {p.path_id for p in some.profiles}
-    assert [p.path_id for p in some.paths] == ["saugy", "scey"]

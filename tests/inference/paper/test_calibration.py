@@ -12,12 +12,13 @@ from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.paper.calibration import calibrate_paper, check_method, recorded_elevation
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.workflow.calibrated import Calibrated, summary
-from avahazard.workflow.paper_methods import calibrate_paper, check_method, recorded_elevation
+from avahazard.workflow.stored.document import summary
 from tests.workflow.twin import TRUTH, twin_study
 from tests.workflow.worlds import bowl, height, stop_x
 
