@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_table import MU, RunoutTable, filled_table, runout_table
-from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain
 from avahazard.records.path import Path, Profile
@@ -91,6 +91,12 @@ def build_site(
         profile_x=profile.x_m,
         land_cover=profile.land_cover,
     )
+
+
+def path_site(path: Path, profile: Profile) -> Site:
+    """Return the regularised path with one release: the path's own, else its top."""
+    smooth = smooth_profile(profile.x_m, profile.y_m)
+    return build_site(path, profile, smooth, [release_place(smooth, path.release_elevation_m)])
 
 
 def release_place(smooth: SmoothProfile, elevation: float | None) -> float:

@@ -13,21 +13,21 @@ from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.store.models import load_model, refuse_taken_name
 from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
-from avahazard.workflow.calibrate import N_CHAINS, N_DRAWS, calibrate_study
-from avahazard.workflow.calibrated import result_document
 from avahazard.workflow.compare import comparison
 from avahazard.workflow.ladder import rung
-from avahazard.workflow.own_effects import check_own, effects_of, read_own, stored_text
-from avahazard.workflow.stored_model import (
+from avahazard.workflow.stored.document import result_document
+from avahazard.workflow.stored.model import (
     StoredFit,
     load_stored,
     require_unchanged,
     save_calibrated,
 )
+from avahazard.workflow.stored.own_effects import check_own, effects_of, read_own, stored_text
 
 Floats = NDArray[np.float64]
 Report = Callable[[str, float, float], None]
@@ -77,7 +77,7 @@ def add(
     facts = {**parent.facts, **new_facts}
     seed = int(parent.result["seed"])
     same_method = parent.method == "marginal"
-    found = calibrate_study(
+    found = calibrate_model(
         observations,
         specification,
         facts,

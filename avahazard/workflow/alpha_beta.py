@@ -13,12 +13,12 @@ from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.path import Path
 from avahazard.store.models import load_model
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, latest_result
 from avahazard.store.session import reading
-from avahazard.workflow.one_path import find_path, find_profile
 from avahazard.workflow.path import stop_place
 
 Floats = NDArray[np.float64]

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from avahazard.effects.catalogue import catalogue, definition, require
-from avahazard.effects.effect import Definition, Facts
-from avahazard.inference.likelihood.assemble import assemble, with_effects
-from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.effects.effect import Definition
+from avahazard.inference.likelihood.assemble import with_effects
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import (
     DistributionName,
     LawName,
@@ -20,22 +17,16 @@ from avahazard.inference.model.specification import (
     Specification,
     TailsName,
 )
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.marginal import sample
+from avahazard.inference.paper.calibration import check_method
+from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import only_paths
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.calibrated import Calibrated, result_document
-from avahazard.workflow.paper_methods import calibrate_paper, check_method
-from avahazard.workflow.stored_model import only_paths, save_calibrated
-
-Floats = NDArray[np.float64]
-
-N_CHAINS = 4
-N_DRAWS: dict[MethodName, int] = {"marginal": 1000, "metropolis": 5000, "gibbs": 5000}
-"""Draws of each chain where the user names none; the marginal method's are nearly independent."""
+from avahazard.workflow.stored.document import result_document
+from avahazard.workflow.stored.model import save_calibrated
 
 
 def calibrate(
@@ -79,7 +70,7 @@ def calibrate(
             require(entry, observations.columns, observations.sites)
     specification, facts = with_effects(observations, asked, keys)
     report(f"Calibrating {name}", 0.0, 1.0)
-    found = calibrate_study(
+    found = calibrate_model(
         observations,
         specification,
         facts,
@@ -93,41 +84,6 @@ def calibrate(
     document = result_document(found, name, seed=seed, data_fingerprint=fingerprint)
     save_calibrated(database, found, document, paths=tuple(dict.fromkeys(paths)))
     return document
-
-
-def calibrate_study(
-    observations: Observations,
-    specification: Specification,
-    facts: dict[str, Facts],
-    *,
-    method: MethodName = "marginal",
-    n_chains: int = N_CHAINS,
-    n_draws: int = N_DRAWS["marginal"],
-    seed: int = 0,
-    own: Sequence[Definition] = (),
-    start: Floats | None = None,
-    progress: Callable[[float], None] = lambda _share: None,
-) -> Calibrated:
-    """Calibrate a model on observations; nothing is stored.
-
-    `specification` and `facts` are those of `with_effects`, `own` the user's definitions among
-    its effects; `start` `[n_slots]` is where the mode is sought from. Raises `AvahazardError`
-    where the method cannot do it.
-    """
-    if method != "marginal":
-        return calibrate_paper(
-            observations, specification, method, n_chains=n_chains, n_draws=n_draws, seed=seed
-        )
-    posterior = assemble(observations, specification, facts, own)
-    drawn = sample(
-        posterior, n_chains=n_chains, n_draws=n_draws, seed=seed, start=start, progress=progress
-    )
-    model = FittedModel(
-        drawn.posterior,
-        drawn.coordinates.reshape(-1, drawn.coordinates.shape[2]),
-        drawn.offsets_by_path(),
-    )
-    return Calibrated(model, facts, drawn.chains, observations.n_events)
 
 
 def _kept_effects(with_: Sequence[str], left_out: Sequence[Definition]) -> list[str]:

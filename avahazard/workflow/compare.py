@@ -38,8 +38,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.store.results import COMPARISON, save_result
 from avahazard.store.session import writing
-from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.stored_model import load_stored, require_unchanged
+from avahazard.workflow.stored.model import load_stored, require_unchanged
+from avahazard.workflow.stored.own_effects import own_effects
 
 Floats = NDArray[np.float64]
 Report = Callable[[str, float, float], None]

@@ -13,8 +13,8 @@ from avahazard.report.picture import require_picture
 from avahazard.store.models import load_model
 from avahazard.store.results import DIAGNOSIS, save_result
 from avahazard.store.session import reading, writing
-from avahazard.workflow.own_effects import check_own, read_own
-from avahazard.workflow.stored_model import load_stored, require_unchanged
+from avahazard.workflow.stored.model import load_stored, require_unchanged
+from avahazard.workflow.stored.own_effects import check_own, read_own
 
 Report = Callable[[str, float, float], None]
 

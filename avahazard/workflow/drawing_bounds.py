@@ -8,8 +8,8 @@ from typing import Any
 
 from avahazard.effects.site import release_place
 from avahazard.records.collection import Records
+from avahazard.records.lookup import find_path
 from avahazard.workflow.alpha_beta import baseline, recorded_stops
-from avahazard.workflow.one_path import find_path
 
 
 def draw_hazard(

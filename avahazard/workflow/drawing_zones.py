@@ -8,7 +8,7 @@ from typing import Any
 
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
-from avahazard.workflow.one_path import find_path, find_profile
+from avahazard.records.lookup import find_path, find_profile
 
 
 def draw_zone_entries(

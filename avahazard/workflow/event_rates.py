@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.volume_frequency import N_DRAWS
 from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import find_path, find_profile
 from avahazard.workflow.frequencies import Frequencies
 from avahazard.workflow.future_events import ignores_volume
-from avahazard.workflow.one_path import find_path, find_profile
-from avahazard.workflow.stored_model import StoredFit
+from avahazard.workflow.stored.model import StoredFit
 
 ANY_VOLUME_M3 = 1e4
 """Stands for the volume where it does not matter."""

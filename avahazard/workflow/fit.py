@@ -9,11 +9,11 @@ import numpy as np
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import build_observations
+from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.inference.paper.least_squares import LawFit, fit_law
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.friction import back_calculate
 
 
 def fit_laws(database: str) -> dict[str, Any]:

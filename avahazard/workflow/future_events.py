@@ -15,7 +15,7 @@ from avahazard.hazard.release_zone import ReleaseZone, release_zone
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
-from avahazard.workflow.stored_model import StoredFit
+from avahazard.workflow.stored.model import StoredFit
 
 Floats = NDArray[np.float64]
 

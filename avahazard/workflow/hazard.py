@@ -16,14 +16,14 @@ from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency, ret
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import find_path, find_profile
 from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
 from avahazard.workflow.future_events import forecast, ignores_volume
 from avahazard.workflow.hazard_words import interval_words
-from avahazard.workflow.one_path import find_path, find_profile
-from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.stored_model import StoredFit, load_stored
+from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.uncertainties import path_uncertainties
 
 N_DRAWS = 20_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from avahazard.workflow.future_events import ignores_volume, path_release_zone, takes_event_columns
-from avahazard.workflow.stored_model import StoredFit
+from avahazard.workflow.stored.model import StoredFit
 
 PARAMETERS = "uncertainty of the calibrated parameters"
 

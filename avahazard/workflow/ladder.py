@@ -12,7 +12,7 @@ from avahazard.store.models import StoredModel, list_models
 from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.compare import compare
-from avahazard.workflow.own_effects import effects_of
+from avahazard.workflow.stored.own_effects import effects_of
 
 Report = Callable[[str, float, float], None]
 SCORES = (

@@ -17,10 +17,10 @@ from avahazard.physics.smooth_profile import (
 )
 from avahazard.physics.terrain import build_terrain
 from avahazard.records.event import Event
+from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.path import Path, Profile
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.one_path import find_path, find_profile
 
 Floats = NDArray[np.float64]
 

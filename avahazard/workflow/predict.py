@@ -20,10 +20,10 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.workflow.compare import require_comparable
-from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.stored_model import (
+from avahazard.workflow.stored.model import (
     load_stored,
 )
+from avahazard.workflow.stored.own_effects import own_effects
 
 Floats = NDArray[np.float64]
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from avahazard import __version__
 from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import ReportContent
 from avahazard.store.models import list_models
@@ -15,18 +16,18 @@ from avahazard.store.results import BOUNDS, COMPARISON, DIAGNOSIS, ZONES, latest
 from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
 from avahazard.workflow.alpha_beta import alpha_beta_paths
-from avahazard.workflow.friction import back_calculate, friction_densities
+from avahazard.workflow.friction import friction_densities
 from avahazard.workflow.ladder import ladder_rows
 from avahazard.workflow.models import show_model
-from avahazard.workflow.own_effects import own_effects
 from avahazard.workflow.report_events import event_views, unknown_columns
 from avahazard.workflow.report_friction import friction_view
 from avahazard.workflow.report_paths import path_views
-from avahazard.workflow.stored_model import (
+from avahazard.workflow.stored.model import (
     StoredFit,
     load_parameter_draws,
     load_stored,
 )
+from avahazard.workflow.stored.own_effects import own_effects
 
 Report = Callable[[str, float, float], None]
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.paper.apparent import STATUSES
+from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
@@ -18,7 +19,6 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.event import Event
 from avahazard.report.html.content import EventView
 from avahazard.workflow.compare import COORDINATES
-from avahazard.workflow.paper_methods import recorded_elevation
 from avahazard.workflow.path import stop_place
 
 Floats = NDArray[np.float64]

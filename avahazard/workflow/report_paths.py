@@ -17,7 +17,7 @@ from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLi
 from avahazard.workflow.path import describe_path
 from avahazard.workflow.report_events import event_view
 from avahazard.workflow.runout import run_site
-from avahazard.workflow.stored_model import StoredFit
+from avahazard.workflow.stored.model import StoredFit
 
 Floats = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]

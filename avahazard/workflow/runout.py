@@ -1,4 +1,4 @@
-"""One run of the block down a path, with its speeds."""
+"""One run of the block down a path, with its speeds: of a friction, or by a stored model."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.effects.site import Site
+from avahazard.effects.site import Site, path_site
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.speed import speeds_along
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.lookup import find_path, find_profile
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.one_path import find_path, find_profile, path_site
+from avahazard.workflow.stored.model import load_stored
 
 Floats = NDArray[np.float64]
 
@@ -39,6 +41,46 @@ def run_path(database: str, path_id: str, mu: float) -> dict[str, Any]:
         records = load_records(session)
     path = find_path(records, path_id)
     return {"path_id": path_id, **run_site(path_site(path, find_profile(records, path)), mu)}
+
+
+def run_model(
+    database: str, path_id: str, name: str, *, volume_m3: float | None, mu: float | None = None
+) -> dict[str, Any]:
+    """Run the block down a path with the effects of model `name` (docs/results.md).
+
+    The friction is the posterior median of that of an event of `volume_m3`, or `mu` where that
+    is given; effects on the motion are at their posterior means. Besides the keys of `run_path`:
+    `model`, `volume_m3`, `mu_from` and `notes`.
+
+    Raises:
+        AvahazardError: there is no such model, path or profile, or neither `mu` nor a volume
+            over 0 is given.
+    """
+    if mu is None and not (volume_m3 is not None and np.isfinite(volume_m3) and volume_m3 > 0.0):
+        raise AvahazardError("The volume must be a number over 0.", "Give it in m3: --volume 20000")
+    stored = load_stored(database, name)
+    find_profile(stored.records, find_path(stored.records, path_id))
+    # One event of that volume, from the path's own release.
+    model = stored.on([Event("", path_id=path_id, volume_m3=volume_m3)])
+    source = "given"
+    if mu is None:
+        assert volume_m3 is not None
+        mu = float(model.median_friction(np.array([volume_m3]))[0])
+        source = "posterior median"
+    site = model.observations.sites[0]
+    values = model.posterior.layout.effect_values(model.draws.mean(axis=0))
+    resistance = model.posterior.resistance(site, values)
+    notes = []
+    if stored.records_changed:
+        notes.append(f"the records have changed since {name} was calibrated.")
+    return {
+        "path_id": path_id,
+        "model": name,
+        "volume_m3": volume_m3,
+        "mu_from": source,
+        **run_site(site, mu, resistance),
+        "notes": notes,
+    }
 
 
 def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from avahazard.hazard.volume_frequency import N_DRAWS, ReturnVolume, VolumeFrequ
 from avahazard.workflow.frequencies import Frequencies
 from avahazard.workflow.future_events import ignores_volume, path_avalanches
 from avahazard.workflow.hazard_words import exceeded_words, natural_words, parameters_words
-from avahazard.workflow.stored_model import StoredFit
+from avahazard.workflow.stored.model import StoredFit
 
 ANY_VOLUME_M3 = 1e4
 """Stands for the volume where it does not matter."""

@@ -26,8 +26,8 @@ from avahazard.workflow.drawing_zones import draw_zone_entries
 from avahazard.workflow.event_rates import extrapolation, volumes_by_path
 from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
 from avahazard.workflow.future_events import path_avalanches
-from avahazard.workflow.own_effects import own_effects
-from avahazard.workflow.stored_model import StoredFit, load_stored
+from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.own_effects import own_effects
 
 HELD_WORTH_A_NOTE = 0.05
 

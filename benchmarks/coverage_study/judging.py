@@ -12,12 +12,12 @@ from avahazard.hazard.future_events import future_bounds
 from avahazard.hazard.volume_frequency import Family, return_volume
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.seeds import generator
-from avahazard.workflow.calibrate import calibrate_study
-from avahazard.workflow.calibrated import Calibrated
 from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
 from avahazard.workflow.future_events import forecast, path_avalanches
-from avahazard.workflow.stored_model import StoredFit
+from avahazard.workflow.stored.model import StoredFit
 from benchmarks.coverage_study.world import (
     TrueWorld,
     exceeded_once,
@@ -35,7 +35,7 @@ def judge(world: TrueWorld) -> dict[str, Any]:
     """The true runout of 100 years of each path, and the intervals of both ways."""
     started = time.monotonic()
     observations = build_observations(world.records)
-    found = calibrate_study(
+    found = calibrate_model(
         observations, Specification(), {}, n_chains=CHAINS, n_draws=DRAWS, seed=world.seed
     )
     stored = stored_fit(found)

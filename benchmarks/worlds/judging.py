@@ -16,6 +16,7 @@ from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.synth.making import make_world
 from avahazard.workflow.diagnose import diagnosis_document
@@ -139,7 +140,7 @@ def held_out(observations: Observations, fit: Refit) -> list[float]:
             rows = [rest.path_offsets(v) for v in u]
             shift = np.array([r.mode + r.sd * rng.standard_normal(len(r.mode)) for r in rows])
             offsets = {p: shift[:, k] for k, p in enumerate(observations.columns.paths)}
-        records = expected_records(rest, u, offsets, DRAWS, rng)
+        records = expected_records(FittedModel(rest, u, offsets), DRAWS, rng)
         scores[out] = crps(records.draws, records.observed)[out]
         inside[out] = (np.abs(record_pit(records, rng) - 0.5) <= 0.45)[out]
     return [round(float(np.mean(scores)), 3), round(float(np.mean(inside)), 4)]

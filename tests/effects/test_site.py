@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from avahazard.effects.site import build_site, release_place
+from avahazard.effects.site import build_site, path_site, release_place
 from avahazard.physics.block import STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
 from avahazard.physics.runout_table import MU
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.path import Path, Profile
+from tests.workflow.worlds import bowl, height
 
 X = np.linspace(0.0, 1900.1234567, 96)
 Y = 1000.0 - 0.8 * X + 2e-4 * X**2
@@ -99,3 +102,12 @@ def test_a_release_at_the_end_goes_nowhere() -> None:
     site = _site([X[-1]])
     table = site.table(no_resistance(site.terrain))
     assert table.not_released.all()
+
+
+def test_a_path_runs_from_its_own_release_or_its_top() -> None:
+    records = bowl()
+    (path,), (profile,) = records.paths, records.profiles
+    assert path_site(path, profile).release_x[0] == 0.0
+    lower = replace(path, release_elevation_m=800.0)
+    release = path_site(lower, profile).release_x[0]
+    assert height(release) == pytest.approx(800.0, abs=1.0)

@@ -15,7 +15,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.add import add
 from avahazard.workflow.ladder import ladder
 from avahazard.workflow.predict import predict
-from avahazard.workflow.stored_model import load_stored
+from avahazard.workflow.stored.model import load_stored
 
 LEVELS = """
 from avahazard.effects.effect import Parameter
@@ -64,7 +64,7 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     snow_database: str, tmp_path: Path, snow_world: Path
 ) -> None:
     add(snow_database, "base", ["snow-type"], "built-in")
-    built_in, _ = load_stored(snow_database, "built-in")
+    built_in = load_stored(snow_database, "built-in")
     file = tmp_path / "snow.py"
     levels = built_in.facts["snow-type"]["levels"]
     file.write_text(LEVELS.format(levels=levels), encoding="utf-8")
@@ -95,7 +95,7 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
 def test_the_child_starts_where_its_parent_is(snow_database: str) -> None:
     """A neutral effect leaves the posterior where it was: the base parameters agree."""
     document = add(snow_database, "base", ["path-section"], "section")
-    parent, _ = load_stored(snow_database, "base")
+    parent = load_stored(snow_database, "base")
     a = parent.result["parameters"]["a"]
     assert document["parameters"]["a"]["mean"] == pytest.approx(a["mean"], abs=4 * a["sd"])
     assert document["seed"] == parent.result["seed"]

@@ -10,7 +10,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.workflow.future_events import classes_to_come, path_release_zone
-from avahazard.workflow.stored_model import StoredFit
+from avahazard.workflow.stored.model import StoredFit
 from tests.workflow.worlds import bowl
 
 STORED = StoredFit(

@@ -24,7 +24,7 @@ from avahazard.workflow.hazard import hazard
 from avahazard.workflow.hazard_csv import write_hazard
 from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.stored_model import load_stored
+from avahazard.workflow.stored.model import load_stored
 from tests.workflow.twin import DATA, twin_records
 
 Write = Callable[[str, str], Path]

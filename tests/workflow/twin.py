@@ -7,8 +7,8 @@ from pathlib import Path
 
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.collection import Records
+from avahazard.records.lookup import only_paths
 from avahazard.records.reading import read_records
-from avahazard.workflow.stored_model import only_paths
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 TRUTH = {"a": 0.519, "n": 3.36e-7, "sigma": 0.158}

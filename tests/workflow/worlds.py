@@ -14,6 +14,7 @@ from avahazard.records.path import Path, Profile
 
 SLOPE, BEND = 0.8, 4e-4
 """The bowl is y = 1000 - 0.8 x + 2e-4 x²: lowest at x = 2000, where its radius is 2500 m."""
+FRICTIONS = (0.42, 0.48, 0.55, 0.62, 0.7)
 
 
 def height(x: np.ndarray | float) -> np.ndarray:
@@ -58,3 +59,14 @@ def stop_x(mu: float, step: float = 0.1) -> float:
         if after <= 0.0:
             return step * (n + w / (w - after))
         w, n = after, n + 1
+
+
+def known_stops(**given: float) -> tuple[Event, ...]:
+    """Events of path `B` with the stops of `FRICTIONS`, first by their places, then elevations."""
+    stops = {mu: stop_x(mu) for mu in FRICTIONS}
+    by_x = [Event(f"x{mu}", "B", runout_x_m=x, **given) for mu, x in stops.items()]
+    by_y = [
+        Event(f"y{mu}", "B", runout_elevation_m=float(smooth_bowl().height(x)), **given)
+        for mu, x in stops.items()
+    ]
+    return (*by_x, *by_y)

@@ -67,8 +67,7 @@ def runout(
 def _run(
     database: str, path: str, mu: float | None, volume: float | None, model: str | None
 ) -> dict[str, Any]:
-    from avahazard.workflow.runout import run_path  # noqa: PLC0415
-    from avahazard.workflow.runout_of_model import run_model  # noqa: PLC0415
+    from avahazard.workflow.runout import run_model, run_path  # noqa: PLC0415
 
     if model is not None:
         return run_model(database, path, model, volume_m3=volume, mu=mu)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import build_layout
 
 Floats = NDArray[np.float64]
 
@@ -93,3 +94,10 @@ def _split(posterior: Posterior, u: Floats) -> Posterior:
             inner = np.interp(at, np.arange(len(points)), points)
             grids[slot.name] = tuple(float(v) for v in np.union1d(points, inner))
     return posterior.regridded(grids)
+
+
+def refined_grids(posterior: Posterior) -> dict[str, tuple[float, ...]]:
+    """The grids of parameters, by slot, that are not those of the effects themselves."""
+    whole = build_layout(posterior.specification, posterior.effects, posterior.observations, {})
+    pairs = zip(whole.slots, posterior.layout.slots, strict=True)
+    return {new.name: new.grid for old, new in pairs if new.grid != old.grid}

@@ -17,7 +17,8 @@ from avahazard.criticism.scoring.held_out import (
     offsets_by_path,
 )
 from avahazard.inference.model.observations import build_observations
-from tests.criticism.studies import fitted, slopes, straight, with_speeds
+from avahazard.inference.prediction.fitted_model import FittedModel
+from tests.criticism.studies import draws_about, fitted, slopes, straight, with_speeds
 
 
 def test_whole_paths_or_five_folds() -> None:
@@ -76,8 +77,9 @@ def test_predictions_are_of_the_fit_without_them() -> None:
     records = with_speeds(slopes(n_paths=3))
     posterior, mode = fitted(records)
     groups = choose_groups(posterior.observations).groups
+    model = FittedModel(posterior, draws_about(mode), {})
     shares: list[float] = []
-    found = held_out_predictions(posterior, groups, mode, progress=shares.append)
+    found = held_out_predictions(model, groups, shares.append)
     assert shares == pytest.approx([1 / 3, 2 / 3, 1.0])
     assert found.records.draws.shape == (18, 300)
     assert found.speeds is not None
@@ -86,14 +88,14 @@ def test_predictions_are_of_the_fit_without_them() -> None:
     np.testing.assert_allclose(found.log_density[1:], density[1:], atol=0.2)
     # The event with speeds is far off, and its density depends on few of the draws.
     assert found.log_density[0] == pytest.approx(density[0], abs=1.0)
-    again = held_out_predictions(posterior, groups, mode)
+    again = held_out_predictions(model, groups)
     np.testing.assert_array_equal(again.records.draws, found.records.draws)
 
 
 def test_held_out_records_are_calibrated() -> None:
     posterior, mode = fitted(straight(200))
     groups = choose_groups(posterior.observations).groups
-    found = held_out_predictions(posterior, groups, mode).records
+    found = held_out_predictions(FittedModel(posterior, draws_about(mode), {}), groups).records
     rank = np.mean(found.draws < found.observed[:, None], axis=1)
     inside = np.mean(np.abs(rank - 0.5) < 0.45)
     assert abs(inside - 0.9) < 3.0 * np.sqrt(0.09 / 200)

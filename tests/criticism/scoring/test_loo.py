@@ -8,6 +8,7 @@ import numpy as np
 
 from avahazard.criticism.scoring.held_out import left_out_log_density
 from avahazard.criticism.scoring.loo import leave_one_out
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.marginal import sample
 from tests.criticism.studies import draws_about, fitted, straight
 
@@ -15,7 +16,7 @@ from tests.criticism.studies import draws_about, fitted, straight
 def test_it_agrees_with_refits() -> None:
     posterior, mode = fitted(straight(20))
     drawn = sample(posterior, n_chains=2, n_draws=1000).coordinates.reshape(-1, 2)
-    found = leave_one_out(posterior, drawn, None)
+    found = leave_one_out(FittedModel(posterior, drawn, {}))
     truth = np.array(
         [left_out_log_density(posterior, np.arange(20) == i, mode, drawn)[i] for i in range(20)]
     )
@@ -31,7 +32,7 @@ def test_a_record_that_rules_the_fit_is_refitted() -> None:
     posterior, mode = fitted(
         replace(records, events=(*records.events[:3], wild, *records.events[4:]))
     )
-    found = leave_one_out(posterior, draws_about(mode, 1000), None)
+    found = leave_one_out(FittedModel(posterior, draws_about(mode, 1000), {}))
     assert found.pareto_k[3] > 0.7
     assert (found.n_bad, found.n_refitted) == (np.sum(found.pareto_k > 0.7),) * 2
     # The truth by quadrature over both parameters.

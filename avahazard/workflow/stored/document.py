@@ -1,38 +1,18 @@
-"""What a calibration found, by whichever method, and the document that tells it."""
+"""The document that tells what a calibration found."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.effects.effect import Facts
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.chains import Chains
+from avahazard.inference.samplers.calibrated import Calibrated
 
 Floats = NDArray[np.float64]
 
 KDE_DRAWS, KDE_POINTS = 4000, 401
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Calibrated:
-    """A model calibrated on observations.
-
-    `chains` holds the parameters that people read, chain by chain; `n_events` were used, and
-    `left_out` counts the others by the reason why the method cannot use them; `notes` are
-    sentences for people.
-    """
-
-    model: FittedModel
-    facts: dict[str, Facts]
-    chains: Chains
-    n_events: int
-    left_out: dict[str, int] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
 
 
 def result_document(

@@ -10,23 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.fitting.refinement import refined_grids
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import build_layout
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import MethodName, Specification
 from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import only_paths
 from avahazard.store.calibrations import latest_calibration, save_calibration
 from avahazard.store.draws import load_draws
 from avahazard.store.models import StoredModel, load_model, save_model
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
-from avahazard.workflow.calibrated import Calibrated
-from avahazard.workflow.one_path import find_path
 
 Floats = NDArray[np.float64]
 
@@ -126,13 +126,6 @@ def save_calibrated(
         )
 
 
-def refined_grids(posterior: Posterior) -> dict[str, tuple[float, ...]]:
-    """The grids of parameters, by slot, that are not those of the effects themselves."""
-    whole = build_layout(posterior.specification, posterior.effects, posterior.observations, {})
-    pairs = zip(whole.slots, posterior.layout.slots, strict=True)
-    return {new.name: new.grid for old, new in pairs if new.grid != old.grid}
-
-
 def load_stored(database: str, name: str, own: Sequence[Definition] = ()) -> StoredFit:
     """The model `name` with the records of the database, all of one moment.
 
@@ -209,25 +202,3 @@ def require_unchanged(stored: StoredFit) -> None:
             f"The records have changed since {stored.name} was calibrated.",
             "Calibrate it again under another name: avahazard calibrate NAME.",
         )
-
-
-def only_paths(records: Records, paths: Sequence[str]) -> Records:
-    """The records of these paths; all where none are named.
-
-    Raises `AvahazardError` for an unknown path, and where the paths have no events.
-    """
-    if not paths:
-        return records
-    wanted = {find_path(records, path_id).path_id for path_id in paths}
-    events = tuple(e for e in records.events if e.path_id in wanted)
-    if not events:
-        raise AvahazardError(
-            f"There are no events on {', '.join(paths)}.", "Import some: avahazard import FOLDER."
-        )
-    names = {e.event_id for e in events}
-    return Records(
-        tuple(p for p in records.paths if p.path_id in wanted),
-        tuple(p for p in records.profiles if p.path_id in wanted),
-        events,
-        tuple(s for s in records.speeds if s.event_id in names),
-    )

@@ -12,7 +12,7 @@ import pytest
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.records.errors import AvahazardError
 from avahazard.store.models import StoredModel
-from avahazard.workflow.own_effects import check_own, read_own, stored_text
+from avahazard.workflow.stored.own_effects import check_own, read_own, stored_text
 
 
 @pytest.fixture

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import pytest
 
+from avahazard.inference.likelihood.assemble import assemble
+from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
-from avahazard.workflow.calibrated import Calibrated, mode, result_document, summary
+from avahazard.workflow.stored.document import mode, result_document, summary
+from tests.criticism.studies import straight
 
 
-def _found(draws: np.ndarray, **others) -> Calibrated:
+def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) -> Calibrated:
     names = ("a", "sigma")[: draws.shape[2]]
-    return Calibrated(
-        Specification(law="constant"),
-        {},
-        "marginal",
-        chains(names, ("", "")[: len(names)], draws),
-        ("log a", "log sigma"),
-        draws,
-        7,
-        **others,
-    )
+    posterior = assemble(build_observations(straight(7)), Specification(law="constant"), {})
+    model = FittedModel(posterior, draws.reshape(-1, draws.shape[2]), offsets)
+    found = chains(names, ("", "")[: len(names)], draws)
+    return Calibrated(model, {}, found, 7, **others)
 
 
 def test_summary_of_known_draws() -> None:
@@ -52,7 +54,7 @@ def test_the_mode_of_a_constant() -> None:
 
 def test_the_keys_of_the_document_and_offsets() -> None:
     draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
-    found = _found(draws, offsets={"P": draws[..., 0] - 0.5}, left_out={"have no volume": 2})
+    found = _found(draws, {"P": draws[..., 0].ravel() - 0.5}, left_out={"have no volume": 2})
     document = result_document(found, "m", seed=5, data_fingerprint="f", parent="p")
     assert list(document["parameters"]) == ["a", "sigma", "path:P"]
     assert document["parameters"]["path:P"]["unit"] == "log friction"
@@ -66,7 +68,7 @@ def test_the_keys_of_the_document_and_offsets() -> None:
 
 def test_chains_apart_are_said_not_to_have_converged() -> None:
     draws = np.random.default_rng(4).normal(0.5, 0.1, (4, 500, 1)) + np.arange(4)[:, None, None]
-    document = result_document(_found(draws), "m", seed=0, data_fingerprint="f")
+    document = result_document(_found(draws, {}), "m", seed=0, data_fingerprint="f")
     assert document["diagnostics"]["converged"] is False
     assert document["diagnostics"]["rhat_max"] > 1.5
     assert "have not converged" in document["notes"][0]

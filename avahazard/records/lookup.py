@@ -1,9 +1,9 @@
-"""One path of the records, found by its name, and made ready to run."""
+"""Paths and their records, found by their names."""
 
 from __future__ import annotations
 
-from avahazard.effects.site import Site, build_site, release_place
-from avahazard.physics.smooth_profile import smooth_profile
+from collections.abc import Sequence
+
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
@@ -42,7 +42,23 @@ def find_profile(records: Records, path: Path) -> Profile:
     )
 
 
-def path_site(path: Path, profile: Profile) -> Site:
-    """Return the regularised path with one release: the path's own, else its top."""
-    smooth = smooth_profile(profile.x_m, profile.y_m)
-    return build_site(path, profile, smooth, [release_place(smooth, path.release_elevation_m)])
+def only_paths(records: Records, paths: Sequence[str]) -> Records:
+    """The records of these paths; all where none are named.
+
+    Raises `AvahazardError` for an unknown path, and where the paths have no events.
+    """
+    if not paths:
+        return records
+    wanted = {find_path(records, path_id).path_id for path_id in paths}
+    events = tuple(e for e in records.events if e.path_id in wanted)
+    if not events:
+        raise AvahazardError(
+            f"There are no events on {', '.join(paths)}.", "Import some: avahazard import FOLDER."
+        )
+    names = {e.event_id for e in events}
+    return Records(
+        tuple(p for p in records.paths if p.path_id in wanted),
+        tuple(p for p in records.profiles if p.path_id in wanted),
+        events,
+        tuple(s for s in records.speeds if s.event_id in names),
+    )

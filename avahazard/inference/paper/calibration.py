@@ -13,14 +13,14 @@ from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis
 from avahazard.inference.prediction.fitted_model import fitted_model
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import Chains
 from avahazard.physics.runout_table import MU, MU_STEP
 from avahazard.records.errors import AvahazardError
-from avahazard.workflow.calibrated import Calibrated
-from avahazard.workflow.friction import back_calculate
 
 Floats = NDArray[np.float64]
 

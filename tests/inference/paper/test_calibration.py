@@ -12,12 +12,13 @@ from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.paper.calibration import calibrate_paper, check_method, recorded_elevation
+from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.workflow.calibrated import Calibrated, summary
-from avahazard.workflow.paper_methods import calibrate_paper, check_method, recorded_elevation
+from avahazard.workflow.stored.document import summary
 from tests.workflow.twin import TRUTH, twin_study
 from tests.workflow.worlds import bowl, height, stop_x
 
@@ -91,12 +92,13 @@ def test_coordinates_are_those_of_the_draws(law: str) -> None:
         observations, specification, "metropolis", n_chains=2, n_draws=100, seed=3
     )
     chosen = LAWS[law]
-    assert found.slots == (*chosen.coordinates, "log sigma")
-    natural = chosen.to_natural(found.coordinates[..., :-1])
-    np.testing.assert_allclose(natural, found.chains.draws[..., :-1], rtol=1e-12)
-    np.testing.assert_allclose(
-        np.exp(found.coordinates[..., -1]), found.chains.draws[..., -1], rtol=1e-12
-    )
+    slots = [slot.name for slot in found.model.posterior.layout.slots]
+    assert slots == [*chosen.coordinates, "log sigma"]
+    drawn, u = found.chains.pooled(), found.model.draws
+    np.testing.assert_allclose(chosen.to_natural(u[:, :-1]), drawn[:, :-1], rtol=1e-12)
+    np.testing.assert_allclose(np.exp(u[:, -1]), drawn[:, -1], rtol=1e-12)
+    assert found.model.sigma_m is not None
+    np.testing.assert_allclose(found.model.sigma_m, drawn[:, -1], rtol=1e-12)
 
 
 def test_a_place_counts_as_the_elevation_there() -> None:

@@ -1,0 +1,1 @@
+"""Models in the database: how they are kept, found again and told."""

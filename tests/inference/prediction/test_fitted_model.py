@@ -1,0 +1,134 @@
+"""A model with its draws, on its own events and on others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.specification import MethodName
+from avahazard.inference.prediction.fitted_model import FittedModel, exact_volumes, fitted_model
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from tests.inference.studies import near, observations, posterior, records
+
+
+def _draws(given: Posterior, n: int = 50) -> np.ndarray:
+    return np.array([near(given, 0.05, seed) for seed in range(n)])
+
+
+def _new_events(*events: Event) -> Observations:
+    known = records(speeds=False)
+    return build_observations(Records(known.paths, known.profiles, events), observations())
+
+
+def test_volumes_as_recorded() -> None:
+    given = observations()
+    unknown = replace(given.columns, log_volume=given.columns.log_volume.copy())
+    unknown.log_volume[3] = np.nan
+    volumes = exact_volumes(replace(given, columns=unknown))
+    known = np.arange(given.n_events) != 3
+    np.testing.assert_array_equal(volumes.log_volume[known, 0], given.columns.log_volume[known])
+    np.testing.assert_array_equal(volumes.sd[known], 0.0)
+    assert volumes.sd[3] == given.volumes.sd[3] > 0.0
+    assert volumes.log_volume[3, 0] == volumes.mean[3] == given.volumes.mean[3]
+    np.testing.assert_array_equal(volumes.weight, np.ones((given.n_events, 1)))
+
+
+def test_draws_go_to_the_slots_of_their_names() -> None:
+    """What was fitted without speeds has no scatter of speeds: the mean of its prior."""
+    given = posterior(observations())
+    u = np.arange(12.0).reshape(4, 3)
+    found = fitted_model(given, ["log sigma", "n in 1e-6/m3", "log a"], u, {})
+    assert [slot.name for slot in given.layout.slots][:3] == ["log a", "n in 1e-6/m3", "log sigma"]
+    np.testing.assert_array_equal(found.draws[:, :3], u[:, ::-1])
+    assert np.unique(found.draws[:, given.layout.speed_scatter]) == [pytest.approx(np.log(3.0))]
+    assert found.method == "marginal"
+
+
+def test_on_other_events_it_is_the_same_model() -> None:
+    given = posterior(observations(speeds=False), "turbulent-drag")
+    grid = (0.01, 0.02, 0.05)
+    given = given.regridded({"turbulent-drag.drag": grid})
+    model = FittedModel(given, _draws(given), {"P0": np.zeros(50)})
+    new = model.on(_new_events(Event("new", "P1", runout_elevation_m=700.0, volume_m3=2e4)))
+    assert new.observations.columns.event_id == ("new",)
+    assert new.specification == model.specification
+    assert new.posterior.effects == model.posterior.effects
+    (slot,) = (slot for slot in new.posterior.layout.slots if slot.name == "turbulent-drag.drag")
+    assert (slot.grid, slot.low, slot.high) == (grid, grid[0], grid[-1])
+    np.testing.assert_array_equal(new.draws, model.draws)
+    assert (new.offsets, new.method) == (model.offsets, "marginal")
+    # On its own events it is what it was.
+    again = model.on(model.observations)
+    assert again.posterior.log_density(model.draws[0]) == given.log_density(model.draws[0])
+
+
+@pytest.mark.parametrize("method", ["marginal", "gibbs", "metropolis"])
+def test_the_papers_methods_take_volumes_as_exact(method: MethodName) -> None:
+    given = posterior(observations())
+    model = FittedModel(given, _draws(given), {}, method).on(observations())
+    assert model.method == method
+    assert np.all(model.observations.volumes.sd > 0.0) == (method == "marginal")
+    assert np.all(model.observations.volumes.sd == 0.0) == (method != "marginal")
+
+
+@pytest.mark.parametrize("method", ["marginal", "gibbs", "metropolis"])
+def test_only_the_scatter_of_metropolis_is_in_metres(method: MethodName) -> None:
+    given = posterior(observations())
+    draws = _draws(given)
+    draws[:, 2] = np.log(np.linspace(100.0, 200.0, 50))
+    found = FittedModel(given, draws, {}, method).sigma_m
+    if method == "metropolis":
+        np.testing.assert_allclose(found, np.linspace(100.0, 200.0, 50))
+    else:
+        assert found is None
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 50, 120])
+def test_draws_are_taken_evenly(n: int) -> None:
+    given = posterior(observations())
+    chosen = FittedModel(given, _draws(given), {}).evenly(n)
+    assert len(chosen) == n
+    assert chosen[0] == 0
+    assert np.all(np.diff(chosen) >= 0)
+    if n > 1:
+        assert chosen[-1] == 49
+        assert np.ptp(np.diff(chosen)) <= 1
+    if n >= 50:
+        assert set(chosen) == set(range(50))
+
+
+def test_offsets_of_paths_not_seen_come_from_the_spread() -> None:
+    given = posterior(observations(), "path-effect")
+    u = np.tile(near(given), (5000, 1))
+    u[:, given.layout.path_scatter] = 0.5
+    known = {f"P{k}": np.full(5000, 0.25) for k in range(5)}
+    found = FittedModel(given, u, known).path_offsets(np.random.default_rng(1))
+    assert found is not None
+    assert observations().columns.paths == tuple(f"P{k}" for k in range(6))
+    np.testing.assert_array_equal(found[:, :5], 0.25)
+    assert abs(found[:, 5].std() - 0.5 * 0.2) < 0.005
+    plain = posterior(observations())
+    assert FittedModel(plain, _draws(plain), {}).path_offsets(np.random.default_rng(1)) is None
+
+
+@pytest.mark.parametrize("distribution", ["lognormal", "normal"])
+def test_the_median_of_friction_by_hand(distribution: str) -> None:
+    given = posterior(observations(), "path-effect", "snow-type", distribution=distribution)
+    model = FittedModel(given, _draws(given), {"P1": np.linspace(-0.2, 0.4, 50)})
+    columns = model.observations.columns
+    volume = np.geomspace(1e3, 1e5, model.observations.n_events)
+    found = model.median_friction(volume)
+    for i in range(model.observations.n_events):
+        frictions = []
+        for k, u in enumerate(model.draws):
+            location = given.location_and_scatter(u, volume[:, None])[0][i, 0]
+            friction = np.exp(location) if distribution == "lognormal" else location
+            if columns.path_index[i] == 1:
+                friction *= np.exp(np.linspace(-0.2, 0.4, 50)[k])
+            frictions.append(friction)
+        assert found[i] == pytest.approx(np.median(frictions), rel=1e-12)

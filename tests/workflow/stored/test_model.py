@@ -1,0 +1,170 @@
+"""Models in and out of the database."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avahazard.effects.effect import Definition, Effect, Parameter
+from avahazard.inference.fitting.refinement import refined_grids
+from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Grids
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.paper.calibration import calibrate_paper
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.inference.samplers.chains import chains
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event, Speed
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.store.records import save_records
+from avahazard.store.session import writing
+from avahazard.workflow.stored.document import result_document
+from avahazard.workflow.stored.model import (
+    load_stored,
+    only_paths,
+    require_unchanged,
+    save_calibrated,
+)
+from tests.workflow.twin import twin_records, twin_study
+from tests.workflow.worlds import bowl
+
+SPECIFICATION = Specification(law="power", scatter="volume", tails="student", centrifugal=False)
+GRID = tuple(float(v) for v in np.linspace(0.05, 0.1 + 0.2, 5))
+GRIDS = {"turbulent-drag.drag": GRID}
+
+
+def _found(grids: Grids | None = None, *own: Definition) -> Calibrated:
+    """A calibration with made-up draws on the twin, with effects and facts."""
+    specification, facts = with_effects(
+        twin_study(),
+        SPECIFICATION,
+        ["path-section", "turbulent-drag", *(entry.key for entry in own)],
+        own,
+    )
+    posterior = Posterior(
+        twin_study(), specification, build_effects(specification, facts, own), grids
+    )
+    u = np.random.default_rng(0).normal(0.1, 0.01, (2, 50, len(posterior.layout.slots)))
+    u = np.clip(u, posterior.layout.low, posterior.layout.high)
+    readable = posterior.layout.readable(u)
+    values = np.stack([v for v, _ in readable.values()], axis=-1)
+    return Calibrated(
+        FittedModel(posterior, u.reshape(100, -1), {"scey": u[..., 0].ravel()}),
+        facts,
+        chains(tuple(readable), tuple(unit for _, unit in readable.values()), values),
+        173,
+    )
+
+
+def _store(database: str, found: Calibrated, **more: Any) -> None:
+    with writing(database) as session:
+        save_records(session, twin_records())
+    records = only_paths(twin_records(), more.get("paths", ()))
+    document = result_document(found, "m", seed=1, data_fingerprint=data_fingerprint(records))
+    save_calibrated(database, found, document, **more)
+
+
+def test_a_model_comes_back_whole(any_database: str) -> None:
+    found = _found(GRIDS)
+    _store(any_database, found, paths=("scey", "saugy"))
+    stored = load_stored(any_database, "m")
+    model, before = stored.model, found.model
+    assert stored.specification == before.specification
+    assert stored.facts == found.facts
+    assert (stored.name, stored.parent, stored.method) == ("m", None, "marginal")
+    assert stored.paths == ("scey", "saugy")
+    assert model.posterior.layout.slots == before.posterior.layout.slots
+    np.testing.assert_array_equal(model.draws, before.draws)
+    assert model.offsets.keys() == {"scey"}
+    np.testing.assert_array_equal(model.offsets["scey"], before.offsets["scey"])
+    assert stored.result["parameters"].keys() == {*found.chains.names, "path:scey"}
+    assert (len(stored.records.events), len(stored.training.events)) == (173, 34)
+    assert model.observations.n_events == 34
+    require_unchanged(stored)
+
+
+def test_the_posterior_is_the_same_as_before(database: str) -> None:
+    found = _found()
+    _store(database, found)
+    model = load_stored(database, "m").model
+    before = assemble(twin_study(), found.model.specification, found.facts)
+    u = found.model.draws[0]
+    assert model.posterior.log_density(u) == before.log_density(u)
+    assert np.isfinite(before.log_density(u))
+
+
+def test_refined_grids_are_kept(database: str) -> None:
+    found = _found(GRIDS)
+    assert refined_grids(found.model.posterior) == GRIDS
+    assert refined_grids(_found().model.posterior) == {}
+    _store(database, found)
+    layout = load_stored(database, "m").model.posterior.layout
+    (slot,) = (s for s in layout.slots if s.name in GRIDS)
+    assert (slot.grid, slot.low, slot.high) == (GRID, GRID[0], GRID[-1])
+
+
+def test_the_draws_of_a_papers_method_come_back_on_exact_volumes(database: str) -> None:
+    found = calibrate_paper(
+        twin_study("scey"), Specification(), "gibbs", n_chains=2, n_draws=60, seed=1
+    )
+    _store(database, found, paths=("scey",))
+    stored = load_stored(database, "m")
+    assert stored.method == "gibbs"
+    np.testing.assert_array_equal(stored.model.draws, found.model.draws)
+    assert np.all(stored.model.observations.volumes.sd == 0.0)
+    new = stored.on([Event("new", "scey", runout_elevation_m=1100.0, volume_m3=2e4)])
+    assert new.method == "gibbs"
+    assert np.all(new.observations.volumes.sd == 0.0)
+
+
+def test_other_events_are_read_in_the_light_of_those_of_the_calibration(database: str) -> None:
+    _store(database, _found(GRIDS))
+    stored = load_stored(database, "m")
+    new = stored.on([Event("new", "scey", runout_elevation_m=1100.0, volume_m3=None)])
+    observations, prior = new.observations, stored.model.observations
+    assert observations.columns.event_id == ("new",)
+    assert observations.volumes.centre == prior.volumes.centre
+    np.testing.assert_array_equal(new.draws, stored.model.draws)
+    assert np.isfinite(new.posterior.log_density(new.draws[0]))
+
+
+def test_speeds_that_came_since_the_calibration(database: str) -> None:
+    _store(database, _found())
+    event = twin_records().events[0].event_id
+    with writing(database) as session:
+        save_records(session, Records(speeds=(Speed(event, 30.0, 3.0, x_m=500.0),)))
+    stored = load_stored(database, "m")
+    assert stored.records_changed
+    model = stored.model
+    assert model.draws.shape == (100, len(_found().model.posterior.layout.slots) + 1)
+    assert np.unique(model.draws[:, -1]) == [pytest.approx(np.log(3.0))]
+
+
+def test_records_that_changed_since(database: str) -> None:
+    _store(database, _found(), paths=("scey",))
+    with writing(database) as session:
+        save_records(session, bowl(events=(Event("E", "B", runout_x_m=1500.0),)))
+    assert not load_stored(database, "m").records_changed  # another path's
+    with writing(database) as session:
+        save_records(session, Records(events=(Event("E2", "scey", runout_elevation_m=1100.0),)))
+    stored = load_stored(database, "m")
+    assert stored.records_changed
+    with pytest.raises(AvahazardError, match="have changed since m was calibrated") as error:
+        require_unchanged(stored)
+    assert "avahazard calibrate" in error.value.hint
+
+
+def test_a_users_effect_is_asked_for_again(database: str) -> None:
+    own = Definition(
+        "my-own", "", "", lambda _: Effect("my-own", (Parameter("k", "", 0.0, 0.0, 1.0),))
+    )
+    _store(database, _found(None, own), effect_file="raise SystemExit")
+    with pytest.raises(AvahazardError, match="'my-own' from its user's file") as error:
+        load_stored(database, "m")
+    assert "--effect-file" in error.value.hint
+    assert load_stored(database, "m", [own]).own == (own,)
