@@ -11,7 +11,6 @@ from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import (
     DistributionName,
-    LawName,
     MethodName,
     ScatterName,
     Specification,
@@ -33,7 +32,7 @@ def calibrate(
     database: str,
     name: str,
     *,
-    law: LawName = "exponential",
+    law: str = "exponential",
     scatter: ScatterName = "constant",
     distribution: DistributionName = "lognormal",
     method: MethodName = "marginal",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Annotated
 
 import typer
@@ -12,19 +13,22 @@ from avahazard.cli.options import Seed
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
+from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.specification import (
     DistributionName,
-    LawName,
     MethodName,
     ScatterName,
     TailsName,
 )
 
+LawName = StrEnum("LawName", {name: name for name in LAWS})  # type: ignore[misc]
+EXPONENTIAL = LawName("exponential")
+
 
 def calibrate(
     context: typer.Context,
     name: Annotated[str, typer.Argument(help="A new name for the model.", show_default=False)],
-    law: Annotated[LawName, typer.Option(help="Friction as a function of volume.")] = "exponential",
+    law: Annotated[LawName, typer.Option(help="Friction as a function of volume.")] = EXPONENTIAL,
     scatter: Annotated[
         ScatterName, typer.Option(help="Scatter of friction: the same for all, or by volume.")
     ] = "constant",
@@ -75,7 +79,7 @@ def calibrate(
         document = run(
             settings(context).database,
             name,
-            law=law,
+            law=law.value,
             scatter=scatter,
             distribution=distribution,
             method=method,

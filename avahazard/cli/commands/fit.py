@@ -8,13 +8,6 @@ from rich.console import Console
 from avahazard.cli.output import emit, number, table, warn
 from avahazard.cli.settings import settings
 
-FORMULAS = {
-    "exponential": "μ = a exp(-n V)",
-    "power": "μ = alpha V^-beta",
-    "rational": "μ = a / (b + (V/c)^n)",
-    "constant": "μ = a",
-}
-
 
 def fit(context: typer.Context) -> None:
     """Fit laws of friction against volume by least squares.
@@ -23,6 +16,7 @@ def fit(context: typer.Context) -> None:
     Example:
       avahazard fit
     """
+    from avahazard.inference.model.laws import LAWS  # noqa: PLC0415
     from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
 
     document = fit_laws(settings(context).database)
@@ -30,7 +24,7 @@ def fit(context: typer.Context) -> None:
     def render(console: Console) -> None:
         rows = []
         for entry in document["fits"]:
-            law, r2, aic = FORMULAS[entry["law"]], f"{entry['r2']:.3f}", f"{entry['aic']:.1f}"
+            law, r2, aic = LAWS[entry["law"]].formula, f"{entry['r2']:.3f}", f"{entry['aic']:.1f}"
             for name, parameter in entry["parameters"].items():
                 value = f"{number(parameter['value'])} {parameter['unit']}".rstrip()
                 rows.append((law, name, value, parameter["se"], r2, aic))

@@ -183,7 +183,8 @@ def alternatives_of(
             return [Alternative(key, base, wider, 0.0)]
         return _tabulated(effect, posterior, u, design, speed_scatter, runs)
     if setting.field == "law":
-        names = [name for name in LAWS if name not in (posterior.specification.law, "constant")]
+        mine = posterior.specification.law
+        names = [name for name, item in LAWS.items() if name != mine and item.uses_volume]
         designs = [_law_design(posterior, name, design, coefficients) for name in names]
         return [Alternative(key, base, other, 0.0, other_law=True) for other in designs]
     if setting.field == "scatter":

@@ -11,7 +11,7 @@ from avahazard.effects.catalogue import definition, require
 from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.laws import LAWS
+from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.errors import AvahazardError
@@ -79,7 +79,7 @@ def assemble(
     own: Sequence[Definition] = (),
 ) -> Posterior:
     """The posterior of a model on observations (which may be another than the facts are from)."""
-    if not observations.volumes.known and specification.law != "constant":
+    if not observations.volumes.known and law(specification.law).uses_volume:
         raise AvahazardError(
             f"No event has a volume, so the {specification.law} law has nothing to go by.",
             "Use --law constant.",
@@ -92,9 +92,9 @@ def _other_law(
 ) -> Specification:
     """The specification with the most likely of the other laws (by its posterior mode)."""
     others = [
-        replace(specification, law=name)  # type: ignore[arg-type]
-        for name in LAWS
-        if name not in (specification.law, "constant")
+        replace(specification, law=name)
+        for name, item in LAWS.items()
+        if name != specification.law and item.uses_volume
     ]
     facts = {
         entry.key: entry.facts(observations.columns, observations.sites)

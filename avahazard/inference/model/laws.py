@@ -1,4 +1,4 @@
-"""Laws of friction against volume: exponential, power, rational, constant.
+"""Laws of friction against volume; one that is added to `LAWS` is everywhere.
 
 Each law has two sets of parameters. The natural ones are what people read (`names`, `units`).
 The coordinates are what samplers and optimisers move in: unbounded and of order one, so that a
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +26,19 @@ C_SCALE = 1e5  # m3; the volume where a rational law bends
 class Law:
     """A law μ = G(V) and the coordinates in which it is sampled.
 
-    `log_friction(u, volume)`: log μ, [..., n_events], of coordinates [..., n_coordinates] and
-    volumes [n_events] in m3. `to_natural` and `from_natural` convert between the two sets of
-    parameters. `prior_mean` and `prior_sd` are independent normals on the coordinates.
+    `formula` is for tables, `words` for the report. `log_friction(u, volume)`: log μ,
+    [..., n_events], of coordinates [..., n_coordinates] and volumes [n_events] in m3. `to_natural`
+    and `from_natural` convert between the two sets of parameters. `prior_mean` and `prior_sd` are
+    independent normals on the coordinates. `begin` gives coordinates from volumes and log μ
+    [n_events] of which all are known.
+
+    `form` is what the paper's samplers know of a law, in x = `covariate(volume)`: `line`, log μ =
+    u0 - u1 x; `bend`, log μ = u0 - log(1 + exp(n (x - u1))) with n = exp u2; None, they refuse it.
     """
 
     name: str
+    formula: str
+    words: str
     names: tuple[str, ...]
     units: tuple[str, ...]
     coordinates: tuple[str, ...]
@@ -39,6 +47,10 @@ class Law:
     log_friction: Callable[[Array, Array], Array]
     to_natural: Callable[[Array], Array]
     from_natural: Callable[[Array], Array]
+    begin: Callable[[Array, Array], Array]
+    form: Literal["line", "bend"] | None = None
+    covariate: Callable[[Array], Array] = np.zeros_like
+    uses_volume: bool = True
 
     def friction(self, natural: Array, volume: Array) -> Array:
         """μ [..., n_events] of natural parameters [..., n_parameters]."""
@@ -47,7 +59,11 @@ class Law:
 
     def start(self, volume: Array, mu: Array) -> Array:
         """Coordinates [n_coordinates] near the least-squares fit of log μ, to start from."""
-        return _start(self, np.asarray(volume, np.float64), np.asarray(mu, np.float64))
+        volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
+        keep = np.isfinite(mu) & (mu > 0) & np.isfinite(volume) & (volume > 0)
+        if not keep.any():
+            return self.prior_mean.copy()
+        return self.begin(volume[keep], np.log(mu[keep]))
 
 
 def law(name: str) -> Law:
@@ -94,21 +110,23 @@ def _rational_from_natural(p: Array) -> Array:
     return _columns(np.log(a / b), np.log(c / C_SCALE) + np.log(b) / n, np.log(n))
 
 
-def _start(law: Law, volume: Array, mu: Array) -> Array:
-    keep = np.isfinite(mu) & (mu > 0) & np.isfinite(volume) & (volume > 0)
-    if not keep.any():
-        return law.prior_mean.copy()
-    v, log_mu = volume[keep], np.log(mu[keep])
-    if law.name == "rational":
-        # at the middle volume, then where the power law's slope is half of n
-        slope = max(_line(np.log(v), log_mu)[1] * -1.0, 0.05)
-        level = float(np.median(v))
-        return np.array([log_mu.mean() + np.log(2.0), np.log(level / C_SCALE), np.log(2 * slope)])
-    if law.name == "constant":
-        return np.array([log_mu.mean()])
-    x = v * N_SCALE if law.name == "exponential" else np.log(v)
-    intercept, slope = _line(x, log_mu)
-    return np.array([intercept, -slope])
+def _rational_begin(volume: Array, log_mu: Array) -> Array:
+    """At the middle volume, then where the power law's slope is half of n."""
+    slope = max(_line(np.log(volume), log_mu)[1] * -1.0, 0.05)
+    level = float(np.median(volume))
+    return np.array([log_mu.mean() + np.log(2.0), np.log(level / C_SCALE), np.log(2 * slope)])
+
+
+def _line_begin(covariate: Callable[[Array], Array]) -> Callable[[Array, Array], Array]:
+    def begin(volume: Array, log_mu: Array) -> Array:
+        intercept, slope = _line(covariate(volume), log_mu)
+        return np.array([intercept, -slope])
+
+    return begin
+
+
+def _in_millions(volume: Array) -> Array:
+    return volume * N_SCALE
 
 
 def _line(x: Array, y: Array) -> tuple[float, float]:
@@ -127,51 +145,71 @@ LAWS: dict[str, Law] = {
     item.name: item
     for item in (
         Law(
-            "exponential",
-            ("a", "n"),
-            ("", "1/m3"),
-            ("log a", "n in 1e-6/m3"),
-            np.array([np.log(0.5), 0.0]),
-            np.array([0.5, 10.0]),
-            _exponential,
-            lambda u: _columns(np.exp(u[..., 0]), u[..., 1] * N_SCALE),
-            lambda p: _columns(np.log(p[..., 0]), p[..., 1] / N_SCALE),
+            name="exponential",
+            formula="μ = a exp(-n V)",
+            words="falls with volume by the exponential law μ = a exp(−nV)",
+            names=("a", "n"),
+            units=("", "1/m3"),
+            coordinates=("log a", "n in 1e-6/m3"),
+            prior_mean=np.array([np.log(0.5), 0.0]),
+            prior_sd=np.array([0.5, 10.0]),
+            log_friction=_exponential,
+            to_natural=lambda u: _columns(np.exp(u[..., 0]), u[..., 1] * N_SCALE),
+            from_natural=lambda p: _columns(np.log(p[..., 0]), p[..., 1] / N_SCALE),
+            begin=_line_begin(_in_millions),
+            form="line",
+            covariate=_in_millions,
         ),
         Law(
-            "power",
-            ("alpha", "beta"),
-            ("", ""),
-            ("log alpha", "beta"),
-            np.array([0.0, 0.0]),
-            np.array([1.0, 0.2]),
-            _power,
-            lambda u: _columns(np.exp(u[..., 0]), u[..., 1]),
-            lambda p: _columns(np.log(p[..., 0]), p[..., 1]),
+            name="power",
+            formula="μ = alpha V^-beta",
+            words="falls with volume by the power law μ = α V⁻ᵝ",
+            names=("alpha", "beta"),
+            units=("", ""),
+            coordinates=("log alpha", "beta"),
+            prior_mean=np.array([0.0, 0.0]),
+            prior_sd=np.array([1.0, 0.2]),
+            log_friction=_power,
+            to_natural=lambda u: _columns(np.exp(u[..., 0]), u[..., 1]),
+            from_natural=lambda p: _columns(np.log(p[..., 0]), p[..., 1]),
+            begin=_line_begin(np.log),
+            form="line",
+            covariate=np.log,
         ),
         # μ depends on a, b, c, n through three combinations only: (k a, k b, c k^(-1/n), n) is the
         # same law for every k > 0. So b is 1 in calibrations: a is the friction of small volumes,
         # c the volume that halves it.
         Law(
-            "rational",
-            ("a", "b", "c", "n"),
-            ("", "", "m3", ""),
-            ("log a", "log c in 1e5 m3", "log n"),
-            np.array([np.log(0.5), 0.0, 0.0]),
-            np.array([0.5, 2.5, 0.7]),
-            _rational,
-            _rational_to_natural,
-            _rational_from_natural,
+            name="rational",
+            formula="μ = a / (b + (V/c)^n)",
+            words="falls with volume by the rational law μ = a / (1 + (V/c)ⁿ)",
+            names=("a", "b", "c", "n"),
+            units=("", "", "m3", ""),
+            coordinates=("log a", "log c in 1e5 m3", "log n"),
+            prior_mean=np.array([np.log(0.5), 0.0, 0.0]),
+            prior_sd=np.array([0.5, 2.5, 0.7]),
+            log_friction=_rational,
+            to_natural=_rational_to_natural,
+            from_natural=_rational_from_natural,
+            begin=_rational_begin,
+            form="bend",
+            covariate=lambda volume: np.log(volume / C_SCALE),
         ),
         Law(
-            "constant",
-            ("a",),
-            ("",),
-            ("log a",),
-            np.array([np.log(0.5)]),
-            np.array([0.5]),
-            _constant,
-            lambda u: _columns(np.exp(u[..., 0])),
-            lambda p: _columns(np.log(p[..., 0])),
+            name="constant",
+            formula="μ = a",
+            words="is the same for every volume",
+            names=("a",),
+            units=("",),
+            coordinates=("log a",),
+            prior_mean=np.array([np.log(0.5)]),
+            prior_sd=np.array([0.5]),
+            log_friction=_constant,
+            to_natural=lambda u: _columns(np.exp(u[..., 0])),
+            from_natural=lambda p: _columns(np.log(p[..., 0])),
+            begin=lambda _volume, log_mu: np.array([log_mu.mean()]),
+            form="line",
+            uses_volume=False,
         ),
     )
 }

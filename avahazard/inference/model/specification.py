@@ -7,7 +7,6 @@ from typing import Any, Literal
 
 from avahazard.effects.effect import Definition, Setting
 
-LawName = Literal["exponential", "power", "rational", "constant"]
 ScatterName = Literal["constant", "volume"]
 DistributionName = Literal["lognormal", "normal"]
 TailsName = Literal["normal", "student"]
@@ -16,7 +15,7 @@ MethodName = Literal["marginal", "metropolis", "gibbs"]
 
 @dataclass(frozen=True, slots=True)
 class Specification:
-    """A friction law with its scatter and the effects added to the block.
+    """A friction law (of `laws.LAWS`) with its scatter and the effects added to the block.
 
     `distribution` is that of friction given volume; `tails` `student` lets friction scatter as
     Student's t with 4 degrees of freedom, which bears wrong records. `centrifugal` keeps the
@@ -24,7 +23,7 @@ class Specification:
     changes with volume; it is taken from the data of the calibration.
     """
 
-    law: LawName = "exponential"
+    law: str = "exponential"
     scatter: ScatterName = "constant"
     distribution: DistributionName = "lognormal"
     tails: TailsName = "normal"

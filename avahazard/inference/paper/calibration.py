@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 
 MIN_EVENTS = 3
 BASE = Specification()
+FORMS = {"metropolis": ("line", "bend"), "gibbs": ("line",)}
+"""The forms of law that each can do."""
 
 
 def check_method(method: MethodName, specification: Specification) -> None:
@@ -37,7 +39,7 @@ def check_method(method: MethodName, specification: Specification) -> None:
         "normal friction": specification.distribution != BASE.distribution,
         "Student's tails": specification.tails != BASE.tails,
         f"the effect {', '.join(specification.effects)}": bool(specification.effects),
-        "the rational law": method == "gibbs" and specification.law == "rational",
+        f"the {specification.law} law": law(specification.law).form not in FORMS[method],
     }
     for what, wanted in asked.items():
         if wanted:
@@ -68,7 +70,7 @@ def calibrate_paper(
     mu = back_calculate(observations, predicted).mu
     keep, left_out = _usable(observations, method, chosen, mu)
     volume = np.exp(observations.columns.log_volume[keep])
-    if chosen.name == "constant":
+    if not chosen.uses_volume:
         volume = np.ones(len(volume))
     if method == "gibbs":
         chains = gibbs(chosen, volume, mu[keep], seed=seed, n_chains=n_chains, n_draws=n_draws)
@@ -129,7 +131,7 @@ def _usable(
     reasons = {
         "left the profile": observations.kind == LEFT,
         "have no volume": none
-        if chosen.name == "constant"
+        if not chosen.uses_volume
         else ~np.isfinite(observations.columns.log_volume),
         "have no profile": observations.kind == LENGTH if method == "metropolis" else none,
         "stopped where no friction stops the block": ~np.isfinite(mu)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import Law
-from avahazard.inference.paper.runout_fit import covariate
 from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
@@ -40,12 +39,12 @@ def gibbs(
 
     `volume` [n_events] in m3 and `mu` [n_events] the apparent friction. Priors are independent
     normals on the law's coordinates (by default the law's own) and inverse gamma (shape, scale)
-    on σ². Raises `AvahazardError` for the rational law, whose log friction is not linear in
-    its parameters, and for frictions or volumes that are not positive.
+    on σ². Raises `AvahazardError` for a law whose log friction is not linear in its
+    parameters, and for frictions or volumes that are not positive.
     """
-    if law.name == "rational":
+    if law.form != "line":
         raise AvahazardError(
-            "Gibbs sampling does not work with the rational law.",
+            f"Gibbs sampling does not work with the {law.name} law.",
             "Take --method metropolis or marginal, or another law.",
         )
     volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
@@ -56,9 +55,9 @@ def gibbs(
         )
     mean = (law.prior_mean if prior_mean is None else prior_mean) * [-1.0, 1.0][: len(law.names)]
     sd = law.prior_sd if prior_sd is None else prior_sd
-    if law.name == "constant":  # a slope on no covariate: it stays in its prior and is dropped
+    if not law.uses_volume:  # a slope on no covariate: it stays in its prior and is dropped
         mean, sd = np.append(mean, 0.0), np.append(sd, 1.0)
-    x = covariate(law, volume)
+    x = law.covariate(volume)
     draws = regression(x, -np.log(mu), mean, sd, sigma_prior, seed, n_chains, n_draws)
     u = draws[..., :2] * [-1.0, 1.0]
     natural = law.to_natural(u[..., : len(law.names)])

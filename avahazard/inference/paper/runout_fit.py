@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.model.laws import C_SCALE, N_SCALE, Law
+from avahazard.inference.model.laws import Law
 from avahazard.kernels import kernel
 from avahazard.records.errors import AvahazardError
 
@@ -59,11 +59,11 @@ def runout_records(
             "An event lacks a runout or a positive volume.",
             "Leave such events out, or use marginal.",
         )
-    x = covariate(law, volume)
+    x = law.covariate(volume)
     stops = np.ascontiguousarray(stop_y, np.float64)
     n_mu = int(stops.shape[1])
     offset = np.asarray(table, np.int64) * n_mu
-    bends = law.name == "rational"
+    bends = law.form == "bend"
     return FitRecords(x, runout, offset, stops.ravel(), float(mu_min), float(mu_step), n_mu, bends)
 
 
@@ -72,18 +72,6 @@ def line_records(x: NDArray[np.float64], y: NDArray[np.float64]) -> FitRecords:
     none = np.empty(0)
     x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
     return FitRecords(x, y, np.zeros(x.size, np.int64), none, 0.0, 1.0, 0, False)
-
-
-def covariate(law: Law, volume: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What the law's log friction is linear in (or its bend): V in 1e6 m3, log V, log V/c, 0."""
-    match law.name:
-        case "exponential":
-            return volume * N_SCALE
-        case "power":
-            return np.log(volume)
-        case "rational":
-            return np.log(volume / C_SCALE)
-    return np.zeros_like(volume)
 
 
 @kernel(fastmath=FAST_BUT_NAN, inline="always")

@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from avahazard.inference.model.laws import law
 from avahazard.report.html.content import Document, ReportContent
 from avahazard.report.html.words import axis_words, count, metres, share
 
-LAWS = {
-    "exponential": "falls with volume by the exponential law μ = a exp(−nV)",
-    "power": "falls with volume by the power law μ = α V⁻ᵝ",
-    "rational": "falls with volume by the rational law μ = a / (1 + (V/c)ⁿ)",
-    "constant": "is the same for every volume",
-}
 METHODS = {
     "marginal": "the marginal likelihood, which knows the errors of the records",
     "gibbs": "the Gibbs sampler of Ancey (2005)",
@@ -30,8 +25,8 @@ def model_words(content: ReportContent) -> list[str]:
     where = f" on {count(n_paths, 'path')}" if n_paths else ", without profiles"
     words = [
         f"The avalanche is a block that slides down the path; its friction μ "
-        f"{LAWS[model['law']]}. The model was calibrated on {count(model['n_events'], 'event')}"
-        f"{where}, by {METHODS[model['method']]}."
+        f"{law(model['law']).words}. The model was calibrated on "
+        f"{count(model['n_events'], 'event')}{where}, by {METHODS[model['method']]}."
     ]
     if model["method"] == "metropolis":
         words.append("Stops scatter about that of the block by σ metres of elevation.")

@@ -15,11 +15,12 @@ from avahazard.criticism.screening.alternatives import (
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records, run_blocks
-from avahazard.inference.model.laws import law
+from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LEFT
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_table import MU
 from tests.inference import studies
+from tests.inference.new_law import NAME, halving
 
 SPEED_SCATTER = 3.0
 
@@ -123,10 +124,14 @@ def test_a_design_column_needs_no_tables() -> None:
     assert only.log_prior == 0.0
 
 
-def test_other_laws_are_tried_linear_about_the_present_one() -> None:
+def test_other_laws_are_tried_linear_about_the_present_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(LAWS, NAME, halving())
     model = studies.posterior(studies.observations(), law="power")
     tried = alternatives(model, "volume-law")
-    assert len(tried) == 2
+    assert len(tried) == len(LAWS) - 2  # not itself, not the constant
+    assert tried[-1].design.x.shape == (model.observations.n_events, 2)
     exponential = tried[0]
     volume = np.exp(model.observations.volumes.mean)
     exact = law("exponential").log_friction(np.array([-0.8, 1.0]), volume)

@@ -1,0 +1,43 @@
+"""A law that is added to `LAWS`, and to nothing else, works in every command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from avahazard.inference.model.laws import LAWS
+from avahazard.records.errors import AvahazardError
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.fit import fit_laws
+from avahazard.workflow.import_files import import_files
+from tests.criticism.lengths import as_csv, lengths
+from tests.inference.new_law import NAME, halving
+
+
+@pytest.fixture
+def database_with_law(
+    database: str, write: Callable[[str, str], Path], monkeypatch: pytest.MonkeyPatch
+) -> str:
+    """Give a database with events, in a program that has one law more."""
+    monkeypatch.setitem(LAWS, NAME, halving())
+    import_files(database, [write("events.csv", as_csv(lengths(40, 0.1, n_columns=1)))])
+    return database
+
+
+def test_it_is_calibrated_and_fitted(database_with_law: str) -> None:
+    document = calibrate(database_with_law, "m", law=NAME, chains=2, draws=60)
+    assert document["law"] == NAME
+    assert {"a", "c", "sigma"} == document["parameters"].keys()
+    assert document["parameters"]["c"]["unit"] == "m3"
+    fits = {entry["law"]: entry for entry in fit_laws(database_with_law)["fits"]}
+    assert fits[NAME]["parameters"].keys() == {"a", "c"}
+
+
+@pytest.mark.parametrize("method", ["gibbs", "metropolis"])
+def test_the_papers_samplers_refuse_what_they_cannot_do(
+    database_with_law: str, method: str
+) -> None:
+    with pytest.raises(AvahazardError, match=NAME):
+        calibrate(database_with_law, "m", law=NAME, method=method)
