@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from avahazard.workflow.frequencies import VolumeSource
+    from avahazard.hazard.frequencies import VolumeSource
 
 
 StoredModel = Annotated[str, typer.Argument(help="A stored model.", show_default=False)]
@@ -96,7 +96,7 @@ def volume_source(
     density_ratio: float,
 ) -> VolumeSource:
     """What the options say; wrong usage where they contradict each other."""
-    from avahazard.workflow.frequencies import VolumeSource  # noqa: PLC0415
+    from avahazard.hazard.frequencies import VolumeSource  # noqa: PLC0415
 
     if table is not None and snowfall is not None:
         raise typer.BadParameter("--volumes and --snowfall exclude each other.")

@@ -14,6 +14,7 @@ from avahazard.physics.runout_table import MU, RunoutTable, filled_table, runout
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain
+from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
 Floats = NDArray[np.float64]
@@ -121,3 +122,18 @@ def release_place(smooth: SmoothProfile, elevation: float | None) -> float:
         low, high = float(between[k - 1]), float(between[k])
     # Rounded so that a record read twice gives the same node.
     return min(round(high, 6), smooth.x_max)
+
+
+def stop_place(smooth: SmoothProfile, event: Event) -> float | None:
+    """x (m) of the recorded stop, None where it is beyond the profile."""
+    if event.left_profile:
+        return None
+    if event.runout_x_m is not None:
+        return event.runout_x_m
+    return release_place(smooth, event.runout_elevation_m)
+
+
+def recorded_stops(smooth: SmoothProfile, events: Sequence[Event]) -> Floats:
+    """x (m) of the recorded stops of events of a path, those on its profile."""
+    places = [x for event in events if (x := stop_place(smooth, event)) is not None]
+    return np.array(places, np.float64)

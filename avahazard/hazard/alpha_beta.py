@@ -75,6 +75,11 @@ class AlphaBeta:
     further_beta_x: tuple[float, ...] = ()
 
 
+def alpha_beta_runouts(smooth: SmoothProfile, release_x: float) -> tuple[AlphaBeta, ...]:
+    """The runouts of a path by all `REGRESSIONS`, in their order."""
+    return tuple(alpha_beta(smooth, release_x, regression) for regression in REGRESSIONS)
+
+
 def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) -> AlphaBeta:
     """Apply a regression to the path from its release at `release_x` (m).
 

@@ -8,7 +8,7 @@ threshold, and that is a sum of normal probabilities: no avalanche needs to be d
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,8 @@ from scipy.special import ndtr, stdtr
 
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.posterior_draws import PosteriorDraws, posterior_draws
 from avahazard.hazard.rate_kernel import normal_rates
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, Values
-from avahazard.inference.model.observations import Observations
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
@@ -46,7 +42,6 @@ class Avalanches:
     `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis).
     """
 
-    path_id: str
     site: Site
     release: NDArray[np.int64]
     volumes: EventVolumes
@@ -71,106 +66,6 @@ class Avalanches:
     def n_classes(self) -> int:
         """Number of classes of release and columns."""
         return len(self.class_share)
-
-
-def avalanches(
-    model: FittedModel, path_id: str, volumes: EventVolumes, rng: np.random.Generator
-) -> Avalanches:
-    """Avalanches of a path by a model.
-
-    The events of `model` are one for each class, all of this path and equally frequent. The
-    posterior of the model is spread over the draws of `volumes`, which know nothing of each
-    other.
-    """
-    posterior, n = model.posterior, len(volumes.rate)
-    draws = posterior_draws(model, n)
-    # Fewer draws of the model than of the volumes serve several times.
-    again = np.arange(n) * len(draws.u) // n
-    location, scatter = _friction(posterior, draws, path_id, volumes.log_volume, rng)
-    specification = posterior.specification
-    n_classes = posterior.observations.n_events
-    site = posterior.observations.sites[0]
-    return Avalanches(
-        path_id=path_id,
-        site=site,
-        release=posterior.observations.release,
-        volumes=volumes,
-        class_share=np.full(n_classes, 1.0 / n_classes),
-        location=location[again],
-        scatter=scatter[again],
-        group=draws.group[again],
-        tables=draws.tables,
-        values=draws.values,
-        resistances=tuple(posterior.resistance(site, values) for values in draws.values),
-        ahead=tuple(_ahead(posterior, values) for values in draws.values),
-        in_log=specification.distribution == "lognormal",
-        student=specification.tails == "student",
-        sigma_m=None if draws.sigma_m is None else draws.sigma_m[again],
-    )
-
-
-def _friction(
-    posterior: Posterior,
-    draws: PosteriorDraws,
-    path_id: str,
-    log_volume: Floats,
-    rng: np.random.Generator,
-) -> tuple[Floats, Floats]:
-    """Location and scatter `[n_parameters, n_classes, n_volumes]`, the path's offset in them."""
-    observations = posterior.observations
-    shape = (observations.n_events, len(log_volume))
-    many = Posterior(
-        _at_volumes(observations, log_volume),
-        posterior.specification,
-        posterior.effects,
-        {slot.name: slot.grid for slot in posterior.layout.slots if slot.grid},
-    )
-    volume = np.exp(np.tile(log_volume, observations.n_events))[:, None]
-    location = np.empty((len(draws.u), *shape))
-    scatter = np.empty_like(location)
-    for p, row in enumerate(draws.u):
-        m, s = many.location_and_scatter(row, volume)
-        location[p], scatter[p] = m.reshape(shape), s.reshape(shape)
-    shift = draws.path_shift(path_id, rng)[:, None, None]
-    if posterior.layout.log_scatter:
-        return location + shift, scatter
-    return location * np.exp(shift), scatter
-
-
-def _ahead(posterior: Posterior, values: Values) -> Floats:
-    """Metres of the front ahead of the block for each class `[n_classes]`."""
-    columns = posterior.observations.columns
-    total = np.zeros(posterior.observations.n_events)
-    for effect in posterior.effects:
-        if effect.advance is not None:
-            total = total + effect.advance(columns, values[effect.key])
-    return total
-
-
-def _at_volumes(observations: Observations, log_volume: Floats) -> Observations:
-    """Every event of the observations once for each volume: columns only, it cannot be run."""
-    n = len(log_volume)
-    columns = observations.columns
-    nodes = np.repeat(observations.volumes.log_volume, n, axis=0)
-    return replace(
-        observations,
-        columns=replace(
-            columns,
-            event_id=tuple(name for name in columns.event_id for _ in range(n)),
-            path_index=np.repeat(columns.path_index, n),
-            year=np.repeat(columns.year, n),
-            day_of_winter=np.repeat(columns.day_of_winter, n),
-            release_elevation=np.repeat(columns.release_elevation, n),
-            deposit_length=np.repeat(columns.deposit_length, n),
-            stop_elevation=np.repeat(columns.stop_elevation, n),
-            section=np.repeat(columns.section, n),
-            log_volume=np.tile(log_volume, len(columns)),
-            numbers={name: np.repeat(v, n) for name, v in columns.numbers.items()},
-            texts={name: np.repeat(v, n) for name, v in columns.texts.items()},
-        ),
-        volumes=replace(observations.volumes, log_volume=nodes),
-        observed=np.repeat(observations.observed, n),
-    )
 
 
 def _distribution(ready: Avalanches, z: Floats) -> Floats:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+ANY_VOLUME_M3 = 1e4
+"""Stands for the volume where it does not matter."""
 NODE_STEP = 0.15
 MAX_NODES = 48
 """Nodes over log volume: about one for each 15 %."""

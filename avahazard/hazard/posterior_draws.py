@@ -1,4 +1,4 @@
-"""Posterior draws of a model, with the tables of its block for groups of like draws."""
+"""Posterior draws of a model for one path, and the runs of its block for groups of like draws."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.likelihood.predicted import Predicted, Values, predict_records
+from avahazard.inference.likelihood.predicted import (
+    BlockRuns,
+    Predicted,
+    Values,
+    predict_records,
+    run_blocks,
+)
 from avahazard.inference.model.layout import PATH_SCATTER
+from avahazard.inference.model.observations import Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 
@@ -20,64 +27,86 @@ MAX_TABLES = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PosteriorDraws:
-    """Draws `u` `[n_parameters, n_slots]`, in the order of groups that end at `ends`.
+class GroupRuns:
+    """Runs of the block, one for each group of draws that are alike in what shapes its motion.
 
-    `tables` and `values` are the runs of the block and the effects' parameters of each group;
-    `tau` `[n_parameters]` is the spread between paths, None without one; `offsets`
-    `[n_parameters]` of log friction by path; `sigma_m` as in `FittedModel`.
+    `members` are the draws of each group, `values` the effects' parameters that it is run with.
+    """
+
+    members: tuple[Indices, ...]
+    values: tuple[Values, ...]
+    runs: tuple[BlockRuns, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PosteriorDraws:
+    """Draws `u` `[n_parameters, n_slots]`, in the order of their groups `group` `[n_parameters]`.
+
+    `offset` `[n_parameters]` of log friction is the path's, None where the model does not know
+    it; `tau` `[n_parameters]` the spread between paths, None without one; `sigma_m` as in
+    `FittedModel`.
     """
 
     u: Floats
-    ends: Indices
-    tables: tuple[Predicted, ...]
-    values: tuple[Values, ...]
+    group: Indices
+    offset: Floats | None
     tau: Floats | None
-    offsets: dict[str, Floats]
     sigma_m: Floats | None
 
-    @property
-    def group(self) -> Indices:
-        """The group of each draw `[n_parameters]`."""
-        return np.searchsorted(self.ends, np.arange(len(self.u)), side="right").astype(np.int64)
-
-    def path_shift(self, path_id: str, rng: np.random.Generator) -> Floats:
-        """Offset of log friction of a path `[n_parameters]`; one is drawn where it has none."""
-        if path_id in self.offsets:
-            return self.offsets[path_id]
+    def shift(self, rng: np.random.Generator) -> Floats:
+        """Offset of the path's log friction `[n_parameters]`; one is drawn where it has none."""
+        if self.offset is not None:
+            return self.offset
         if self.tau is None:
             return np.zeros(len(self.u))
         return np.asarray(self.tau * rng.standard_normal(len(self.tau)))
 
 
-def posterior_draws(model: FittedModel, n_parameters: int) -> PosteriorDraws:
-    """Take at most `n_parameters` of the draws of a model evenly, and run the block.
-
-    What shifts records alone is left out: bounds
-    are of true stops.
-    """
-    posterior, layout, coordinates = model.posterior, model.posterior.layout, model.draws
-    chosen = model.evenly(min(len(coordinates), n_parameters))
+def group_runs(model: FittedModel) -> GroupRuns:
+    """Run the block for all draws of a model, each group at its median effects on the motion."""
+    layout, draws = model.posterior.layout, model.draws
     shaping = list(layout.tables)
-    groups = table_groups(coordinates[chosen][:, shaping], MAX_TABLES)
-    chosen = chosen[np.concatenate(groups)]
-    u = coordinates[chosen]
-    effects = tuple(replace(effect, shift=None) for effect in posterior.effects)
-    ends = np.cumsum([len(group) for group in groups])
-    tables, values = [], []
-    for first, last in zip(np.concatenate([[0], ends[:-1]]), ends, strict=True):
-        middle = u[first].copy()
-        middle[shaping] = np.median(u[first:last, shaping], axis=0)
+    members = tuple(table_groups(draws[:, shaping], MAX_TABLES))
+    values = []
+    for group in members:
+        middle = draws[group[0]].copy()
+        middle[shaping] = np.median(draws[group][:, shaping], axis=0)
         values.append(layout.effect_values(middle))
-        curvature = float(posterior.specification.centrifugal)
-        tables.append(predict_records(posterior.observations, effects, values[-1], curvature))
-    tau = None if layout.path_scatter is None else PATH_SCATTER * u[:, layout.path_scatter]
+    curvature = float(model.specification.centrifugal)
+    runs = [run_blocks(model.observations, model.posterior.effects, v, curvature) for v in values]
+    return GroupRuns(members, tuple(values), tuple(runs))
+
+
+def group_tables(
+    model: FittedModel, groups: GroupRuns, observations: Observations
+) -> tuple[Predicted, ...]:
+    """Stops of `observations`, which start where those of the model do, by the runs of each group.
+
+    What shifts records alone is left out: bounds are of true stops.
+    """
+    effects = tuple(replace(effect, shift=None) for effect in model.posterior.effects)
+    curvature = float(model.specification.centrifugal)
+    return tuple(
+        predict_records(observations, effects, values, curvature, runs)
+        for values, runs in zip(groups.values, groups.runs, strict=True)
+    )
+
+
+def posterior_draws(
+    model: FittedModel, groups: GroupRuns, path_id: str, n_parameters: int
+) -> PosteriorDraws:
+    """At most `n_parameters` of the draws of a model, taken evenly, for a path."""
+    order = np.concatenate(groups.members)
+    group = np.repeat(np.arange(len(groups.members)), [len(m) for m in groups.members])
+    taken = np.isin(order, model.evenly(min(len(order), n_parameters)))
+    chosen = order[taken]
+    u = model.draws[chosen]
+    place = model.posterior.layout.path_scatter
+    offset = model.offsets.get(path_id)
     return PosteriorDraws(
         u=u,
-        ends=ends,
-        tables=tuple(tables),
-        values=tuple(values),
-        tau=tau,
-        offsets={path_id: draws[chosen] for path_id, draws in model.offsets.items()},
+        group=group[taken],
+        offset=None if offset is None else offset[chosen],
+        tau=None if place is None else PATH_SCATTER * u[:, place],
         sigma_m=None if model.sigma_m is None else model.sigma_m[chosen],
     )

@@ -45,6 +45,22 @@ class SmoothProfile:
         return self.derivatives(np.asarray(x, dtype=float))[0]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Derivatives:
+    """A curve with its first two derivatives, as `SmoothProfile.derivatives` gives them.
+
+    Unlike a function that is made where it is needed, it can be sent to another process.
+    """
+
+    curve: Callable[[Floats], Floats]
+    slope: Callable[[Floats], Floats]
+    bending: Callable[[Floats], Floats]
+
+    def __call__(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """(f, f', f'') at x."""
+        return self.curve(x), self.slope(x), self.bending(x)
+
+
 def smooth_profile(x: Floats, y: Floats, method: Method = "auto") -> SmoothProfile:
     """Regularise the points (x, y), both `[n_points]`, x strictly rising.
 
@@ -82,7 +98,7 @@ def legendre_profile(
         x_min=float(x[0]),
         x_max=float(x[-1]),
         knots=np.empty(0),
-        derivatives=lambda s: (f(s), slope(s), bend(s)),
+        derivatives=Derivatives(f, slope, bend),
     )
 
 
@@ -119,5 +135,5 @@ def spline_profile(x: Floats, y: Floats, deviation: float = SPLINE_DEVIATION_M) 
         x_min=float(x[0]),
         x_max=float(x[-1]),
         knots=x[1:-1].copy(),
-        derivatives=lambda s: (f(s), slope(s), bend(s)),
+        derivatives=Derivatives(f, slope, bend),
     )

@@ -62,3 +62,20 @@ def only_paths(records: Records, paths: Sequence[str]) -> Records:
         events,
         tuple(s for s in records.speeds if s.event_id in names),
     )
+
+
+def paths_to_run(records: Records, named: Sequence[str]) -> list[str]:
+    """The paths that are named, or all with a profile, in the order of their names.
+
+    Raises:
+        AvahazardError: a path is unknown or has no profile, or there are none with a profile.
+    """
+    for path_id in named:
+        find_profile(records, find_path(records, path_id))
+    profiles = {profile.path_id for profile in records.profiles}
+    found = sorted(set(named) or {p.path_id for p in records.paths} & profiles)
+    if not found:
+        raise AvahazardError(
+            "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
+        )
+    return found

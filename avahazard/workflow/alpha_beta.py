@@ -5,11 +5,8 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from avahazard.effects.site import release_place
-from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
+from avahazard.effects.site import recorded_stops, release_place
+from avahazard.hazard.alpha_beta import AlphaBeta, alpha_beta_runouts
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -19,9 +16,6 @@ from avahazard.store.models import load_model
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, latest_result
 from avahazard.store.session import reading
-from avahazard.workflow.path import stop_place
-
-Floats = NDArray[np.float64]
 
 
 def alpha_beta_paths(
@@ -54,25 +48,16 @@ def alpha_beta_paths(
             f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"
         )
     paths = _paths(records, path_id)
-    found = [(path, *baseline(records, path)) for path in paths]
+    found = [(path, *_runouts(records, path)) for path in paths]
     if plot is not None:
         _draw(plot, records, found, bounds)
     return [_row(path, smooth, one) for path, smooth, both in found for one in both]
 
 
-def baseline(records: Records, path: Path) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
-    """The smoothed profile of a path and its α-β runouts, in the order of `REGRESSIONS`."""
+def _runouts(records: Records, path: Path) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
     profile = find_profile(records, path)
     smooth = smooth_profile(profile.x_m, profile.y_m)
-    release_x = release_place(smooth, path.release_elevation_m)
-    return smooth, tuple(alpha_beta(smooth, release_x, regression) for regression in REGRESSIONS)
-
-
-def recorded_stops(records: Records, path: Path, smooth: SmoothProfile) -> Floats:
-    """x (m) of the recorded stops on the profile of a path."""
-    events = [event for event in records.events if event.path_id == path.path_id]
-    places = [x for event in events if (x := stop_place(smooth, event)) is not None]
-    return np.array(places, np.float64)
+    return smooth, alpha_beta_runouts(smooth, release_place(smooth, path.release_elevation_m))
 
 
 def _paths(records: Records, path_id: str | None) -> list[Path]:
@@ -129,6 +114,7 @@ def _draw(
     from avahazard.report.alpha_beta_figure import AlphaBetaPath, draw_alpha_beta  # noqa: PLC0415
 
     rows = {row["path_id"]: row for row in reversed(bounds)}
+    events = {p.path_id: [e for e in records.events if e.path_id == p.path_id] for p, _, _ in found}
     draw_alpha_beta(
         plot,
         [
@@ -136,7 +122,7 @@ def _draw(
                 name=path.name or path.path_id,
                 smooth=smooth,
                 found=both,
-                stop_x=recorded_stops(records, path, smooth),
+                stop_x=recorded_stops(smooth, events[path.path_id]),
                 row=rows.get(path.path_id),
             )
             for path, smooth, both in found

@@ -8,14 +8,14 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from avahazard.records.errors import AvahazardError
+from avahazard.report.hazard_csv import write_hazard
+from avahazard.report.hazard_picture import draw_hazard
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
-from avahazard.workflow.drawing_bounds import draw_hazard
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.hazard_csv import write_hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 

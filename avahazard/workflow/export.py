@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from avahazard.effects.site import release_place
+from avahazard.effects.site import release_place, stop_place
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
+from avahazard.report.hazard_csv import is_own_csv, write_hazard
 from avahazard.store.models import load_model, now
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, ZONES, latest_result
 from avahazard.store.session import reading
-from avahazard.workflow.hazard_csv import is_own_csv, write_hazard
-from avahazard.workflow.path import stop_place
 
 if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MappedPath

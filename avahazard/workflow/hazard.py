@@ -3,46 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.future_events import future_bounds
-from avahazard.hazard.row import hazard_row
-from avahazard.hazard.runout_bounds import RunoutBounds, Spread
-from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency, return_volume
-from avahazard.inference.seeds import generator
-from avahazard.records.collection import Records
+from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.hazard.path_rows import path_rows
+from avahazard.hazard.scenario import Scenario
+from avahazard.hazard.volume_frequency import return_volume
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import find_path, find_profile
+from avahazard.records.lookup import paths_to_run
 from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
-from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
-from avahazard.workflow.future_events import forecast, ignores_volume
-from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.uncertainties import path_uncertainties
+from avahazard.workflow.stored.path_hazard import ignores_volume, stored_path_hazard
 
 N_DRAWS = 20_000
 DEFAULT_RETURN_PERIOD = 100.0
-HELD_WORTH_A_NOTE, HELD_TOO_MANY = 0.05, 0.5
-"""Shares of draws that do not start: from the first it is said, from the second no bounds are
-given."""
-UNKNOWN = Spread(None, None, None, None)
-
-
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """A row to come: a path with its volume, or with a return period and the volume of that."""
-
-    path_id: str
-    volume_m3: float | None
-    return_period: float | None = None
-    returned: ReturnVolume | None = None
-    frequency: VolumeFrequency | None = None
 
 
 def hazard(
@@ -75,22 +55,17 @@ def hazard(
     if not return_periods and not volumes:
         return_periods = (DEFAULT_RETURN_PERIOD,)
     stored = load_stored(database, name, own_effects(database, name, effect_files))
-    records = stored.records
-    frequencies = volume_frequencies(records, seed, source) if return_periods else None
-    wanted, notes = _wanted(stored, records, return_periods, volumes, paths, frequencies)
-    report("Runout", 0.0, len(wanted))
-    pairs = [(w.path_id, w.volume_m3) for w in wanted]
-    ready, future_events = forecast(stored, pairs)
+    frequencies = volume_frequencies(stored.records, seed, source) if return_periods else None
+    scenarios, notes = _scenarios(stored, return_periods, volumes, paths, frequencies)
+    n_rows = sum(len(of_path) for of_path in scenarios.values())
+    report("Runout", 0.0, n_rows)
     rows: list[dict[str, Any]] = []
-    for path_id in dict.fromkeys(w.path_id for w in wanted):
-        mine = [k for k, w in enumerate(wanted) if w.path_id == path_id]
-        apart = path_uncertainties(stored, path_id, [wanted[k] for k in mine], frequencies, seed)
-        for k, more in zip(mine, apart, strict=True):
-            row = wanted[k]
-            keys = (seed, "hazard", path_id, repr(row.volume_m3), repr(row.return_period))
-            bounds = future_bounds(ready, future_events[k], n_draws, generator(*keys))
-            rows.append(_row(stored, row, bounds, more))
-            report("Runout", float(len(rows)), len(wanted))
+    for path_id, of_path in scenarios.items():
+        rate = _volumes(stored, of_path, frequencies)
+        at = [scenario.any_volume_m3 for scenario in of_path]
+        path = stored_path_hazard(stored, path_id, rate, at, seed=seed)
+        rows += path_rows(path, of_path, n_draws, seed)
+        report("Runout", float(len(rows)), n_rows)
     with writing(database) as session:
         save_result(session, BOUNDS, name, rows)
     return rows, notes + _notes(stored, rows)
@@ -104,72 +79,50 @@ def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
             )
 
 
-def _wanted(
+def _scenarios(
     stored: StoredFit,
-    records: Records,
     return_periods: Sequence[float],
     volumes: Sequence[float],
     paths: Sequence[str],
     frequencies: Frequencies | None,
-) -> tuple[list[Wanted], list[str]]:
-    """The rows to compute, and why paths that nobody named are left out."""
-    for path_id in paths:
-        find_profile(records, find_path(records, path_id))
-    profiles = {profile.path_id for profile in records.profiles}
-    named = sorted(set(paths) or {p.path_id for p in records.paths} & profiles)
-    if not named:
-        raise AvahazardError(
-            "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
-        )
-    rows, notes, refusals = [], [], []
-    for path_id in named:
+) -> tuple[dict[str, list[Scenario]], list[str]]:
+    """The rows to compute by path, and why paths that nobody named are left out."""
+    found: dict[str, list[Scenario]] = {}
+    notes, refusals = [], []
+    for path_id in paths_to_run(stored.records, paths):
+        mine = []
         for period in dict.fromkeys(return_periods):
             assert frequencies is not None
             try:
                 frequency = frequencies.of(path_id)
                 returned = return_volume(frequency, period)
-                rows.append(Wanted(path_id, returned.volume_m3, period, returned, frequency))
+                mine.append(Scenario(path_id, returned.volume_m3, period, returned, frequency))
             except AvahazardError as error:
                 if ignores_volume(stored):
-                    rows.append(Wanted(path_id, None, period))
+                    mine.append(Scenario(path_id, None, period))
                 elif paths:
                     raise
                 else:
                     refusals.append(error)
                     notes.append(f"left out: {error.message}")
-        rows += [Wanted(path_id, volume) for volume in dict.fromkeys(volumes)]
-    if not rows:
+        mine += [Scenario(path_id, volume) for volume in dict.fromkeys(volumes)]
+        if mine:
+            found[path_id] = mine
+    if not found:
         raise refusals[0]
-    return rows, notes
+    return found, notes
 
 
-def _row(
-    stored: StoredFit,
-    wanted: Wanted,
-    bounds: RunoutBounds,
-    more: dict[str, Any],
-) -> dict[str, Any]:
-    notes = []
-    held = bounds.p_not_released
-    if held > HELD_WORTH_A_NOTE:
-        notes.append(
-            f"{wanted.path_id}: the block does not start in {held:.0%} of the draws, since the "
-            "slope at its release is under the friction. Give the path a release_elevation_m "
-            "on steeper ground."
-        )
-    if held > HELD_TOO_MANY:
-        bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
-        more = {key: value for key, value in more.items() if key == "reach"}
-    period = wanted.return_period
-    row = hazard_row(
-        wanted.path_id,
-        wanted.volume_m3,
-        bounds,
-        interval_words(stored, wanted.path_id, return_period=period is not None),
-        wanted.returned,
-        wanted.frequency,
-    )
-    return {**row, **more, "return_period_years": period, "notes": notes}
+def _volumes(
+    stored: StoredFit, scenarios: Sequence[Scenario], frequencies: Frequencies | None
+) -> EventVolumes | None:
+    """Rate and volumes of a path; None where nothing is known, or no return period is asked."""
+    for scenario in scenarios:
+        if scenario.frequency is not None:
+            return scenario.frequency.volumes()
+    if frequencies is None or not ignores_volume(stored):
+        return None
+    return frequencies.rate_alone(scenarios[0].path_id)
 
 
 def _notes(stored: StoredFit, rows: Sequence[dict[str, Any]]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.effects.site import release_place
+from avahazard.effects.site import release_place, stop_place
 from avahazard.physics.smooth_profile import (
     MISFIT_LIMIT_M,
     SmoothProfile,
@@ -126,12 +126,3 @@ def _release(smooth: SmoothProfile, path: Path, event: Event | None = None) -> f
     if event is not None and event.release_elevation_m is not None:
         elevation = event.release_elevation_m
     return release_place(smooth, elevation)
-
-
-def stop_place(smooth: SmoothProfile, event: Event) -> float | None:
-    """x (m) of the recorded stop, None where it is beyond the profile."""
-    if event.left_profile:
-        return None
-    if event.runout_x_m is not None:
-        return event.runout_x_m
-    return release_place(smooth, event.runout_elevation_m)

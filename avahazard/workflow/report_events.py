@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.expected import expected_records
+from avahazard.effects.site import stop_place
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.paper.apparent import STATUSES
 from avahazard.inference.paper.calibration import recorded_elevation
@@ -19,7 +20,6 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.event import Event
 from avahazard.report.html.content import EventView
 from avahazard.workflow.compare import COORDINATES
-from avahazard.workflow.path import stop_place
 
 Floats = NDArray[np.float64]
 

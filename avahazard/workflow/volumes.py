@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
 from avahazard.hazard.volume_frequency import VolumeFrequency, return_volume
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.frequencies import Frequencies, VolumeSource, volume_frequencies
 
 RETURN_PERIODS = (10.0, 30.0, 100.0, 300.0)
 CURVE = tuple(float(t) for t in np.geomspace(1.2, 1000.0, 60))

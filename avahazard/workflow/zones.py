@@ -9,27 +9,20 @@ from typing import Any
 import numpy as np
 
 from avahazard.effects.catalogue import catalogue
+from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
-from avahazard.hazard.zones.pressure import (
-    DENSITY_KG_M3,
-    DENSITY_SD_KG_M3,
-    draw_densities,
-)
-from avahazard.inference.seeds import generator
+from avahazard.hazard.zones.pressure import DENSITY_KG_M3, DENSITY_SD_KG_M3
 from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import paths_to_run
 from avahazard.report.picture import require_picture
 from avahazard.store.results import ZONES, save_result
 from avahazard.store.session import writing
-from avahazard.workflow.drawing_zones import draw_zone_entries
-from avahazard.workflow.event_rates import extrapolation, volumes_by_path
-from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
-from avahazard.workflow.future_events import path_avalanches
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
-
-HELD_WORTH_A_NOTE = 0.05
+from avahazard.workflow.stored.path_hazard import ignores_volume, stored_path_hazard
 
 
 def zones(
@@ -72,34 +65,32 @@ def zones(
     _check(density, density_sd, return_periods)
     wanted = load_limits(limits)
     stored = load_stored(database, name, own_effects(database, name, effect_files))
-    records = stored.records
     if stored.model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
             "Calibrate with the method marginal or gibbs.",
         )
-    frequencies = volume_frequencies(records, seed, source)
-    volumes, notes = volumes_by_path(stored, frequencies, paths)
+    frequencies = volume_frequencies(stored.records, seed, source)
+    rates, notes = _rates(stored, frequencies, paths)
     periods = sorted({*return_periods, *wanted.return_periods})
-    report("Zones", 0.0, len(volumes))
-    entries = []
-    for path_id, of_path in volumes.items():
-        ready = path_avalanches(stored, path_id, of_path, seed)
-        densities = draw_densities(
-            density, density_sd, ready.n_parameters, generator(seed, "density", path_id)
-        )
-        entry = {
-            "path_id": path_id,
-            "limits": wanted.name,
-            "density_kg_m3": {"mean": density, "sd": density_sd},
-            **path_zones(ready, wanted, periods, densities, extrapolation(frequencies, path_id)),
-        }
-        entries.append({**entry, "notes": _path_notes(entry, periods)})
-        report("Zones", float(len(entries)), len(volumes))
+    report("Zones", 0.0, len(rates))
+    entries, smooth = [], {}
+    for path_id, rate in rates.items():
+        path = stored_path_hazard(stored, path_id, rate, seed=seed)
+        far = {period for period in periods if frequencies.extrapolated(path_id, period)}
+        entries.append(path_zones(path, wanted, periods, (density, density_sd), far, seed))
+        smooth[path_id] = path.avalanches.site.smooth
+        report("Zones", float(len(entries)), len(rates))
     with writing(database) as session:
         save_result(session, ZONES, name, entries)
     if plot is not None:
-        draw_zone_entries(plot, f"Zones by {name}, limits '{wanted.name}'", records, entries)
+        from avahazard.report.zones_figure import ZonedPath, draw_zones  # noqa: PLC0415 (slow)
+
+        names = {path.path_id: path.name or path.path_id for path in stored.records.paths}
+        drawn = [
+            ZonedPath(names[key], smooth[key], e) for key, e in zip(smooth, entries, strict=True)
+        ]
+        draw_zones(plot, f"Zones by {name}, limits '{wanted.name}'", drawn)
     return entries, [*notes, *wanted.notes, *_notes(stored, entries)]
 
 
@@ -133,22 +124,23 @@ def _check(density: float, density_sd: float, return_periods: Sequence[float]) -
             )
 
 
-def _path_notes(entry: dict[str, Any], periods: Sequence[float]) -> list[str]:
-    notes = []
-    found = entry["places"][0]["by_return_period"]
-    far = [f"{period:g}" for period, one in zip(periods, found, strict=True) if one["extrapolated"]]
-    if far:
-        notes.append(
-            f"{entry['path_id']}: T = {', '.join(far)} is past twice the observed years, or past "
-            "the table of volumes: an extrapolation."
-        )
-    if entry["p_not_released"] > HELD_WORTH_A_NOTE:
-        notes.append(
-            f"{entry['path_id']}: {entry['p_not_released']:.0%} of the avalanches stop at their "
-            "release, where the slope is under the friction. Give the path a release_elevation_m "
-            "on steeper ground."
-        )
-    return notes
+def _rates(
+    stored: StoredFit, frequencies: Frequencies, paths: Sequence[str]
+) -> tuple[dict[str, EventVolumes], list[str]]:
+    """Rate and volumes by path, and why paths that nobody named are left out."""
+    found, notes, refusals = {}, [], []
+    for path_id in paths_to_run(stored.records, paths):
+        rate = frequencies.rate_alone(path_id) if ignores_volume(stored) else None
+        try:
+            found[path_id] = rate or frequencies.of(path_id).volumes()
+        except AvahazardError as error:
+            if paths:
+                raise
+            refusals.append(error)
+            notes.append(f"left out: {error.message}")
+    if not found:
+        raise refusals[0]
+    return found, notes
 
 
 def _notes(stored: StoredFit, entries: Sequence[dict[str, Any]]) -> list[str]:

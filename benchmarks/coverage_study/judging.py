@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 
 from avahazard.hazard.exceedance import exceeded_runout, runout_spread
-from avahazard.hazard.future_events import future_bounds
+from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
+from avahazard.hazard.path_hazard import path_hazard
+from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.hazard.volume_frequency import Family, return_volume
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import calibrate_model
-from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.seeds import generator
-from avahazard.workflow.frequencies import VolumeSource, volume_frequencies
-from avahazard.workflow.future_events import forecast, path_avalanches
-from avahazard.workflow.stored.model import StoredFit
 from benchmarks.coverage_study.world import (
     TrueWorld,
     exceeded_once,
@@ -38,7 +36,6 @@ def judge(world: TrueWorld) -> dict[str, Any]:
     found = calibrate_model(
         observations, Specification(), {}, n_chains=CHAINS, n_draws=DRAWS, seed=world.seed
     )
-    stored = stored_fit(found)
     paths: list[dict[str, Any]] = []
     for k in range(len(world.sites)):
         path_id = world.sites[k].path.path_id
@@ -65,15 +62,15 @@ def judge(world: TrueWorld) -> dict[str, Any]:
             frequencies = volume_frequencies(world.records, world.seed, VolumeSource(family))
             frequency = frequencies.of(path_id)
             returned = return_volume(frequency, YEARS)
-            ready = path_avalanches(
-                stored, world.records, path_id, frequency.volumes(), world.seed, observations
+            volumes, at = frequency.volumes(), returned.volume_m3
+            path = path_hazard(
+                *(found.model, world.records, path_id, volumes, [at]),
+                event_columns=False,
+                volume_matters=True,
+                seed=world.seed,
             )
-            b = runout_spread(ready, exceeded_runout(ready, YEARS)).x
-            forecaster, (future_event,) = forecast(
-                stored, world.records, [(path_id, returned.volume_m3)], observations
-            )
-            rng = generator(world.seed, "coverage", path_id)
-            a = future_bounds(forecaster, future_event, 20_000, rng).x
+            b = runout_spread(path.avalanches, exceeded_runout(path.avalanches, YEARS)).x
+            a = volume_bounds(path, at, 20_000, generator(world.seed, "coverage", path_id)).x
             line[family] = {
                 "volume_m3": [returned.q05_m3, returned.volume_m3, returned.q95_m3],
                 "a": [a.q05, a.q50, a.q95],
@@ -86,26 +83,6 @@ def judge(world: TrueWorld) -> dict[str, Any]:
         "paths": paths,
         "seconds": time.monotonic() - started,
     }
-
-
-def stored_fit(found: Calibrated) -> StoredFit:
-    """The model as it would come from the database."""
-    n_slots = found.coordinates.shape[2]
-    return StoredFit(
-        name="made",
-        parent=None,
-        specification=found.specification,
-        facts=found.facts,
-        method=found.method,
-        paths=(),
-        slots=found.slots,
-        coordinates=found.coordinates.reshape(-1, n_slots),
-        offsets={},
-        grids=found.grids,
-        own=(),
-        fingerprint="",
-        result={},
-    )
 
 
 def _or_none(x: float) -> float | None:

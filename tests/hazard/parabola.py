@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from avahazard.effects.effect import Effect
-from avahazard.hazard.avalanches import Avalanches, avalanches
+from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.path_hazard import PathHazard, hazard_of_classes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -41,17 +44,28 @@ def draws(sigma: float, n: int, *more: float) -> np.ndarray:
     return np.tile(np.concatenate([LAW, [np.log(sigma)], more]), (n, 1))
 
 
-def ready(
+def path(
     coordinates: np.ndarray,
-    volumes: EventVolumes,
+    volumes: EventVolumes | None,
     releases: Sequence[float] = (TOP_M,),
     specification: Specification | None = None,
     effects: tuple[Effect, ...] = (),
     metres: bool = False,
-) -> Avalanches:
+    at: Sequence[float] = (),
+) -> PathHazard:
     posterior = Posterior(observations(tuple(releases)), specification or Specification(), effects)
-    rng = np.random.default_rng(3)
-    return avalanches(posterior, "p", coordinates, {}, volumes, rng, metres=metres)
+    method: MethodName = "metropolis" if metres else "marginal"
+    model = FittedModel(posterior, coordinates, {}, method)
+    return hazard_of_classes(model, "p", volumes, at, seed=3)
+
+
+def avalanches_of(
+    coordinates: np.ndarray,
+    volumes: EventVolumes,
+    releases: Sequence[float] = (TOP_M,),
+    **more: Any,
+) -> Avalanches:
+    return path(coordinates, volumes, releases, **more).avalanches
 
 
 def stop(mu: float, release_m: float = TOP_M) -> float:

@@ -19,7 +19,7 @@ from avahazard.hazard.avalanches import (
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.passing import passing_rate
 from avahazard.inference.model.specification import Specification
-from tests.hazard.parabola import LAW, TOP_M, draws, observations, ready, stops
+from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, stops
 
 VOLUMES = EventVolumes(
     np.array([0.4, 0.2]),
@@ -35,7 +35,7 @@ def drawn_friction(p: int, n: int, rng: np.random.Generator, sigma: float) -> np
 
 
 def test_the_rate_under_a_friction_is_that_of_drawn_avalanches() -> None:
-    avalanches = ready(draws(0.1, 2), VOLUMES)
+    avalanches = avalanches_of(draws(0.1, 2), VOLUMES)
     rng = np.random.default_rng(1)
     for mu in (0.35, 0.5, 0.65):
         found = rate_below(avalanches, np.full((2, 1), mu))
@@ -47,7 +47,7 @@ def test_the_rate_under_a_friction_is_that_of_drawn_avalanches() -> None:
 
 
 def test_the_rate_past_a_place_is_that_of_drawn_avalanches() -> None:
-    avalanches = ready(draws(0.1, 2), VOLUMES, RELEASES)
+    avalanches = avalanches_of(draws(0.1, 2), VOLUMES, RELEASES)
     rate = passing_rate(avalanches)
     rng = np.random.default_rng(2)
     for x in (2000.0, 2400.0, 2800.0):
@@ -65,7 +65,7 @@ def test_the_sum_in_one_pass_is_that_of_the_chances(
     distribution: Literal["lognormal", "normal"],
 ) -> None:
     specification = Specification(distribution=distribution)
-    avalanches = ready(draws(0.2, 2), VOLUMES, RELEASES, specification=specification)
+    avalanches = avalanches_of(draws(0.2, 2), VOLUMES, RELEASES, specification=specification)
     for mu in ([0.0, np.inf], [0.3, 0.5], [1e-9, 0.9]):
         under = np.tile(mu, (2, 1))
         expected = yearly_rate(avalanches, friction_below(avalanches, under))
@@ -75,7 +75,7 @@ def test_the_sum_in_one_pass_is_that_of_the_chances(
 def test_friction_that_is_normal_is_over_nought() -> None:
     specification = Specification(distribution="normal")
     coordinates = draws(0.3, 1)
-    avalanches = ready(coordinates, one_volume(1e5, 1), specification=specification)
+    avalanches = avalanches_of(coordinates, one_volume(1e5, 1), specification=specification)
     mean = np.exp(LAW[0] - LAW[1] * 0.1)
     truth = stats.truncnorm(-mean / 0.3, np.inf, loc=mean, scale=0.3)
     for mu in (0.0, 0.2, 0.6):
@@ -83,7 +83,7 @@ def test_friction_that_is_normal_is_over_nought() -> None:
 
 
 def test_students_tails() -> None:
-    avalanches = ready(
+    avalanches = avalanches_of(
         draws(0.1, 1), one_volume(1e5, 1), specification=Specification(tails="student")
     )
     middle = np.exp(LAW[0] - LAW[1] * 0.1)
@@ -95,7 +95,7 @@ def test_effects_on_friction_see_the_volume_of_each_node() -> None:
     facts = {"knots": [9.0, 10.0], "centre": 10.0, "scale": 1.0}
     effect = definition("covariate:volume_m3").build(facts)
     slope = 0.1 / effect.parameters[0].prior_sd
-    avalanches = ready(draws(0.1, 2, slope), VOLUMES, effects=(effect,))
+    avalanches = avalanches_of(draws(0.1, 2, slope), VOLUMES, effects=(effect,))
     volume = np.exp(VOLUMES.log_volume)
     expected = LAW[0] - LAW[1] * 1e-6 * volume + 0.1 * (VOLUMES.log_volume - 10.0)
     np.testing.assert_allclose(avalanches.location[0, 0], expected)
@@ -104,7 +104,7 @@ def test_effects_on_friction_see_the_volume_of_each_node() -> None:
 def test_fewer_draws_of_the_model_serve_several_times() -> None:
     coordinates = draws(0.1, 3)
     coordinates[:, 0] += [0.0, 0.1, 0.2]
-    avalanches = ready(coordinates, one_volume(1e5, 6))
+    avalanches = avalanches_of(coordinates, one_volume(1e5, 6))
     assert np.diff(avalanches.location[:, 0, 0]) == pytest.approx([0.0, 0.1, 0.0, 0.1, 0.0])
 
 
@@ -116,7 +116,3 @@ def test_the_level_of_a_rate() -> None:
 
 def test_a_year_has_one_or_more_with_chance_one_in_t() -> None:
     assert -np.expm1(-annual_rate(30.0)) == pytest.approx(1 / 30)
-
-
-def test_the_study_of_the_twin_has_one_class_for_each_release() -> None:
-    assert observations(RELEASES).n_events == ready(draws(0.1, 1), VOLUMES, RELEASES).n_classes == 2

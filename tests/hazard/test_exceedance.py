@@ -16,10 +16,8 @@ from avahazard.hazard.exceedance import (
     reach,
     runout_spread,
 )
-from avahazard.hazard.future_events import FutureEvent, forecaster, future_bounds
-from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.specification import Specification
-from tests.hazard.parabola import LAW, TOP_M, draws, observations, ready, stop, stops
+from avahazard.hazard.volume_bounds import volume_bounds
+from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, path, stop, stops
 
 VOLUME = 1e5
 MEDIAN = np.exp(LAW[0] - LAW[1] * VOLUME * 1e-6)
@@ -29,14 +27,12 @@ SIGMA = 0.1
 def test_one_volume_and_no_scatter_is_the_deterministic_stop_by_both_ways() -> None:
     deterministic = stop(MEDIAN)
     coordinates = draws(1e-9, 4)
-    avalanches = ready(coordinates, one_volume(VOLUME, 4, rate=0.2))
+    avalanches = avalanches_of(coordinates, one_volume(VOLUME, 4, rate=0.2))
     for period in (10.0, 100.0, 300.0):
         mixed = exceeded_runout(avalanches, period)
         assert mixed == pytest.approx([deterministic] * 4, abs=0.5)
-    posterior = Posterior(observations(), Specification(), ())
-    forecast = forecaster(posterior, coordinates, {}, np.array([VOLUME]))
-    future_event = FutureEvent("p", VOLUME, np.array([0]))
-    bounds = future_bounds(forecast, future_event, 100, np.random.default_rng(0))
+    given = path(coordinates, None, at=[VOLUME])
+    bounds = volume_bounds(given, VOLUME, 100, np.random.default_rng(0))
     assert (bounds.x.q05, bounds.x.q95) == pytest.approx((deterministic,) * 2, abs=0.5)
     assert middle_runout(avalanches) == pytest.approx([deterministic] * 4, abs=0.5)
     assert natural_runouts(avalanches) == pytest.approx(deterministic, abs=0.5)
@@ -44,7 +40,7 @@ def test_one_volume_and_no_scatter_is_the_deterministic_stop_by_both_ways() -> N
 
 def test_one_volume_is_exceeded_at_its_quantile_of_friction() -> None:
     rate, period = 0.4, 50.0
-    avalanches = ready(draws(SIGMA, 1), one_volume(VOLUME, 1, rate))
+    avalanches = avalanches_of(draws(SIGMA, 1), one_volume(VOLUME, 1, rate))
     share = annual_rate(period) / rate
     z = float(np.quantile(np.random.default_rng(1).standard_normal(1_000_000), share))
     expected = stop(MEDIAN * np.exp(SIGMA * z))
@@ -53,7 +49,7 @@ def test_one_volume_is_exceeded_at_its_quantile_of_friction() -> None:
 
 def test_the_runout_is_exceeded_as_often_in_simulated_years() -> None:
     volumes = EventVolumes(np.array([0.7]), np.log([1e4, 4e4, 8e4]), np.array([[0.5, 0.4, 0.1]]))
-    avalanches = ready(draws(SIGMA, 1), volumes, (TOP_M, 2350.0))
+    avalanches = avalanches_of(draws(SIGMA, 1), volumes, (TOP_M, 2350.0))
     (x,) = exceeded_runout(avalanches, 20.0)
     assert np.isfinite(x)
     rng = np.random.default_rng(5)
@@ -69,7 +65,7 @@ def test_the_runout_is_exceeded_as_often_in_simulated_years() -> None:
 
 
 def test_the_chance_of_reaching_falls_to_one_in_t_at_the_runout_of_t() -> None:
-    avalanches = ready(draws(SIGMA, 2), one_volume(VOLUME, 2, 0.3))
+    avalanches = avalanches_of(draws(SIGMA, 2), one_volume(VOLUME, 2, 0.3))
     found = reach(avalanches, 400)
     assert (np.diff(found.chance[:, 1]) <= 0.0).all()
     assert found.chance[0, 1] == pytest.approx(-np.expm1(-0.3), rel=1e-3)
@@ -82,7 +78,7 @@ def test_natural_and_parameters_apart() -> None:
     rng = np.random.default_rng(6)
     coordinates = draws(SIGMA, 400)
     coordinates[:, 0] += 0.05 * rng.standard_normal(400)
-    avalanches = ready(coordinates, one_volume(VOLUME, 400))
+    avalanches = avalanches_of(coordinates, one_volume(VOLUME, 400))
     natural = runout_spread(avalanches, natural_runouts(avalanches)).x
     parameters = runout_spread(avalanches, middle_runout(avalanches)).x
     for spread, sd in ((natural, SIGMA), (parameters, 0.05)):
@@ -92,19 +88,19 @@ def test_natural_and_parameters_apart() -> None:
 
 def test_more_rate_and_a_longer_period_go_farther() -> None:
     volumes = EventVolumes(np.array([0.05, 0.2]), np.log([VOLUME]), np.ones((2, 1)))
-    avalanches = ready(draws(SIGMA, 2), volumes)
+    avalanches = avalanches_of(draws(SIGMA, 2), volumes)
     often, seldom = exceeded_runout(avalanches, 50.0), exceeded_runout(avalanches, 500.0)
     assert often[0] < often[1] < seldom[1]
     assert often[0] < seldom[0]
 
 
 def test_a_period_in_which_nothing_comes_has_the_release() -> None:
-    avalanches = ready(draws(SIGMA, 1), one_volume(VOLUME, 1, rate=0.01))
+    avalanches = avalanches_of(draws(SIGMA, 1), one_volume(VOLUME, 1, rate=0.01))
     assert exceeded_runout(avalanches, 10.0) == pytest.approx(avalanches.site.release_x)
 
 
 def test_beyond_the_profile() -> None:
-    avalanches = ready(draws(SIGMA, 3), one_volume(2e6, 3, rate=5.0))
+    avalanches = avalanches_of(draws(SIGMA, 3), one_volume(2e6, 3, rate=5.0))
     x = exceeded_runout(avalanches, 300.0)
     assert np.isinf(x).all()
     spread = runout_spread(avalanches, x)
@@ -113,8 +109,8 @@ def test_beyond_the_profile() -> None:
 
 def test_a_volume_between_the_nodes() -> None:
     nodes = EventVolumes(np.ones(2), np.linspace(9.0, 13.0, 41), np.full((2, 41), 1 / 41))
-    avalanches = ready(draws(SIGMA, 2), nodes)
-    exact = ready(draws(SIGMA, 2), one_volume(VOLUME, 2))
+    avalanches = avalanches_of(draws(SIGMA, 2), nodes)
+    exact = avalanches_of(draws(SIGMA, 2), one_volume(VOLUME, 2))
     between = at_volume(avalanches, np.full(2, np.log(VOLUME)))
     np.testing.assert_allclose(between.location, exact.location, atol=2e-4)
     np.testing.assert_allclose(at_the_middle(exact, 5).location[3], exact.location[0])
@@ -122,12 +118,10 @@ def test_a_volume_between_the_nodes() -> None:
 
 def test_stops_that_scatter_in_metres_agree_with_the_paper_s_way() -> None:
     coordinates = draws(60.0, 50)
-    avalanches = ready(coordinates, one_volume(VOLUME, 50), metres=True)
+    given = path(coordinates, one_volume(VOLUME, 50), metres=True, at=[VOLUME])
+    avalanches = given.avalanches
     natural = runout_spread(avalanches, natural_runouts(avalanches))
-    posterior = Posterior(observations(), Specification(), ())
-    forecast = forecaster(posterior, coordinates, {}, np.array([VOLUME]), metres=True)
-    future_event = FutureEvent("p", VOLUME, np.array([0]))
-    bounds = future_bounds(forecast, future_event, 40_000, np.random.default_rng(0))
+    bounds = volume_bounds(given, VOLUME, 40_000, np.random.default_rng(0))
     for key in ("q05", "q50", "q95"):
         assert getattr(natural.elevation, key) == pytest.approx(
             getattr(bounds.elevation, key), abs=3.0

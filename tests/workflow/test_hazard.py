@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import shutil
+from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
 from math import exp
 from pathlib import Path
 from typing import Any
@@ -13,18 +13,23 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avahazard.effects.site import Site
+from avahazard.hazard.frequencies import VolumeSource
+from avahazard.inference.model import observations
+from avahazard.physics.resistance import Resistance
+from avahazard.physics.runout_table import RunoutTable
+from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
+from avahazard.report.hazard_csv import write_hazard
+from avahazard.report.hazard_picture import draw_hazard
 from avahazard.store import upkeep
 from avahazard.store.results import BOUNDS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.drawing_bounds import draw_hazard
-from avahazard.workflow.frequencies import VolumeSource
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.hazard_csv import write_hazard
-from avahazard.workflow.hazard_words import interval_words
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.zones import zones
 from tests.workflow.twin import DATA, twin_records
 
 Write = Callable[[str, str], Path]
@@ -95,6 +100,33 @@ def test_periods_and_volumes_give_rows_for_both(mine: str) -> None:
     assert rows[1]["interval"].endswith("fixed: the volume")
 
 
+def test_tables_and_profiles_are_made_once_for_a_path(
+    mine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted: Counter[str] = Counter()
+    table, smooth = Site.table, observations.smooth_profile
+
+    def count_table(site: Site, resistance: Resistance) -> RunoutTable:
+        counted[f"table of {site.path.path_id}"] += 1
+        return table(site, resistance)
+
+    def count_profile(x: np.ndarray, y: np.ndarray) -> SmoothProfile:
+        counted[f"profile {x[-1]} {y[0]}"] += 1
+        return smooth(x, y)
+
+    monkeypatch.setattr(Site, "table", count_table)
+    monkeypatch.setattr(observations, "smooth_profile", count_profile)
+    hazard(mine, "gibbs", return_periods=[30.0, 100.0], volumes=[1e4, 1e5])
+    paths = {p.path_id for p in twin_records().paths}
+    assert {f"table of {path_id}" for path_id in paths} < set(counted)
+    assert len(counted) == 2 * len(paths)
+    assert set(counted.values()) == {1}
+    counted.clear()
+    zones(mine, "gibbs", return_periods=[10.0])
+    assert len(counted) == 2 * len(paths)
+    assert set(counted.values()) == {1}
+
+
 def test_larger_volumes_and_longer_periods_go_further(mine: str) -> None:
     volumes = rows_of(mine, "gibbs", volumes=[1e4, 1e6], paths=["saint-clement"])
     assert volumes[1]["runout_x_m"]["q50"] > volumes[0]["runout_x_m"]["q50"] + 100.0
@@ -113,7 +145,7 @@ def test_the_metropolis_model_scatters_in_metres(mine: str) -> None:
     (row,) = rows_of(mine, "metropolis", volumes=[3e4], paths=["saugy"])
     assert "sigma metres of elevation" in row["interval"]
     z = row["runout_elevation_m"]
-    sigma = load_stored(mine, "metropolis")[0].result["parameters"]["sigma"]["mean"]
+    sigma = load_stored(mine, "metropolis").result["parameters"]["sigma"]["mean"]
     assert z["q95"] - z["q05"] == pytest.approx(2 * 1.645 * sigma, rel=0.1)
 
 
@@ -205,22 +237,6 @@ def test_what_cannot_be_asked(mine: str, more: dict[str, Any], message: str) -> 
 def test_no_such_model(mine: str) -> None:
     with pytest.raises(AvahazardError, match="no model nobody"):
         hazard(mine, "nobody")
-
-
-def test_words_of_the_interval(mine: str) -> None:
-    stored = load_stored(mine, "gibbs")[0]
-    plain = interval_words(stored, twin_records(), "scey", return_period=False)
-    assert "natural scatter of friction (lognormal)" in plain
-    specification = replace(
-        stored.specification, tails="student", effects=("path-effect", "snow-type")
-    )
-    more = replace(stored, specification=specification, offsets={"scey": stored.coordinates[:, 0]})
-    known = interval_words(more, twin_records(), "scey", return_period=False)
-    assert "Student's t" in known
-    assert "columns of the event" in known
-    assert "path without records" not in known
-    unknown = interval_words(more, twin_records(), "nants", return_period=False)
-    assert "path without records" in unknown
 
 
 def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from avahazard.hazard.frequencies import VolumeSource
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
-from avahazard.workflow.frequencies import VolumeSource
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.volumes import volumes
 from tests.workflow.twin import DATA, twin_records

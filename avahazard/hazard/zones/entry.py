@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,15 +10,19 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.exceedance import Reach, exceeded_runout, reach
+from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import QUANTILES
 from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
 from avahazard.hazard.zones.limits import Limits
 from avahazard.hazard.zones.pieces import Exceeded, ZonePiece, zone_pieces
-from avahazard.hazard.zones.pressure import pressure_kpa
+from avahazard.hazard.zones.pressure import draw_densities, pressure_kpa
+from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
 
 N_PLACES = 81
+HELD_WORTH_A_NOTE = 0.05
+"""Share of avalanches that stop at their release from which it is said."""
 INTERVAL = (
     "speed and pressure that a year exceeds with chance 1/T, all volumes and frictions mixed: 5, "
     "50 and 95 % over the uncertainty of the parameters, of the frequency and of the density"
@@ -26,20 +30,24 @@ INTERVAL = (
 
 
 def path_zones(
-    ready: Avalanches,
+    path: PathHazard,
     limits: Limits,
     periods: Sequence[float],
-    density: Floats,
-    extrapolated: Callable[[float], bool],
+    density: tuple[float, float],
+    extrapolated: Collection[float],
+    seed: int,
 ) -> dict[str, Any]:
-    """The entry of `zones` for one path, but for what names it and its notes.
+    """The entry of `zones` for one path.
 
-    `periods` (years) rise and hold those of the limits; `density` `[n_parameters]` in kg/m3;
-    `extrapolated` tells whether the record is too short for a return period.
+    `periods` (years) rise and hold those of the limits; `density` is the mean of the flow and its
+    standard deviation, kg/m3; `extrapolated` are the periods that the record is too short for.
     """
+    ready = path.avalanches
+    rng = generator(seed, "density", path.path_id)
+    densities = draw_densities(*density, ready.n_parameters, rng)
     chances = reach(ready, N_PLACES)
     speeds = exceeded_speeds(ready, chances.x, periods)
-    pressures = pressure_kpa(density, speeds)
+    pressures = pressure_kpa(densities, speeds)
     exceeded = {
         period: Exceeded(exceeded_runout(ready, period), pressures[k])
         for k, period in enumerate(periods)
@@ -48,7 +56,10 @@ def path_zones(
     # [n_periods, 3, n_places]
     speed = np.quantile(speeds, QUANTILES, axis=1).swapaxes(0, 1)
     pressure = np.quantile(pressures, QUANTILES, axis=1).swapaxes(0, 1)
-    return {
+    entry: dict[str, Any] = {
+        "path_id": path.path_id,
+        "limits": limits.name,
+        "density_kg_m3": {"mean": density[0], "sd": density[1]},
         "release_x_m": float(chances.x[0]),
         "end_x_m": float(chances.x[-1]),
         "interval": INTERVAL,
@@ -60,7 +71,7 @@ def path_zones(
                 "by_return_period": [
                     {
                         "return_period_years": period,
-                        "extrapolated": extrapolated(period),
+                        "extrapolated": period in extrapolated,
                         "speed_m_s": _quantiles(speed[k, :, i]),
                         "pressure_kpa": _quantiles(pressure[k, :, i]),
                     }
@@ -71,10 +82,11 @@ def path_zones(
         ],
         "p_not_released": _held(ready, chances),
         "zones": [
-            _zone(piece, any(extrapolated(r.return_period_years) for r in zone.rules))
+            _zone(piece, any(r.return_period_years in extrapolated for r in zone.rules))
             for piece, zone in zip(pieces, limits.zones, strict=True)
         ],
     }
+    return {**entry, "notes": _notes(entry, [p for p in periods if p in extrapolated])}
 
 
 def _quantiles(values: Floats) -> dict[str, float]:
@@ -99,3 +111,20 @@ def _zone(piece: ZonePiece, extrapolated: bool) -> dict[str, Any]:
         "beyond": piece.beyond,
         "extrapolated": extrapolated,
     }
+
+
+def _notes(entry: dict[str, Any], extrapolated: Sequence[float]) -> list[str]:
+    notes = []
+    if extrapolated:
+        far = ", ".join(f"{period:g}" for period in extrapolated)
+        notes.append(
+            f"{entry['path_id']}: T = {far} is past twice the observed years, or past "
+            "the table of volumes: an extrapolation."
+        )
+    if entry["p_not_released"] > HELD_WORTH_A_NOTE:
+        notes.append(
+            f"{entry['path_id']}: {entry['p_not_released']:.0%} of the avalanches stop at their "
+            "release, where the slope is under the friction. Give the path a release_elevation_m "
+            "on steeper ground."
+        )
+    return notes

@@ -146,6 +146,24 @@ class Posterior:
         least = layout.slots[layout.scatter].low if layout.scatter_slope is not None else -12.0
         return location, np.exp(np.clip(log_scatter, least, 4.0))
 
+    def locations_and_scatters(self, u: Floats, volume: Floats) -> tuple[Floats, Floats]:
+        """`location_and_scatter` of many draws at once, `[n_draws, n_events]`.
+
+        `u` is `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
+        """
+        layout = self.layout
+        location = layout.law.log_friction(u[:, : len(layout.law.coordinates)], volume)
+        for place, design in self._design:
+            location = location + u[:, place] @ design.T
+        log_scatter = np.repeat(u[:, [layout.scatter]], len(volume), axis=1)
+        least = -12.0
+        if layout.scatter_slope is not None:
+            log_scatter -= u[:, [layout.scatter_slope]] * volume / layout.reference_volume
+            least = layout.slots[layout.scatter].low
+        if not self._in_log:
+            location = np.exp(location)
+        return location, np.exp(np.clip(log_scatter, least, 4.0))
+
     def terms(
         self,
         nodes: Nodes,

@@ -57,6 +57,10 @@ class Law:
         result: Array = np.exp(self.log_friction(self.from_natural(natural), volume))
         return result
 
+    def __reduce__(self) -> tuple[Callable[[str], Law], tuple[str]]:
+        """Other processes find the law by its name."""
+        return law, (self.name,)
+
     def start(self, volume: Array, mu: Array) -> Array:
         """Coordinates [n_coordinates] near the least-squares fit of log μ, to start from."""
         volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)

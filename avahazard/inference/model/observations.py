@@ -61,7 +61,8 @@ class Observations:
 def build_observations(records: Records, prior: Observations | None = None) -> Observations:
     """Arrange the records for the likelihood.
 
-    With `prior`, volumes are read in the light of the volumes of those (prediction).
+    With `prior`, volumes are read in the light of the volumes of those (prediction), and the
+    profiles of its paths, which are the same, are not regularised again.
     Raises `AvahazardError` where an event's path has no profile.
     """
     events = records.events
@@ -83,18 +84,18 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         np.zeros(len(events), dtype=np.int64),
         np.full(len(events), np.nan),
     )
+    known = {} if prior is None else {site.path.path_id: site.smooth for site in prior.sites}
     for name in used:
-        smooth = smooth_profile(profiles[name].x_m, profiles[name].y_m)
+        smooth = known.get(name) or smooth_profile(profiles[name].x_m, profiles[name].y_m)
         mine = [i for i, e in enumerate(events) if e.path_id == name]
-        place = {
-            i: release_place(smooth, _release_elevation(events[i], paths[name].release_elevation_m))
-            for i in mine
-        }
+        own = paths[name].release_elevation_m
+        start = {i: _release_elevation(events[i], own) for i in mine}
+        place = {z: release_place(smooth, z) for z in dict.fromkeys(start.values())}
         site = build_site(paths[name], profiles[name], smooth, list(place.values()))
         sites.append(site)
         for i in mine:
-            release[i] = np.searchsorted(site.release_x, place[i])
-            elevation[i] = float(smooth.height(place[i]))
+            release[i] = np.searchsorted(site.release_x, place[start[i]])
+            elevation[i] = float(smooth.height(place[start[i]]))
     columns = build_columns(events, paths, elevation)
     kinds = [_observation(e) for e in events]
     index = {e.event_id: i for i, e in enumerate(events)}

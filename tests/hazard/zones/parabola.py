@@ -7,11 +7,13 @@ from functools import cache
 import numpy as np
 
 from avahazard.effects.effect import Effect
-from avahazard.hazard.avalanches import Avalanches, avalanches
+from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.path_hazard import hazard_of_classes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
 from avahazard.physics.speed import speeds_along
@@ -38,7 +40,7 @@ def observations(*releases: float, length: float | None = None) -> Observations:
     return build_observations(Records((Path("p"),), (Profile("p", x, y),), events))
 
 
-def ready(
+def avalanches_of(
     draws: np.ndarray,
     volumes: EventVolumes,
     releases: tuple[float, ...] = (2450.0,),
@@ -49,7 +51,8 @@ def ready(
     posterior = Posterior(
         observations(*releases, length=length), specification or Specification(), effects
     )
-    return avalanches(posterior, "p", draws, {}, volumes, np.random.default_rng(1))
+    model = FittedModel(posterior, draws, {})
+    return hazard_of_classes(model, "p", volumes, seed=1).avalanches
 
 
 def one(sigma: float, n: int = 3, *more: float) -> np.ndarray:

@@ -16,15 +16,15 @@ from tests.hazard.zones.parabola import (
     SHARES,
     VOLUMES,
     X,
+    avalanches_of,
     block_speeds,
     observations,
     one,
-    ready,
 )
 
 
 def test_one_volume_without_scatter_is_the_run_of_the_block() -> None:
-    alone = ready(one(1e-12), one_volume(1e5, 3))
+    alone = avalanches_of(one(1e-12), one_volume(1e5, 3))
     (found,) = exceeded_speeds(alone, X, [100.0])
     expected = block_speeds(0.7 * np.exp(-0.2))[0]
     assert found == pytest.approx(np.tile(expected, (3, 1)), rel=1e-3, abs=0.15)
@@ -33,7 +33,7 @@ def test_one_volume_without_scatter_is_the_run_of_the_block() -> None:
 
 def test_what_comes_too_seldom_has_no_speed() -> None:
     # Once in 50 years at most.
-    rare = ready(one(0.1), one_volume(1e5, 3, rate=0.02))
+    rare = avalanches_of(one(0.1), one_volume(1e5, 3, rate=0.02))
     thirty, hundred = exceeded_speeds(rare, X, [30.0, 100.0])
     assert thirty.max() == 0.0
     assert hundred.max() > 20.0
@@ -62,7 +62,7 @@ def naive_speeds(p: int, sigma: float, period: float, releases: tuple[float, ...
 
 @pytest.mark.parametrize("releases", [(2450.0,), (2450.0, 2300.0, 1900.0)])
 def test_mixture_of_volumes_and_releases_by_counting(releases: tuple[float, ...]) -> None:
-    mixed = ready(one(0.15, 2), EventVolumes(RATES, VOLUMES, SHARES), releases)
+    mixed = avalanches_of(one(0.15, 2), EventVolumes(RATES, VOLUMES, SHARES), releases)
     found = exceeded_speeds(mixed, X, [10.0, 100.0])
     for t, period in enumerate((10.0, 100.0)):
         for p in (0, 1):
@@ -79,7 +79,9 @@ def test_mixture_of_volumes_and_releases_by_counting(releases: tuple[float, ...]
     ],
 )
 def test_speed_ends_where_the_runout_is_exceeded(specification: Specification) -> None:
-    mixed = ready(one(0.12, 2), EventVolumes(RATES, VOLUMES, SHARES), specification=specification)
+    mixed = avalanches_of(
+        one(0.12, 2), EventVolumes(RATES, VOLUMES, SHARES), specification=specification
+    )
     (found,) = exceeded_speeds(mixed, X, [4.0])
     runout = exceeded_runout(mixed, 4.0)
     for p in (0, 1):
@@ -93,7 +95,9 @@ def test_drag_slows_the_draws_that_have_it() -> None:
     effect = definition("turbulent-drag").build({})
     scale = effect.parameters[0].prior_sd
     draws = np.vstack([one(1e-12, 2, 0.0), one(1e-12, 2, 0.002 / scale)])
-    (found,) = exceeded_speeds(ready(draws, one_volume(1e5, 4), effects=(effect,)), X, [100.0])
+    (found,) = exceeded_speeds(
+        avalanches_of(draws, one_volume(1e5, 4), effects=(effect,)), X, [100.0]
+    )
     assert found[0] == pytest.approx(block_speeds(0.7 * np.exp(-0.2))[0], rel=1e-3, abs=0.15)
     assert found[3].max() < 0.8 * found[0].max()
 
@@ -103,7 +107,7 @@ def test_the_front_brings_the_speed_of_the_block_behind_it() -> None:
     share = 0.5 / effect.parameters[0].prior_sd
     draws = one(1e-12, 3, share)
     found = exceeded_speeds(
-        ready(draws, one_volume(1e5, 3), effects=(effect,), length=200.0), X, [100.0]
+        avalanches_of(draws, one_volume(1e5, 3), effects=(effect,), length=200.0), X, [100.0]
     )[0, 0]
     site = observations(2450.0).sites[0]
     s = np.interp(X, site.terrain.x, site.terrain.s)

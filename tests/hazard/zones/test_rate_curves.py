@@ -11,7 +11,7 @@ from avahazard.hazard.avalanches import Avalanches, rate_below
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
 from avahazard.inference.model.specification import Specification
-from tests.hazard.zones.parabola import RATES, SHARES, VOLUMES, one, ready
+from tests.hazard.zones.parabola import RATES, SHARES, VOLUMES, avalanches_of, one
 
 RELEASES = (2450.0, 2300.0)
 
@@ -32,7 +32,7 @@ def read(curves: RateCurves, mu: float) -> np.ndarray:
 )
 def test_rates_between_the_nodes(specification: Specification) -> None:
     volumes = EventVolumes(RATES, VOLUMES, SHARES)
-    mixed: Avalanches = ready(one(0.15, 2), volumes, RELEASES, specification)
+    mixed: Avalanches = avalanches_of(one(0.15, 2), volumes, RELEASES, specification)
     curves = rate_curves(mixed)
     for mu in (0.1, 0.25, 0.4, 0.55, 0.7, 0.9, 1.4):
         expected = rate_below(mixed, np.full((2, 2), mu))
@@ -40,7 +40,7 @@ def test_rates_between_the_nodes(specification: Specification) -> None:
 
 
 def test_classes_of_one_friction_are_found_once_and_are_the_same() -> None:
-    mixed = ready(one(0.15, 2), EventVolumes(RATES, VOLUMES, SHARES), RELEASES)
+    mixed = avalanches_of(one(0.15, 2), EventVolumes(RATES, VOLUMES, SHARES), RELEASES)
     once = rate_curves(mixed)
     # An ulp apart, and each class goes its own way.
     location = mixed.location.copy()

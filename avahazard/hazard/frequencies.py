@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volume
 from avahazard.hazard.snowfall import snowfall_frequency
 from avahazard.hazard.volume_frequency import (
+    N_DRAWS,
     Family,
     Region,
     VolumeFrequency,
@@ -106,13 +108,25 @@ class Frequencies:
         ratio = self.source.density_ratio
         return snowfall_frequency(path_id, own, self.areas[path_id], ratio, record, rng)
 
-    def rate_of(self, path_id: str, n: int) -> Floats | None:
-        """Draws `[n]` of the rate of avalanches of a path, None where its record has none."""
+    def rate_alone(self, path_id: str) -> EventVolumes | None:
+        """The rate of a path by its record, for models to which volume does not matter.
+
+        None where the path has no record.
+        """
         record = self.region.records.get(path_id)
         if record is None:
             return None
         rng = generator(self.seed, "rate", path_id)
-        return np.asarray(rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, n))
+        rate = rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, N_DRAWS)
+        return replace(one_volume(ANY_VOLUME_M3, N_DRAWS), rate=rate)
+
+    def extrapolated(self, path_id: str, return_period: float) -> bool:
+        """Whether a return period (years) is too long for what is known of a path."""
+        try:
+            return self.of(path_id).extrapolated(return_period)
+        except AvahazardError:
+            # A rate alone.
+            return return_period > 2 * self.region.records[path_id].n_years
 
 
 def volume_frequencies(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from avahazard.workflow.hazard_csv import is_own_csv, write_hazard
+from avahazard.report.hazard_csv import is_own_csv, write_hazard
 from tests.gis.results import bounds
 
 

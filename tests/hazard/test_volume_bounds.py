@@ -1,4 +1,4 @@
-"""Bounds of avalanches to come, against single runs of the block."""
+"""Bounds of one volume, against single runs of the block."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import pytest
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Effect
-from avahazard.hazard.future_events import Forecaster, FutureEvent, forecaster, future_bounds
+from avahazard.hazard.path_hazard import PathHazard, hazard_of_classes
 from avahazard.hazard.runout_bounds import RunoutBounds
+from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -42,23 +44,21 @@ def observations(*lengths: float) -> Observations:
     return build_observations(Records((path,), (Profile("p", x, y),), events))
 
 
-def ready(
+def path_of(
     draws: np.ndarray,
     specification: Specification | None = None,
     effects: tuple[Effect, ...] = (),
     lengths: tuple[float, ...] = (),
     offsets: dict[str, np.ndarray] | None = None,
-    metres: bool = False,
-) -> Forecaster:
+    method: MethodName = "marginal",
+) -> PathHazard:
     posterior = Posterior(observations(*lengths), specification or Specification(), effects)
-    volume = np.full(posterior.observations.n_events, VOLUME)
-    return forecaster(posterior, draws, offsets or {}, volume, metres=metres)
+    model = FittedModel(posterior, draws, offsets or {}, method)
+    return hazard_of_classes(model, "p", None, [VOLUME], seed=0)
 
 
-def bounds(forecast: Forecaster, n_draws: int = 40_000) -> RunoutBounds:
-    n = forecast.location.shape[1]
-    future_event = FutureEvent("p", VOLUME, np.arange(n))
-    return future_bounds(forecast, future_event, n_draws, np.random.default_rng(11))
+def bounds(path: PathHazard, n_draws: int = 40_000) -> RunoutBounds:
+    return volume_bounds(path, VOLUME, n_draws, np.random.default_rng(11))
 
 
 def one(sigma: float, *more: float) -> np.ndarray:
@@ -75,7 +75,7 @@ def stop(mu: float) -> tuple[float, float]:
 
 
 def test_quantiles_are_runs_at_the_quantiles_of_friction() -> None:
-    found = bounds(ready(one(0.1)))
+    found = bounds(path_of(one(0.1)))
     for z, x, y in (
         (1.645, found.x.q05, found.elevation.q95),
         (0.0, found.x.q50, found.elevation.q50),
@@ -91,7 +91,7 @@ def test_uncertainty_of_the_parameters_widens() -> None:
     rng = np.random.default_rng(2)
     draws = one(0.05).repeat(200, axis=0)
     draws[:, 0] += 0.1 * rng.standard_normal(len(draws))
-    wide, narrow = bounds(ready(draws)), bounds(ready(one(0.05)))
+    wide, narrow = bounds(path_of(draws)), bounds(path_of(one(0.05)))
     ratio = (wide.elevation.q95 - wide.elevation.q05) / (
         narrow.elevation.q95 - narrow.elevation.q05
     )
@@ -101,9 +101,9 @@ def test_uncertainty_of_the_parameters_widens() -> None:
 def test_the_offset_of_a_known_path_and_the_spread_of_an_unknown_one() -> None:
     effect = definition("path-effect").build({})
     draws = one(0.02, 0.5).repeat(100, axis=0)  # tau = 0.1
-    known = bounds(ready(draws, effects=(effect,), offsets={"p": np.full(1000, -0.15)}))
+    known = bounds(path_of(draws, effects=(effect,), offsets={"p": np.full(1000, -0.15)}))
     assert known.x.q50 == pytest.approx(stop(MEDIAN * np.exp(-0.15))[0], abs=8.0)
-    unknown = bounds(ready(draws, effects=(effect,)))
+    unknown = bounds(path_of(draws, effects=(effect,)))
     assert unknown.x.q95 == pytest.approx(stop(MEDIAN * np.exp(-1.645 * 0.102))[0], rel=0.03)
 
 
@@ -116,7 +116,7 @@ def test_drag_stays_with_the_friction_that_it_was_drawn_with() -> None:
     draws = np.column_stack(
         [np.log(0.7) - 120.0 * drag, np.full(300, 2.0), np.full(300, np.log(1e-3)), drag / scale]
     )
-    found = bounds(ready(draws, effects=(effect,)), 30_000)
+    found = bounds(path_of(draws, effects=(effect,)), 30_000)
     stops = []
     for row in draws:
         table = predict_records(observations(), (effect,), {"turbulent-drag": row[3:] * scale})
@@ -128,7 +128,7 @@ def test_drag_stays_with_the_friction_that_it_was_drawn_with() -> None:
 def test_the_front_is_ahead_by_the_deposits_of_the_records() -> None:
     effect = definition("leading-edge").build({})
     share = 0.5 / effect.parameters[0].prior_sd
-    found = bounds(ready(one(1e-3, share), effects=(effect,), lengths=(100.0, 300.0)))
+    found = bounds(path_of(one(1e-3, share), effects=(effect,), lengths=(100.0, 300.0)))
     block = stop(MEDIAN)[0]
     assert 40.0 < found.x.q05 - block < 50.0
     assert 120.0 < found.x.q95 - block < 150.0
@@ -138,7 +138,7 @@ def test_what_moves_records_alone_moves_no_stop() -> None:
     effect = replace(definition("epoch-bias").build({"years": [1900.0]}), shift=_far)
     draws = one(0.1, *(p.neutral / p.prior_sd for p in effect.parameters))
     draws[:, 3] = 1.0
-    assert bounds(ready(draws, effects=(effect,))) == bounds(ready(one(0.1)))
+    assert bounds(path_of(draws, effects=(effect,))) == bounds(path_of(one(0.1)))
 
 
 def _far(columns: object, values: object) -> np.ndarray:
@@ -147,21 +147,21 @@ def _far(columns: object, values: object) -> np.ndarray:
 
 
 def test_students_tails_are_heavier_at_one_scale() -> None:
-    normal = bounds(ready(one(0.1)))
-    student = bounds(ready(one(0.1), Specification(tails="student")))
+    normal = bounds(path_of(one(0.1)))
+    student = bounds(path_of(one(0.1), Specification(tails="student")))
     assert student.x.q50 == pytest.approx(normal.x.q50, abs=5.0)
     # The 95 % point of Student's t with 4 degrees of freedom is 2.132.
     assert student.x.q95 == pytest.approx(stop(MEDIAN * np.exp(-0.2132))[0], rel=0.01)
 
 
 def test_normal_friction_counts_what_cannot_be() -> None:
-    found = bounds(ready(one(0.35), Specification(distribution="normal")))
+    found = bounds(path_of(one(0.35), Specification(distribution="normal")))
     # P(0.573 + 0.35 z <= 0)
     assert found.n_nonpositive / found.n_draws == pytest.approx(0.0508, abs=0.004)
 
 
 def test_scatter_in_metres_is_about_the_blocks_stop() -> None:
-    found = bounds(ready(one(40.0), metres=True))
+    found = bounds(path_of(one(40.0), method="metropolis"))
     y = stop(MEDIAN)[1]
     assert found.elevation.mean == pytest.approx(y, abs=1.5)
     assert found.elevation.q95 - y == pytest.approx(1.645 * 40.0, rel=0.02)
@@ -169,4 +169,4 @@ def test_scatter_in_metres_is_about_the_blocks_stop() -> None:
 
 
 def test_equal_generators_give_equal_bounds() -> None:
-    assert bounds(ready(one(0.1))) == bounds(ready(one(0.1)))
+    assert bounds(path_of(one(0.1))) == bounds(path_of(one(0.1)))

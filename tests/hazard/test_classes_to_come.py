@@ -6,29 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.inference.model.specification import Specification
+from avahazard.hazard.classes_to_come import classes_to_come, path_release_zone
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
-from avahazard.workflow.future_events import classes_to_come, path_release_zone
-from avahazard.workflow.stored.model import StoredFit
 from tests.workflow.worlds import bowl
-
-STORED = StoredFit(
-    name="made",
-    parent=None,
-    specification=Specification(),
-    facts={},
-    method="marginal",
-    paths=(),
-    slots=(),
-    coordinates=np.empty((0, 0)),
-    offsets={},
-    grids={},
-    own=(),
-    fingerprint="",
-    result={},
-)
-SNOW = replace(STORED, specification=Specification(effects=("snow-type",)))
 
 
 def records(n: int, spread: float = 0.0) -> Records:
@@ -46,13 +27,13 @@ def records(n: int, spread: float = 0.0) -> Records:
 
 
 def test_one_release_and_no_columns_are_one_class() -> None:
-    (event,) = classes_to_come(STORED, records(10), "B", 2e4)
+    (event,) = classes_to_come(records(10), "B", 2e4, event_columns=False)
     assert (event.volume_m3, event.release_elevation_m) == (2e4, None)
     assert event.covariates == {}
 
 
 def test_releases_are_spread_over_their_zone() -> None:
-    found = classes_to_come(STORED, records(10, 8.0), "B", 2e4)
+    found = classes_to_come(records(10, 8.0), "B", 2e4, event_columns=False)
     releases = sorted(e.release_elevation_m or 0.0 for e in found)
     zone = path_release_zone(records(10, 8.0), "B")
     assert zone is not None
@@ -60,16 +41,16 @@ def test_releases_are_spread_over_their_zone() -> None:
 
 
 def test_columns_are_those_of_the_records_at_several_releases() -> None:
-    found = classes_to_come(SNOW, records(4), "B", 2e4)
+    found = classes_to_come(records(4), "B", 2e4, event_columns=True)
     assert [e.covariates["snow_type"] for e in found] == ["dry", "wet"] * 2
-    spread = classes_to_come(SNOW, records(6, 20.0), "B", 2e4)
+    spread = classes_to_come(records(6, 20.0), "B", 2e4, event_columns=True)
     assert len(spread) == 12
     wet = [e.release_elevation_m for e in spread if e.covariates["snow_type"] == "wet"]
     assert len(set(wet)) == 6
 
 
 def test_no_more_classes_than_the_runs_can_bear() -> None:
-    assert len(classes_to_come(SNOW, records(100, 1.0), "B", 2e4)) == 24
+    assert len(classes_to_come(records(100, 1.0), "B", 2e4, event_columns=True)) == 24
 
 
 def test_a_path_without_records_is_like_all_others() -> None:
@@ -79,6 +60,6 @@ def test_a_path_without_records_is_like_all_others() -> None:
         (*known.profiles, replace(known.profiles[0], path_id="C")),
         known.events,
     )
-    found = classes_to_come(SNOW, both, "C", None)
+    found = classes_to_come(both, "C", 2e4, event_columns=True)
     assert [e.covariates["snow_type"] for e in found] == ["dry", "wet"] * 2
     assert {e.path_id for e in found} == {"C"}

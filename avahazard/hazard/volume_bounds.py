@@ -1,0 +1,80 @@
+"""Runout bounds of one volume on one path, by the posterior draws of a calibrated model."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.hazard.elevation_scatter import scattered_stops
+from avahazard.hazard.path_hazard import PathHazard
+from avahazard.hazard.runout_bounds import RunoutBounds, bounds_of_stops, draw_runouts
+from avahazard.hazard.runout_curve import RunoutCurve
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.physics.block import NOT_RELEASED
+from avahazard.physics.runout_table import MU, MU_STEP
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+STUDENT_DF = 4
+
+
+def volume_bounds(
+    path: PathHazard, volume_m3: float, n_draws: int, rng: np.random.Generator
+) -> RunoutBounds:
+    """Bounds of the runout of one of the volumes of `path`, from `n_draws` over the posterior.
+
+    Every draw takes one of the classes of avalanches to come.
+    """
+    draws, avalanches, here = path.draws, path.avalanches, path.at_volume[volume_m3]
+    parameter = np.arange(n_draws) * len(draws.u) // n_draws
+    event = rng.integers(avalanches.n_classes, size=n_draws)
+    location = here.location[parameter, event]
+    shift = draws.shift(rng)
+    if avalanches.in_log:
+        friction = np.exp(location + shift[parameter])
+    else:
+        friction = location * np.exp(shift[parameter])
+    scatter = here.scatter[parameter, event]
+    if avalanches.student:
+        # Student's t is a normal whose variance is drawn.
+        scatter = scatter * np.sqrt(STUDENT_DF / rng.chisquare(STUDENT_DF, n_draws))
+    if draws.sigma_m is not None:
+        scatter = np.zeros(n_draws)
+    xs, ys, held = [], [], 0
+    kinds = _kinds(here.tables)
+    group = draws.group[parameter]
+    for g, tables in enumerate(here.tables):
+        for kind in np.unique(kinds):
+            mine = (group == g) & (kinds[event] == kind)
+            if not mine.any():
+                continue
+            x, y, counts = draw_runouts(
+                _curve(tables, int(event[mine][0])),
+                friction[mine],
+                scatter[mine],
+                "lognormal" if avalanches.in_log else "normal",
+                int(mine.sum()),
+                rng,
+            )
+            if draws.sigma_m is not None:
+                site = avalanches.site
+                release_x = float(site.release_x[avalanches.release[0]])
+                sigma = draws.sigma_m[parameter[mine]]
+                x, y, counts[NOT_RELEASED] = scattered_stops(site.smooth, release_x, y, sigma, rng)
+            xs.append(x)
+            ys.append(y)
+            held += int(counts[NOT_RELEASED])
+    return bounds_of_stops(np.concatenate(xs), np.concatenate(ys), held, n_draws)
+
+
+def _kinds(tables: tuple[Predicted, ...]) -> Indices:
+    """A number for each class: those with one number have the same tables."""
+    _, kinds = np.unique(tables[len(tables) // 2].x, axis=0, return_inverse=True)
+    return np.asarray(kinds.ravel(), np.int64)
+
+
+def _curve(tables: Predicted, event: int) -> RunoutCurve:
+    return RunoutCurve(
+        float(MU[0]), MU_STEP, tables.x[event], tables.elevation[event], tables.status[event]
+    )
