@@ -34,6 +34,7 @@ def diagnose(
       avahazard diagnose first
       avahazard diagnose first --worlds 399 --plot candidates.png
     """
+    from avahazard.report.verdict_words import verdict_words  # noqa: PLC0415
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
     with show_progress() as report:
@@ -48,7 +49,7 @@ def diagnose(
         )
 
     def render(console: Console) -> None:
-        console.print(_headline(document), soft_wrap=True)
+        console.print(verdict_words(document, document["model"]), soft_wrap=True)
         rows = [
             (
                 c["effect"],
@@ -69,23 +70,6 @@ def diagnose(
         _next_steps(console, document)
 
     emit(context, document, render)
-
-
-def _headline(document: dict[str, Any]) -> str:
-    name, missing = document["model"], ", ".join(document["missing"])
-    if document["verdict"] == "missing-effect":
-        return f"{name} lacks an effect: {missing}."
-    if document["verdict"] == "ambiguous":
-        return f"{name} lacks an effect, and these data cannot tell which: {missing}."
-    if document["verdict"] == "unexplained":
-        return (
-            f"{name} fails along {missing}, and no effect of the catalogue explains it: look at "
-            "its shape, and write an effect of your own (avahazard effect new FILE)."
-        )
-    return (
-        f"{name} is adequate: these data show no missing effect. One that moves runouts by "
-        f"{document['detectable_m']:.0f} m (rms) would have been seen 4 times in 5."
-    )
 
 
 def _nearest(console: Console, best: dict[str, Any], n_tried: int) -> None:

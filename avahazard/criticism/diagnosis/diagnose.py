@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,7 +65,7 @@ class Candidate:
     @property
     def key(self) -> str:
         """The effect's key."""
-        return self.screened.definition.key
+        return self.screened.key
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,95 +101,126 @@ def diagnose(
     that left and limits of sight are in the likelihood, and where friction scatters with heavy
     tails it is let to, before anything is blamed on physics.
     """
-    plain = refit(observations, specification, facts, (), own)
-    heavy = False
-    if specification.tails == "normal":
-        student = refit(observations, replace(specification, tails="student"), facts, (), own)
-        heavy = student.log_likelihood - plain.log_likelihood > HEAVY_TAILS
-        if heavy:
-            plain, specification = student, replace(specification, tails="student")
-    base = plain
-    granted = tuple(
-        entry.key
-        for entry in catalogue().values()
-        if entry.granted_first
-        and not specification.has(entry)
-        and entry.lacking(observations.columns, observations.sites) is None
-    )
-    if granted:
-        base = refit(observations, specification, facts, granted, own, plain)
+    plain = with_tails_granted(observations, specification, facts, own)
+    base, granted = with_paths_granted(observations, plain, own)
     bare, u, tau = without_path_effect(base, observations, own)
     screening = screen(
         bare,
         u,
         tau,
-        candidate_definitions(observations, specification, own),
+        candidate_definitions(observations, plain.specification, own),
         n_worlds=n_worlds,
         seed=seed,
         progress=lambda share: progress(0.05 + 0.75 * share),
     )
     survivors = [c for c in screening.candidates if c.p_family <= LEVEL][:MAX_REFITS]
-    keys = [c.definition.key for c in survivors]
+    keys = [c.key for c in survivors]
     fits = refit_each(observations, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
-    evidence = {c.definition.key: evidence_gain(c, fits[c.definition.key], base) for c in survivors}
-    ranked = sorted(survivors, key=lambda c: -evidence[c.definition.key])
-    path_missing = bool(granted) and screening.path_p <= PATH_LEVEL
-    gains: dict[str, float] = {}
-    named: list[Definition] = []
-    leader = ranked[0].definition.key if ranked else ""
-    if ranked and evidence[leader] > least_evidence(ranked[0].definition):
-        groups = choose_groups(observations).groups
-        before = held_out_log_density(base.posterior, groups, base.mode)
-        for entry in (c.definition for c in ranked):
-            key = entry.key
-            if evidence[leader] - evidence[key] < MARGIN:
-                after = held_out_log_density(fits[key].posterior, groups, fits[key].mode)
-                gains[key] = float(np.sum(after - before))
-                if gains[key] > 0.0 and evidence[key] > 0.0:
-                    named.append(entry)
+    evidence = {c.key: evidence_gain(c, fits[c.key], base) for c in survivors}
+    ranked = sorted(survivors, key=lambda c: -evidence[c.key])
+    gains = held_out_gains(leaders(ranked, evidence), fits, base)
+    named = [c.definition for c in ranked if gains.get(c.key, 0.0) > 0.0 and evidence[c.key] > 0.0]
     verdict, missing = verdict_of(named)
-    if path_missing and (
-        not named
-        or all(
-            path_comes_first(observations, specification, facts, own, plain, base, fit)
-            for fit in fits.values()
-        )
+    rivals = fits.values() if named else ()
+    if (
+        granted
+        and screening.path_p <= PATH_LEVEL
+        and all(path_comes_first(observations, own, plain, base, rival) for rival in rivals)
     ):
         verdict, missing = "missing-effect", granted
-    change = {key: explained(fit, base) for key, fit in fits.items()}
-    candidates = [
-        Candidate(
-            c,
-            fits.get(c.definition.key),
-            evidence.get(c.definition.key),
-            error_of(fits[c.definition.key]) if c.definition.key in fits else None,
-            gains.get(c.definition.key),
-            tuple(
-                other
-                for other in change
-                if c.definition.key in change
-                and other != c.definition.key
-                and abs(correlation(change[c.definition.key], change[other], base.posterior))
-                > ALIKE
-            ),
-        )
-        for c in [*ranked, *(c for c in screening.candidates if c not in survivors)]
-    ]
+    rest = [c for c in screening.candidates if c not in survivors]
+    alike = look_alikes(fits, base)
     shift, metres = detectable(base, screening.critical_gain)
-    progress(1.0)
-    return Diagnosis(
+    found = Diagnosis(
         verdict=verdict,
         missing=missing,
-        candidates=tuple(candidates),
+        candidates=tuple(
+            Candidate(
+                c,
+                fits.get(c.key),
+                evidence.get(c.key),
+                error_of(fits[c.key]) if c.key in fits else None,
+                gains.get(c.key),
+                alike.get(c.key, ()),
+            )
+            for c in [*ranked, *rest]
+        ),
         base=base,
         screening=screening,
         error_before_m=error_of(base),
-        still_needed=still_needed(observations, specification, facts, own, plain),
-        heavy_tails=heavy,
+        still_needed=still_needed(observations, own, plain),
+        heavy_tails=plain.specification.tails != specification.tails,
         detectable_log_friction=shift,
         detectable_m=metres,
         suspects=suspects(base),
     )
+    progress(1.0)
+    return found
+
+
+def with_tails_granted(
+    observations: Observations,
+    specification: Specification,
+    facts: dict[str, Facts],
+    own: Sequence[Definition],
+) -> Refit:
+    """The model fitted, with Student's tails where friction plainly scatters so."""
+    plain = refit(observations, specification, facts, (), own)
+    if specification.tails != "normal":
+        return plain
+    student = refit(observations, replace(specification, tails="student"), facts, (), own)
+    return student if student.log_likelihood - plain.log_likelihood > HEAVY_TAILS else plain
+
+
+def with_paths_granted(
+    observations: Observations, plain: Refit, own: Sequence[Definition]
+) -> tuple[Refit, tuple[str, ...]]:
+    """The model with the nuisances that come before physics, and the keys of those added."""
+    granted = tuple(
+        entry.key
+        for entry in catalogue().values()
+        if entry.granted_first
+        and not plain.specification.has(entry)
+        and entry.lacking(observations.columns, observations.sites) is None
+    )
+    if not granted:
+        return plain, granted
+    return refit(observations, plain.specification, plain.facts, granted, own, plain), granted
+
+
+def leaders(ranked: Sequence[Screened], evidence: Mapping[str, float]) -> list[Screened]:
+    """The candidate of most evidence and those close to it; none where it is not enough."""
+    if not ranked or evidence[ranked[0].key] <= least_evidence(ranked[0].definition):
+        return []
+    return [c for c in ranked if evidence[ranked[0].key] - evidence[c.key] < MARGIN]
+
+
+def held_out_gains(
+    asked: Sequence[Screened], fits: Mapping[str, Refit], base: Refit
+) -> dict[str, float]:
+    """What each of these gains on records kept back (nats)."""
+    if not asked:
+        return {}
+    groups = choose_groups(base.posterior.observations).groups
+    before = held_out_log_density(base.posterior, groups, base.mode)
+    fitted = {c.key: fits[c.key] for c in asked}
+    return {
+        key: float(np.sum(held_out_log_density(fit.posterior, groups, fit.mode) - before))
+        for key, fit in fitted.items()
+    }
+
+
+def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, ...]]:
+    """The other candidates that change friction as each one does."""
+    change = {key: explained(fit, base) for key, fit in fits.items()}
+    return {
+        key: tuple(
+            other
+            for other in change
+            if other != key and abs(correlation(change[key], change[other], base.posterior)) > ALIKE
+        )
+        for key in change
+    }
 
 
 def error_of(fit: Refit) -> float:

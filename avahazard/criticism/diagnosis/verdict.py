@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.screening.significance import Screened
-from avahazard.effects.effect import Definition, Facts
+from avahazard.effects.effect import Definition
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.specification import Specification
 
 MARGIN = 3.0
 """Evidence (nats) by which a candidate must lead the model without it to be named, and the next
@@ -51,8 +50,6 @@ def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
 
 def path_comes_first(
     observations: Observations,
-    specification: Specification,
-    facts: dict[str, Facts],
     own: Sequence[Definition],
     plain: Refit,
     base: Refit,
@@ -63,7 +60,9 @@ def path_comes_first(
     A rival that differs by path alone, as the section, may explain all of them.
     """
     keys = tuple(k for k in rival.specification.effects if k not in base.specification.effects)
-    alone = refit(observations, specification, facts, keys, own, plain) if keys else plain
+    alone = plain
+    if keys:
+        alone = refit(observations, plain.specification, plain.facts, keys, own, plain)
     by_path = rival.log_likelihood - alone.log_likelihood
     by_rival = rival.log_likelihood - base.log_likelihood
     return by_path > by_rival

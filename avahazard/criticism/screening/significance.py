@@ -41,6 +41,11 @@ class Screened:
     null_gain: float
     null_mean: float
 
+    @property
+    def key(self) -> str:
+        """The effect's key."""
+        return self.definition.key
+
 
 @dataclass(frozen=True, slots=True)
 class Screening:

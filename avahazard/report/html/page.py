@@ -31,10 +31,10 @@ from avahazard.report.html.summary import (
     model_words,
     sure_words,
     unknown_words,
-    verdict_words,
     why_words,
 )
 from avahazard.report.html.table import HtmlTable
+from avahazard.report.verdict_words import verdict_words
 
 
 @dataclass(frozen=True, slots=True)

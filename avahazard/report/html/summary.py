@@ -8,6 +8,7 @@ from typing import Any
 from avahazard.inference.model.laws import law
 from avahazard.report.html.content import Document, ReportContent
 from avahazard.report.html.words import axis_words, count, metres, share
+from avahazard.report.verdict_words import verdict_words
 
 METHODS = {
     "marginal": "the marginal likelihood, which knows the errors of the records",
@@ -105,21 +106,6 @@ def sure_words(content: ReportContent) -> list[str]:
 def failing(comparison: Document) -> list[Document]:
     """Levels where the model fails beyond chance."""
     return [row for row in comparison["where_it_fails"] if row["p_value"] < SIGNIFICANT]
-
-
-def verdict_words(diagnosis: Document) -> str:
-    """What the diagnosis says, in a sentence."""
-    missing = ", ".join(diagnosis["missing"])
-    if diagnosis["verdict"] == "missing-effect":
-        return f"The model lacks an effect: {missing}."
-    if diagnosis["verdict"] == "ambiguous":
-        return f"The model lacks an effect, and these data cannot tell which of: {missing}."
-    if diagnosis["verdict"] == "unexplained":
-        return f"The model fails along {missing}, and no effect of the catalogue explains it."
-    return (
-        "The model is adequate: these data show no missing effect. One that moves runouts by "
-        f"{metres(diagnosis['detectable_m'])} (root mean square) would have been seen 4 times in 5."
-    )
 
 
 def cannot_tell(content: ReportContent) -> list[str]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import pytest
-
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.limits import assumptions, zone_words
 from avahazard.report.html.summary import (
@@ -14,7 +12,6 @@ from avahazard.report.html.summary import (
     model_words,
     sure_words,
     unknown_words,
-    verdict_words,
     why_words,
 )
 from tests.report.html.world import NAMES
@@ -88,20 +85,6 @@ def test_what_is_not_known_is_counted(content: ReportContent) -> None:
     text = " ".join(unknown_words(replace(content, events=(event,), covariates={"snow": 1})))
     for words in ("no volume", "no date", "left their profile", "no path", "“snow”", "No speeds"):
         assert words in text
-
-
-@pytest.mark.parametrize(
-    ("verdict", "words"),
-    [
-        ("missing-effect", "lacks an effect: season"),
-        ("ambiguous", "cannot tell which"),
-        ("unexplained", "no effect of the catalogue"),
-        ("adequate", "25 m"),
-    ],
-)
-def test_the_verdict_in_words(verdict: str, words: str) -> None:
-    document = {"verdict": verdict, "missing": ["season"], "detectable_m": 25.0}
-    assert words in verdict_words(document)
 
 
 def test_the_limits_name_what_the_report_holds(content: ReportContent) -> None:
