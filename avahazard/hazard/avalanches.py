@@ -68,56 +68,58 @@ class Avalanches:
         return len(self.class_share)
 
 
-def _distribution(ready: Avalanches, z: Floats) -> Floats:
+def _distribution(avalanches: Avalanches, z: Floats) -> Floats:
     """Chance under z standard scatters."""
-    return np.asarray(stdtr(STUDENT_DF, z) if ready.student else ndtr(z))
+    return np.asarray(stdtr(STUDENT_DF, z) if avalanches.student else ndtr(z))
 
 
-def _scatter(ready: Avalanches) -> Floats:
+def _scatter(avalanches: Avalanches) -> Floats:
     """The scatter of friction, which a model with scatter in metres has none of."""
-    whole = np.zeros_like(ready.scatter) if ready.sigma_m is not None else ready.scatter
+    whole = (
+        np.zeros_like(avalanches.scatter) if avalanches.sigma_m is not None else avalanches.scatter
+    )
     return np.maximum(whole, LEAST_SCATTER)
 
 
-def friction_below(ready: Avalanches, mu: Floats) -> Floats:
+def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
     """Chance that the friction of an avalanche lies under `mu` `[n_parameters, n_classes]`.
 
     The chance is `[n_parameters, n_classes, n_volumes]`; friction that is normal is taken given
     that it is over 0.
     """
-    scatter = _scatter(ready)
+    scatter = _scatter(avalanches)
     mu = np.maximum(mu, 0.0)[:, :, None]
-    if ready.in_log:
+    if avalanches.in_log:
         with np.errstate(divide="ignore"):
-            return _distribution(ready, (np.log(mu) - ready.location) / scatter)
-    impossible = _distribution(ready, -ready.location / scatter)
-    under = _distribution(ready, (mu - ready.location) / scatter)
+            return _distribution(avalanches, (np.log(mu) - avalanches.location) / scatter)
+    impossible = _distribution(avalanches, -avalanches.location / scatter)
+    under = _distribution(avalanches, (mu - avalanches.location) / scatter)
     return np.asarray((under - impossible) / np.maximum(1.0 - impossible, 1e-300))
 
 
-def rate_below(ready: Avalanches, mu: Floats) -> Floats:
+def rate_below(avalanches: Avalanches, mu: Floats) -> Floats:
     """Yearly rate `[n_parameters]` of avalanches with friction under `mu`, by class.
 
     `mu` is `[n_parameters, n_classes]`: 0 for a class that never counts, inf for one that
     always does.
     """
-    if ready.student:
-        return yearly_rate(ready, friction_below(ready, mu))
-    volumes = ready.volumes
+    if avalanches.student:
+        return yearly_rate(avalanches, friction_below(avalanches, mu))
+    volumes = avalanches.volumes
     rates = normal_rates(
-        *(mu, ready.in_log, ready.location, _scatter(ready)),
-        *(volumes.share, ready.class_share, volumes.rate),
+        *(mu, avalanches.in_log, avalanches.location, _scatter(avalanches)),
+        *(volumes.share, avalanches.class_share, volumes.rate),
     )
     return np.asarray(rates)
 
 
-def yearly_rate(ready: Avalanches, chance: Floats) -> Floats:
+def yearly_rate(avalanches: Avalanches, chance: Floats) -> Floats:
     """Yearly rate `[n_parameters]` of what has this chance for an avalanche.
 
     `chance` `[n_parameters, n_classes, n_volumes]`, of each class and volume.
     """
-    by_class = np.einsum("pcv,pv->pc", chance, ready.volumes.share)
-    return np.asarray(ready.volumes.rate * (by_class @ ready.class_share))
+    by_class = np.einsum("pcv,pv->pc", chance, avalanches.volumes.share)
+    return np.asarray(avalanches.volumes.rate * (by_class @ avalanches.class_share))
 
 
 def exceeded(

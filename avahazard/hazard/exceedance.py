@@ -39,63 +39,63 @@ class Reach:
     chance: Floats
 
 
-def exceeded_runout(ready: Avalanches, return_period_years: float) -> Floats:
+def exceeded_runout(avalanches: Avalanches, return_period_years: float) -> Floats:
     """x (m) `[n_parameters]` that a year's avalanches pass with chance 1/T; inf past the end.
 
     All volumes, frictions and releases are mixed, at the rate of the path, within each draw of
     the parameters: λ P(X > x) = -log(1 - 1/T).
     """
     return exceeded(
-        passing_rate(ready),
+        passing_rate(avalanches),
         annual_rate(return_period_years),
-        *_ends(ready),
-        ready.n_parameters,
+        *_ends(avalanches),
+        avalanches.n_parameters,
     )
 
 
-def middle_runout(ready: Avalanches) -> Floats:
+def middle_runout(avalanches: Avalanches) -> Floats:
     """The median runout x (m) `[n_parameters]` of the avalanches of each draw of the parameters."""
-    rate = passing_rate(ready)
+    rate = passing_rate(avalanches)
     return exceeded(
-        lambda x: rate(x) / ready.volumes.rate,
+        lambda x: rate(x) / avalanches.volumes.rate,
         0.5,
-        *_ends(ready),
-        ready.n_parameters,
+        *_ends(avalanches),
+        avalanches.n_parameters,
     )
 
 
-def natural_runouts(ready: Avalanches) -> Floats:
+def natural_runouts(avalanches: Avalanches) -> Floats:
     """Runouts x (m) `[n_levels]` at even probabilities, all parameters at their middle."""
-    middle = at_the_middle(ready, N_LEVELS)
+    middle = at_the_middle(avalanches, N_LEVELS)
     rate = passing_rate(middle)
     level = 1.0 - (np.arange(N_LEVELS) + 0.5) / N_LEVELS
     return exceeded(
         lambda x: rate(x) / middle.volumes.rate,
         level,
-        *_ends(ready),
+        *_ends(avalanches),
         N_LEVELS,
     )
 
 
-def reach(ready: Avalanches, n_places: int = N_PLACES) -> Reach:
+def reach(avalanches: Avalanches, n_places: int = N_PLACES) -> Reach:
     """Annual chance that one or more avalanches pass each of `n_places` places below the release.
 
     1 - exp(-λ P(X > x)), x evenly from the highest release to the end of the profile.
     """
-    rate = passing_rate(ready)
-    x = np.linspace(*_ends(ready), n_places)
-    rates = np.array([rate(np.full(ready.n_parameters, place)) for place in x])
+    rate = passing_rate(avalanches)
+    x = np.linspace(*_ends(avalanches), n_places)
+    rates = np.array([rate(np.full(avalanches.n_parameters, place)) for place in x])
     found = np.quantile(-np.expm1(-rates), QUANTILES, axis=1).T
-    return Reach(x, np.asarray(ready.site.smooth.height(x)), found)
+    return Reach(x, np.asarray(avalanches.site.smooth.height(x)), found)
 
 
-def at_volume(ready: Avalanches, log_volume: Floats) -> Avalanches:
+def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
     """The same path with one volume for each draw (log m3) `[n_parameters]`, once a year.
 
-    Friction is interpolated between the volumes of `ready`.
+    Friction is interpolated between the volumes of `avalanches`.
     """
-    nodes = ready.volumes.log_volume
-    n = ready.n_parameters
+    nodes = avalanches.volumes.log_volume
+    n = avalanches.n_parameters
     if len(nodes) == 1:
         k, part = np.zeros(n, np.int64), np.zeros(n)
     else:
@@ -109,39 +109,39 @@ def at_volume(ready: Avalanches, log_volume: Floats) -> Avalanches:
         return np.asarray(values[draw, :, k] * (1 - part)[:, None] + after * part[:, None])
 
     return replace(
-        ready,
+        avalanches,
         volumes=EventVolumes(np.ones(n), np.zeros(1), np.ones((n, 1))),
-        location=between(ready.location)[:, :, None],
-        scatter=between(ready.scatter)[:, :, None],
+        location=between(avalanches.location)[:, :, None],
+        scatter=between(avalanches.scatter)[:, :, None],
     )
 
 
-def at_the_middle(ready: Avalanches, n: int) -> Avalanches:
+def at_the_middle(avalanches: Avalanches, n: int) -> Avalanches:
     """The same path with `n` equal draws: rate, shares, friction and tables at their medians."""
 
     def middle(values: Floats) -> Floats:
         return np.repeat(np.median(values, axis=0, keepdims=True), n, axis=0)
 
-    share = middle(ready.volumes.share)
+    share = middle(avalanches.volumes.share)
     share /= share.sum(axis=1, keepdims=True)
     return replace(
-        ready,
-        volumes=EventVolumes(middle(ready.volumes.rate), ready.volumes.log_volume, share),
-        location=middle(ready.location),
-        scatter=middle(ready.scatter),
-        group=np.full(n, ready.group[ready.n_parameters // 2]),
-        sigma_m=None if ready.sigma_m is None else middle(ready.sigma_m),
+        avalanches,
+        volumes=EventVolumes(middle(avalanches.volumes.rate), avalanches.volumes.log_volume, share),
+        location=middle(avalanches.location),
+        scatter=middle(avalanches.scatter),
+        group=np.full(n, avalanches.group[avalanches.n_parameters // 2]),
+        sigma_m=None if avalanches.sigma_m is None else middle(avalanches.sigma_m),
     )
 
 
-def runout_spread(ready: Avalanches, x: Floats) -> RunoutSpread:
+def runout_spread(avalanches: Avalanches, x: Floats) -> RunoutSpread:
     """Mean and quantiles of runouts x (m) `[n]`, inf beyond the profile, and their elevations."""
-    smooth = ready.site.smooth
+    smooth = avalanches.site.smooth
     inside = np.isfinite(x)
     height = np.where(inside, smooth.height(np.where(inside, x, smooth.x_max)), -np.inf)
     return RunoutSpread(spread(x), spread(height))
 
 
-def _ends(ready: Avalanches) -> tuple[float, float]:
+def _ends(avalanches: Avalanches) -> tuple[float, float]:
     """The highest release and the end of the profile, x in m."""
-    return float(ready.site.release_x.min()), float(ready.site.smooth.x_max)
+    return float(avalanches.site.release_x.min()), float(avalanches.site.smooth.x_max)

@@ -18,32 +18,32 @@ Floats = NDArray[np.float64]
 N_PLACES = 4001
 
 
-def passing_rate(ready: Avalanches) -> Callable[[Floats], Floats]:
+def passing_rate(avalanches: Avalanches) -> Callable[[Floats], Floats]:
     """A function of x (m) `[n_parameters]`: the yearly rate of avalanches that stop beyond.
 
     What leaves the profile passes its end.
     """
-    if ready.sigma_m is not None:
-        chance = _passing_in_metres(ready)
-        return lambda x: yearly_rate(ready, chance(x))
-    find = stop_thresholds(ready)
-    return lambda x: rate_below(ready, find(x))
+    if avalanches.sigma_m is not None:
+        chance = _passing_in_metres(avalanches)
+        return lambda x: yearly_rate(avalanches, chance(x))
+    find = stop_thresholds(avalanches)
+    return lambda x: rate_below(avalanches, find(x))
 
 
-def _passing_in_metres(ready: Avalanches) -> Callable[[Floats], Floats]:
+def _passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
     """Chances `[n_parameters, n_classes, n_volumes]` to stop beyond x `[n_parameters]`.
 
     Stops are at the block's elevation + sigma z, at the first place so low (`scattered_stops`).
     """
-    assert ready.sigma_m is not None
-    smooth = ready.site.smooth
+    assert avalanches.sigma_m is not None
+    smooth = avalanches.site.smooth
     x = np.linspace(smooth.x_min, smooth.x_max, N_PLACES)
     lowest = np.minimum.accumulate(smooth.height(x))
     # On a counter-slope nothing stops: what is below the floor lies on it.
     floor = float(x[np.argmin(lowest)])
     ends_lowest = floor == x[-1]
-    stop = _stop_elevation(ready)
-    sigma = ready.sigma_m[:, None, None]
+    stop = _stop_elevation(avalanches)
+    sigma = avalanches.sigma_m[:, None, None]
 
     def chance(place: Floats) -> Floats:
         height = np.interp(place, x, lowest)[:, None, None]
@@ -56,13 +56,13 @@ def _passing_in_metres(ready: Avalanches) -> Callable[[Floats], Floats]:
     return chance
 
 
-def _stop_elevation(ready: Avalanches) -> Floats:
+def _stop_elevation(avalanches: Avalanches) -> Floats:
     """Elevation of the block's stop at the friction of each volume, -inf where it left."""
-    mu = np.exp(ready.location) if ready.in_log else ready.location
+    mu = np.exp(avalanches.location) if avalanches.in_log else avalanches.location
     result = np.empty_like(mu)
-    for g, table in enumerate(ready.tables):
-        mine = np.flatnonzero(ready.group == g)
-        for c in range(ready.n_classes):
+    for g, table in enumerate(avalanches.tables):
+        mine = np.flatnonzero(avalanches.group == g)
+        for c in range(avalanches.n_classes):
             left = table.status[c] == LEFT_PROFILE
             height = np.where(left, np.nan, table.elevation[c])
             found = np.interp(mu[mine, c], MU, height)

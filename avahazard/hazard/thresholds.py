@@ -17,7 +17,9 @@ Floats = NDArray[np.float64]
 
 
 def thresholds(
-    ready: Avalanches, values: Sequence[Floats], flat: Sequence[NDArray[np.bool_]] | None = None
+    avalanches: Avalanches,
+    values: Sequence[Floats],
+    flat: Sequence[NDArray[np.bool_]] | None = None,
 ) -> Thresholds:
     """The thresholds of what a block does, given for each group of draws over `MU`.
 
@@ -27,14 +29,14 @@ def thresholds(
     """
     # Rounding may lift a value by an ulp over that of a lower friction.
     rising = [-np.minimum.accumulate(v, axis=1) for v in values]
-    members = [np.flatnonzero(ready.group == g) for g in range(len(values))]
+    members = [np.flatnonzero(avalanches.group == g) for g in range(len(values))]
 
     def find(level: Floats) -> Floats:
-        mu = np.empty((ready.n_parameters, ready.n_classes))
+        mu = np.empty((avalanches.n_parameters, avalanches.n_classes))
         for g, mine in enumerate(members):
             if not len(mine):
                 continue
-            for c in range(ready.n_classes):
+            for c in range(avalanches.n_classes):
                 jumps = None if flat is None else flat[g][c]
                 mu[mine, c] = _friction_at(rising[g][c], jumps, level[mine])
         return mu
@@ -42,14 +44,14 @@ def thresholds(
     return find
 
 
-def stop_thresholds(ready: Avalanches) -> Thresholds:
+def stop_thresholds(avalanches: Avalanches) -> Thresholds:
     """The friction under which a block of each class runs past x (m)."""
-    values = [stops(table) for table in ready.tables]
+    values = [stops(table) for table in avalanches.tables]
     flat = [
         np.array([broken_cells(x, status) for x, status in zip(v, table.status, strict=True)])
-        for v, table in zip(values, ready.tables, strict=True)
+        for v, table in zip(values, avalanches.tables, strict=True)
     ]
-    return thresholds(ready, values, flat)
+    return thresholds(avalanches, values, flat)
 
 
 def stops(table: Predicted) -> Floats:

@@ -42,14 +42,14 @@ def path_zones(
     `periods` (years) rise and hold those of the limits; `density` is the mean of the flow and its
     standard deviation, kg/m3; `extrapolated` are the periods that the record is too short for.
     """
-    ready = path.avalanches
+    avalanches = path.avalanches
     rng = generator(seed, "density", path.path_id)
-    densities = draw_densities(*density, ready.n_parameters, rng)
-    chances = reach(ready, N_PLACES)
-    speeds = exceeded_speeds(ready, chances.x, periods)
+    densities = draw_densities(*density, avalanches.n_parameters, rng)
+    chances = reach(avalanches, N_PLACES)
+    speeds = exceeded_speeds(avalanches, chances.x, periods)
     pressures = pressure_kpa(densities, speeds)
     exceeded = {
-        period: Exceeded(exceeded_runout(ready, period), pressures[k])
+        period: Exceeded(exceeded_runout(avalanches, period), pressures[k])
         for k, period in enumerate(periods)
     }
     pieces = zone_pieces(limits, chances.x, exceeded)
@@ -80,7 +80,7 @@ def path_zones(
             }
             for i in range(len(chances.x))
         ],
-        "p_not_released": _held(ready, chances),
+        "p_not_released": _held(avalanches, chances),
         "zones": [
             _zone(piece, any(r.return_period_years in extrapolated for r in zone.rules))
             for piece, zone in zip(pieces, limits.zones, strict=True)
@@ -94,10 +94,10 @@ def _quantiles(values: Floats) -> dict[str, float]:
     return {"q05": float(low), "q50": float(middle), "q95": float(high)}
 
 
-def _held(ready: Avalanches, chances: Reach) -> float:
+def _held(avalanches: Avalanches, chances: Reach) -> float:
     """Median share of avalanches that stop at their release, by the first place below it."""
     started = -np.log1p(-chances.chance[1, 1])
-    return float(np.clip(1.0 - started / np.median(ready.volumes.rate), 0.0, 1.0))
+    return float(np.clip(1.0 - started / np.median(avalanches.volumes.rate), 0.0, 1.0))
 
 
 def _zone(piece: ZonePiece, extrapolated: bool) -> dict[str, Any]:

@@ -19,7 +19,7 @@ HALVINGS = 16
 """Of squared speed: 0.1 m/s or less at the slowest that matter."""
 
 
-def exceeded_speeds(ready: Avalanches, x: Floats, return_periods: Sequence[float]) -> Floats:
+def exceeded_speeds(avalanches: Avalanches, x: Floats, return_periods: Sequence[float]) -> Floats:
     """Speed (m/s) at places x (m) `[n_places]` that a year's fastest exceeds with chance 1/T.
 
     `[n_periods, n_parameters, n_places]`, T rising; 0 where avalanches come less often.
@@ -28,31 +28,33 @@ def exceeded_speeds(ready: Avalanches, x: Floats, return_periods: Sequence[float
     faster than s is Σ over classes of the rate of those with friction under the μ of u(x; μ) = s;
     the result is the s at which that rate is -log(1 - 1/T).
     """
-    curves = rate_curves(ready)
+    curves = rate_curves(avalanches)
     rates = np.array([annual_rate(period) for period in sorted(return_periods)])
-    result = np.zeros((len(rates), ready.n_parameters, len(x)))
-    for g in range(len(ready.resistances)):
-        mine = np.flatnonzero(ready.group == g)
+    result = np.zeros((len(rates), avalanches.n_parameters, len(x)))
+    for g in range(len(avalanches.resistances)):
+        mine = np.flatnonzero(avalanches.group == g)
         if len(mine):
-            result[:, mine] = _of_group(_squares(ready, g, x), curves, mine, rates)
+            result[:, mine] = _of_group(_squares(avalanches, g, x), curves, mine, rates)
     return result
 
 
-def _squares(ready: Avalanches, group: int, x: Floats) -> Floats:
+def _squares(avalanches: Avalanches, group: int, x: Floats) -> Floats:
     """Squared speeds with which the front passes x, `[n_classes, n_places, n_mu]`.
 
     For each class and friction of `MU`, those of the block where it is then.
     """
     kinds: dict[tuple[int, float], Floats] = {}
-    for release, ahead in zip(ready.release, ready.ahead[group], strict=True):
+    for release, ahead in zip(avalanches.release, avalanches.ahead[group], strict=True):
         kind = (int(release), float(ahead))
         if kind not in kinds:
-            release_x = float(ready.site.release_x[release])
-            place = _behind(ready.site, x, float(ahead))
-            kinds[kind] = ready.site.speeds(ready.resistances[group], release_x, place).T ** 2
+            release_x = float(avalanches.site.release_x[release])
+            place = _behind(avalanches.site, x, float(ahead))
+            kinds[kind] = (
+                avalanches.site.speeds(avalanches.resistances[group], release_x, place).T ** 2
+            )
     squares = [
         kinds[int(release), float(ahead)]
-        for release, ahead in zip(ready.release, ready.ahead[group], strict=True)
+        for release, ahead in zip(avalanches.release, avalanches.ahead[group], strict=True)
     ]
     # Rounding may lift a speed by an ulp over that of a lower friction.
     return np.ascontiguousarray(np.minimum.accumulate(np.array(squares), axis=2))

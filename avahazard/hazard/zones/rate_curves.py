@@ -32,38 +32,38 @@ class RateCurves:
     log_rate: Floats
 
 
-def rate_curves(ready: Avalanches) -> RateCurves:
+def rate_curves(avalanches: Avalanches) -> RateCurves:
     """Tabulate the rates of each posterior draw and class, where their frictions lie.
 
     The range is cut to the frictions that the block is run for.
     """
-    if ready.n_classes > 1 and _alike(ready.location) and _alike(ready.scatter):
+    if avalanches.n_classes > 1 and _alike(avalanches.location) and _alike(avalanches.scatter):
         # Classes that differ by their release alone share their friction.
         first = replace(
-            ready,
-            location=ready.location[:, :1],
-            scatter=ready.scatter[:, :1],
+            avalanches,
+            location=avalanches.location[:, :1],
+            scatter=avalanches.scatter[:, :1],
             class_share=np.ones(1),
         )
         one = rate_curves(first)
-        shares = np.log(ready.class_share)[:, None]
-        n = ready.n_classes
+        shares = np.log(avalanches.class_share)[:, None]
+        n = avalanches.n_classes
         return RateCurves(
             np.repeat(one.low, n, axis=1), np.repeat(one.step, n, axis=1), one.log_rate + shares
         )
-    reach = STUDENT_REACH if ready.student else REACH
-    low = np.min(ready.location - reach * ready.scatter, axis=2)
-    high = np.max(ready.location + reach * ready.scatter, axis=2)
-    if not ready.in_log:
+    reach = STUDENT_REACH if avalanches.student else REACH
+    low = np.min(avalanches.location - reach * avalanches.scatter, axis=2)
+    high = np.max(avalanches.location + reach * avalanches.scatter, axis=2)
+    if not avalanches.in_log:
         low, high = np.log(np.maximum(low, MU[0])), np.log(np.maximum(high, MU[0]))
     low = np.clip(low - LEAST_WIDTH, np.log(MU[0]), np.log(MU[-1]))
     high = np.maximum(np.minimum(high + LEAST_WIDTH, np.log(MU[-1])), low + LEAST_WIDTH)
     step = (high - low) / (N_NODES - 1)
     rates = np.empty((*low.shape, N_NODES))
     for k in range(N_NODES):
-        chance = friction_below(ready, np.exp(low + k * step))
-        rates[:, :, k] = np.einsum("pcv,pv->pc", chance, ready.volumes.share)
-    rates *= ready.volumes.rate[:, None, None] * ready.class_share[:, None]
+        chance = friction_below(avalanches, np.exp(low + k * step))
+        rates[:, :, k] = np.einsum("pcv,pv->pc", chance, avalanches.volumes.share)
+    rates *= avalanches.volumes.rate[:, None, None] * avalanches.class_share[:, None]
     return RateCurves(low, step, np.log(np.maximum(rates, LEAST_RATE)))
 
 
