@@ -1,0 +1,53 @@
+"""Scores and failures as people read them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from avahazard.cli.comparison_table import MOST_LINES, failures, show_scores
+
+SCORES = {"n": 12, "rmse_m": 81.04, "bias_m": -3.0, "crps_m": 40.0, "coverage_50": 0.5,
+          "coverage_90": 0.916}  # fmt: skip
+
+
+def failing(coordinate: str, *bias: float, p: float = 0.01) -> dict[str, Any]:
+    """A document of `compare` with these biases on one axis."""
+    rows = [
+        {"axis": "path", "level": f"P{k}", "n": 9, "bias_m": b, "p_value": p}
+        for k, b in enumerate(bias)
+    ]
+    return {"coordinate": coordinate, "where_it_fails": rows}
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "below", "above"),
+    [
+        ("elevation", "lower", "higher"),
+        ("mixed", "farther down", "less far down"),
+        ("x", "shorter", "farther"),
+        ("length", "shorter", "farther"),
+    ],
+)
+def test_a_bias_is_told_the_right_way_round(coordinate: str, below: str, above: str) -> None:
+    """A bias is prediction less record, but in mixed coordinates counted as in elevation."""
+    down, up = failures(failing(coordinate, 40.0, -25.0))
+    assert f"40 m {below} " in down
+    assert f"25 m {above} " in up
+
+
+def test_chance_is_no_failure_and_the_rest_is_counted() -> None:
+    assert len(list(failures(failing("x", 40.0, p=0.06)))) == 1
+    lines = list(failures(failing("x", *[40.0] * (MOST_LINES + 3))))
+    assert len(lines) == MOST_LINES + 1
+    assert " 3 " in lines[-1]
+
+
+def test_speeds_have_a_row_where_there_are_any() -> None:
+    columns, rows = show_scores({"all": {"runout": SCORES, "speed": None}})
+    assert [len(row) for row in rows] == [len(columns)]
+    assert {"12", "81.0", "-3.0", "40.0", "50%", "92%"} <= {str(cell) for cell in rows[0]}
+    speed = {key.replace("_m", "_m_s"): value for key, value in SCORES.items()}
+    _, rows = show_scores({"all": {"runout": SCORES, "speed": speed}})
+    assert [row[1] for row in rows] == ["runout, m", "speed, m/s"]

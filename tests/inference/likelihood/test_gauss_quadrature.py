@@ -1,0 +1,43 @@
+"""Gauss nodes against the moments of what they stand for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+
+
+def nodes(points: list[float] | np.ndarray, masses: list[float] | np.ndarray, k: int):  # type: ignore[no-untyped-def]
+    place, weight = np.full(k, np.nan), np.full(k, np.nan)
+    gauss_nodes(np.asarray(points, np.float64), np.asarray(masses, np.float64), place, weight)
+    return place, weight
+
+
+def test_they_have_the_measures_moments() -> None:
+    rng = np.random.default_rng(3)
+    points, masses = rng.normal(0.4, 0.1, 60), rng.exponential(1.0, 60)
+    place, weight = nodes(points, masses, 5)
+    for power in range(10):  # exact up to 2 k - 1
+        expected = np.sum(masses * points**power) / np.sum(masses)
+        assert np.sum(weight * place**power) == pytest.approx(expected, rel=1e-10)
+
+
+def test_few_points_are_their_own_nodes() -> None:
+    place, weight = nodes([0.2, 0.7], [1.0, 3.0], 4)
+    assert weight.tolist() == [0.25, 0.75, 0.0, 0.0]
+    assert place[:2].tolist() == [0.2, 0.7]
+    assert np.all(np.isfinite(place))
+
+
+@pytest.mark.parametrize("n", [1, 8])
+def test_one_place_has_all_the_weight(n: int) -> None:
+    place, weight = nodes([0.3] * n, [0.5] * n, 3)
+    assert weight.tolist() == [1.0, 0.0, 0.0]
+    assert place == pytest.approx([0.3] * 3)
+
+
+def test_two_places_many_times_over_make_two_nodes() -> None:
+    place, weight = nodes([0.2, 0.6] * 6, [1.0, 2.0] * 6, 4)
+    assert weight.sum() == pytest.approx(1.0)
+    assert np.sum(weight * place) == pytest.approx((0.2 + 2 * 0.6) / 3)

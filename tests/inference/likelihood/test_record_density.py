@@ -1,0 +1,49 @@
+"""The mass of p(record | μ) over friction, against the integral summed in tiny steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.inference.likelihood.record_density import record_density_nodes
+
+GRID = np.linspace(0.2, 0.9, 15)
+RECORD = 300.0 + 900.0 * (GRID - 0.2) ** 1.3
+SPEED = -2.0 + 3.0 * GRID
+"""Log density of the speeds, which bends the bump a little."""
+
+
+def mass(record: np.ndarray, left: np.ndarray, observed: float, sigma: float, gone: bool = False):  # type: ignore[no-untyped-def]
+    place, weight = np.zeros(6), np.zeros(6)
+    log_mass = record_density_nodes(record, left, gone, observed, sigma, SPEED, GRID, place, weight)
+    return log_mass, place, weight
+
+
+@pytest.mark.parametrize(("observed", "sigma"), [(480.0, 15.0), (700.0, 40.0)])
+def test_a_stop(observed: float, sigma: float) -> None:
+    log_mass, place, weight = mass(RECORD, np.zeros(15, bool), observed, sigma)
+    mu = np.linspace(0.2, 0.9, 400_001)
+    z = (np.interp(mu, GRID, RECORD) - observed) / sigma
+    density = np.exp(-0.5 * z * z + np.interp(mu, GRID, SPEED)) / (sigma * np.sqrt(2.0 * np.pi))
+    total = np.sum(density) * (mu[1] - mu[0])
+    assert log_mass == pytest.approx(np.log(total), abs=3e-3)
+    assert np.sum(weight) == pytest.approx(1.0)
+    middle = np.sum(density * mu) / np.sum(density)
+    assert np.sum(weight * place) == pytest.approx(middle, abs=1e-3)
+
+
+def test_what_left_has_the_frictions_that_let_it() -> None:
+    left = GRID < 0.5
+    log_mass, place, _ = mass(np.where(left, np.nan, RECORD), left, np.nan, 10.0, gone=True)
+    mu = np.linspace(0.2, 0.9, 400_001)
+    edge = 0.5 * (GRID[left][-1] + GRID[~left][0])
+    total = np.sum(np.exp(np.interp(mu, GRID, SPEED))[mu < edge]) * (mu[1] - mu[0])
+    assert log_mass == pytest.approx(np.log(total), abs=3e-3)
+    assert np.max(place) < edge
+
+
+def test_a_record_out_of_reach_is_held_by_the_nearest_friction() -> None:
+    log_mass, place, weight = mass(RECORD, np.zeros(15, bool), 2000.0, 10.0)
+    assert log_mass < -1000.0
+    assert np.isfinite(log_mass)
+    assert place[np.argmax(weight)] == pytest.approx(GRID[-2])
