@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import avahazard.report.pictures  # noqa: F401 (how results are drawn)
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.database import Export, WrittenReport
@@ -52,7 +53,7 @@ class Model:
         >>> base.draws["sigma"].shape
         (2, 200)
         """
-        from avahazard.workflow.stored_model import load_parameter_draws  # noqa: PLC0415
+        from avahazard.workflow.stored.model import load_parameter_draws  # noqa: PLC0415
 
         return load_parameter_draws(self.database, self.name)
 
@@ -152,7 +153,7 @@ class Model:
         >>> base.runout("P01", volume_m3=2e4).mu_from
         'posterior median'
         """
-        from avahazard.workflow.runout_of_model import run_model  # noqa: PLC0415
+        from avahazard.workflow.runout import run_model  # noqa: PLC0415
 
         return run_model(self.database, path_id, self.name, volume_m3=volume_m3, mu=mu)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import avahazard.report.pictures  # noqa: F401 (how results are drawn)
 from avahazard.api.model import Model
 from avahazard.results.base import Rows
 from avahazard.results.catalogue import EffectEntry, ModelSummary
@@ -148,8 +149,9 @@ class Region:
         return fit_laws(self.database)
 
     def volumes(self, **options: Any) -> Volumes:
-        """How often which volume comes down each path; `options`: `paths`, `return_periods`,
-        `source`, `seed`.
+        """How often which volume comes down each path.
+
+        `options`: `paths`, `return_periods`, `source`, `seed`.
 
         Raises `AvahazardError` where no path has what is needed.
 

@@ -62,7 +62,8 @@ def run_commands(commands: str, folder: Path) -> str:
 
 def run_cell(code: str, names: dict[str, object], folder: Path) -> str:
     """Run a cell in `folder` with the names of the cells before; return what it prints, and the
-    value of its last expression."""
+    value of its last expression.
+    """
     body = ast.parse(code).body
     last = body.pop() if isinstance(body[-1], ast.Expr) else None
     out = io.StringIO()

@@ -15,7 +15,7 @@ import pytest
 from typer.main import get_command
 
 import avahazard as av
-from avahazard.cli.main import COMMANDS, app
+from avahazard.cli.main import app
 from avahazard.effects.catalogue import catalogue
 from avahazard.results.base import Result
 
