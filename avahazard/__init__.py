@@ -1,3 +1,41 @@
-"""Monte Carlo hazard mapping for avalanche paths, after Ancey (2005)."""
+"""Monte Carlo hazard mapping for avalanche paths, after Ancey (2005).
+
+>>> import avahazard as av
+>>> av.open(database).calibrate("first", chains=2, draws=100).result.n_events
+60
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from avahazard.api.model import Model as Model
+    from avahazard.api.region import Region as Region
+    from avahazard.api.region import open_region as open
+    from avahazard.records.errors import AvahazardError as AvahazardError
+    from avahazard.records.errors import RejectedRows as RejectedRows
 
 __version__ = "0.1.0"
+
+PUBLIC = {
+    "open": ("avahazard.api.region", "open_region"),
+    "Region": ("avahazard.api.region", "Region"),
+    "Model": ("avahazard.api.model", "Model"),
+    "AvahazardError": ("avahazard.records.errors", "AvahazardError"),
+    "RejectedRows": ("avahazard.records.errors", "RejectedRows"),
+}
+"""Public names, and where they are; they load when they are used."""
+__all__ = ["AvahazardError", "Model", "Region", "RejectedRows", "open"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in PUBLIC:
+        raise AttributeError(f"module 'avahazard' has no attribute '{name}'")
+    module, attribute = PUBLIC[name]
+    return getattr(import_module(module), attribute)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

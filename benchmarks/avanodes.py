@@ -54,10 +54,10 @@ def run(records: Path) -> str:
         init_database(database)
         import_files(database, [records])
         models = {"Coulomb": calibrate(database, "coulomb", law="constant")}
-        found = {"Coulomb": compare(database, "coulomb")}
-        verdict = diagnose_model(database, "coulomb")
+        found = {"Coulomb": compare(database, "coulomb").to_dict()}
+        verdict = diagnose_model(database, "coulomb").to_dict()
         models["with drag"] = add(database, "coulomb", ["turbulent-drag"], "drag")
-        found["with drag"] = compare(database, "drag")
+        found["with drag"] = compare(database, "drag").to_dict()
     return "\n".join(
         (
             TITLE,

@@ -3,49 +3,49 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from rich.console import Console
 
 from avahazard.cli.output import number, table
+from avahazard.results.calibration import Calibration
 
 SHOWN = ("mean", "sd", "q05", "q95", "mode")
 COLUMNS = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
 
 
-def show_calibration(console: Console, document: dict[str, Any]) -> None:
-    """Print the document of `calibrate`."""
-    parameters = document["parameters"]
+def show_calibration(console: Console, model: Calibration) -> None:
+    """Print what a calibration found."""
+    parameters = model.parameters
     rows = [
-        (name, *(_as_sure_as(p["sd"], p[key]) for key in SHOWN), p["unit"] or "–")
+        (name, *(_as_sure_as(p.sd, getattr(p, key)) for key in SHOWN), p.unit or "–")
         for name, p in parameters.items()
     ]
-    console.print(table(_title(document), COLUMNS, rows))
-    checks = document["diagnostics"]
+    console.print(table(_title(model), COLUMNS, rows))
+    checks = model.diagnostics
     console.print(
-        f"{document['n_events']} events; {document['chains']} chains of {document['draws']} "
-        f"draws, seed {document['seed']}; {checks['acceptance']:.0%} accepted."
+        f"{model.n_events} events; {model.chains} chains of {model.draws} "
+        f"draws, seed {model.seed}; {checks.acceptance:.0%} accepted."
     )
     console.print(
-        f"{'Converged' if checks['converged'] else 'Not converged'}: R-hat "
-        f"{_digits(checks['rhat_max'])}, effective sample size at least "
-        f"{number(round(checks['ess_bulk_min']))}."
+        f"{'Converged' if checks.converged else 'Not converged'}: R-hat "
+        f"{_digits(checks.rhat_max)}, effective sample size at least "
+        f"{number(round(checks.ess_bulk_min))}."
     )
 
 
-def _title(document: dict[str, Any]) -> str:
-    parts = [document["law"] + " law", document["method"]]
-    if document["method"] == "marginal":
-        parts.append(document["distribution"])
-    if document["scatter"] == "volume":
+def _title(model: Calibration) -> str:
+    parts = [model.law + " law", model.method]
+    if model.method == "marginal":
+        parts.append(model.distribution)
+    if model.scatter == "volume":
         parts.append("scatter by volume")
-    if document["tails"] == "student":
+    if model.tails == "student":
         parts.append("Student's tails")
-    if not document["centrifugal"]:
+    if not model.centrifugal:
         parts.append("without centrifugal")
-    if document["effects"]:
-        parts.append("with " + ", ".join(document["effects"]))
-    return f"{document['model']}: {', '.join(parts)}"
+    if model.effects:
+        parts.append("with " + ", ".join(model.effects))
+    return f"{model.model}: {', '.join(parts)}"
 
 
 def _as_sure_as(sd: float, value: float) -> str:

@@ -12,12 +12,12 @@ def plain(value: Any) -> Any:
     """Return `value` as dicts, lists, text, numbers and None.
 
     Arrays become lists, numpy scalars Python ones, and NaN or an infinity None. A dataclass gives
-    its fields; those marked `absent` are left out where they are None.
+    its fields by `key_of`; those marked `absent` are left out where they are None.
     """
     if is_dataclass(value):
         items = [(field, getattr(value, field.name)) for field in fields(value)]
         return {
-            field.name: plain(item)
+            key_of(field.name): plain(item)
             for field, item in items
             if item is not None or not field.metadata.get("absent")
         }
@@ -30,3 +30,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def key_of(field: str) -> str:
+    """The key of a field: its name, less the underscore that tells it from a word of Python."""
+    return field.removesuffix("_")

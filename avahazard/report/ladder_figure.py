@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from avahazard.report.picture import picture
+from avahazard.results.ladder import Rung
 
 WIDTH = 0.6
 # Told apart by colour-blind readers too.
 FELL, ROSE, LEVEL = "#1b9e77", "#d95f02", "0.82"
 
 
-def draw_ladder(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+def draw_ladder(file: Path, rows: Sequence[Rung]) -> None:
     """Draw the rows of `ladder` to `file`, as a waterfall.
 
     The error of each model, and what it gained or lost against its parent. Models that were not
@@ -24,17 +24,16 @@ def draw_ladder(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     Raises:
         AvahazardError: `file` is not the name of a picture.
     """
-    shown = [row for row in rows if row["held_out_crps_m"] is not None]
-    place = {row["model"]: k for k, row in enumerate(shown)}
+    shown = [(row, row.held_out_crps_m) for row in rows if row.held_out_crps_m is not None]
+    place = {row.model: k for k, (row, _) in enumerate(shown)}
     with picture(file) as axes:
-        for k, row in enumerate(shown):
-            value = row["held_out_crps_m"]
+        for k, (row, value) in enumerate(shown):
             axes.bar(k, value, color=LEVEL, width=WIDTH)
             low = value
-            if row["parent"] in place:
+            at = place.get(row.parent or "")
+            if at is not None:
                 # From the parent's error, carried over, to the child's.
-                at = place[row["parent"]]
-                before = shown[at]["held_out_crps_m"]
+                before = shown[at][1]
                 change, low = value - before, min(value, before)
                 color = FELL if change < 0.0 else ROSE
                 axes.bar(k, -change, bottom=value, color=color, width=WIDTH)
@@ -58,7 +57,7 @@ def draw_ladder(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
                 va="top",
                 weight="bold",
             )
-        floors = [row["noise_floor_crps_m"] for row in shown if row["noise_floor_crps_m"]]
+        floors = [row.noise_floor_crps_m for row, _ in shown if row.noise_floor_crps_m]
         if floors:
             axes.axhspan(0.0, min(floors), color="tab:blue", alpha=0.25, lw=0)
             axes.axhline(
@@ -70,11 +69,11 @@ def draw_ladder(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
             axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
         axes.margins(y=0.1)
         axes.set_ylim(bottom=0.0)
-        axes.set_xticks(np.arange(len(shown)), [_label(row) for row in shown])
+        axes.set_xticks(np.arange(len(shown)), [_label(row) for row, _ in shown])
         axes.set_ylabel("error where held out (CRPS, m)")
         axes.spines[["top", "right"]].set_visible(False)
 
 
-def _label(row: Mapping[str, Any]) -> str:
-    added = "\n".join(f"+ {key}" for key in row["added"])
-    return f"{row['model']}\n{added}" if added else str(row["model"])
+def _label(row: Rung) -> str:
+    added = "\n".join(f"+ {key}" for key in row.added)
+    return f"{row.model}\n{added}" if added else row.model

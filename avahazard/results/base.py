@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, get_args
 
 from avahazard.records.errors import AvahazardError
-from avahazard.records.plain import plain
+from avahazard.records.plain import key_of, plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +26,9 @@ PICTURES: dict[type, Draw] = {}
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A result: its fields are the keys of its JSON."""
+    """A result: its fields are the keys of its JSON, less an underscore after a word of Python."""
+
+    __pydantic_config__: ClassVar[dict[str, Any]] = {"alias_generator": key_of}
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as dicts, lists, text, numbers and None: what `--json` prints."""

@@ -43,6 +43,13 @@ class EffectDetails(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class WrittenTemplate(Result):
+    """An effect file to start from."""
+
+    file: str
+
+
+@dataclass(frozen=True, slots=True)
 class ModelSummary(Result):
     """A stored model in short."""
 

@@ -17,6 +17,46 @@ class Created(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class DatabaseState(Result):
+    """The state of the tables, their revision and that of the program.
+
+    `counts` of what it holds, where the state is `current`.
+    """
+
+    database: str
+    state: str
+    revision: str | None
+    head: str | None
+    counts: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Upgraded(Result):
+    """The revisions that a database went from and to; the same where there was nothing to do."""
+
+    database: str
+    from_: str | None
+    to: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Checked(Result):
+    """Whether a database is whole, and what is wrong with it."""
+
+    database: str
+    whole: bool
+    problems: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Copied(Result):
+    """A database and the file that it was copied to."""
+
+    database: str
+    backup: str
+
+
+@dataclass(frozen=True, slots=True)
 class Counts(Result):
     """Rows of one kind."""
 

@@ -34,7 +34,7 @@ class Stretch(Result):
     to_x_m: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ProfileFit(Result):
     """How a profile was regularised: `degree` of a polynomial, or `smoothing` of a spline.
 
@@ -42,10 +42,10 @@ class ProfileFit(Result):
     """
 
     method: str
-    max_deviation_m: float
     degree: int | None = field(default=None, metadata=ABSENT)
     smoothing: float | None = field(default=None, metadata=ABSENT)
     polynomial_deviation_m: float | None = field(default=None, metadata=ABSENT)
+    max_deviation_m: float
 
 
 @dataclass(frozen=True, slots=True)

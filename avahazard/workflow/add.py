@@ -15,11 +15,13 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
+from avahazard.results.comparison import Comparison
+from avahazard.results.ladder import BeforeAndAfter
 from avahazard.store.models import load_model, refuse_taken_name
 from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
-from avahazard.workflow.compare import comparison
-from avahazard.workflow.ladder import rung
+from avahazard.workflow.compare import comparison, stored_comparison
+from avahazard.workflow.ladder import standing
 from avahazard.workflow.stored.document import result_document
 from avahazard.workflow.stored.model import (
     StoredFit,
@@ -58,7 +60,7 @@ def add(
     with reading(database) as session:
         model = load_model(session, name)
         refuse_taken_name(session, new_name)
-        before = latest_result(session, COMPARISON, name)
+        before = stored_comparison(latest_result(session, COMPARISON, name))
     check_own(model, own)
     unused = [key for key in own if key not in (*effects, *effects_of(model))]
     if unused:
@@ -108,21 +110,21 @@ def add(
     )
     with writing(database) as session:
         if fresh and before is not None:
-            save_result(session, COMPARISON, name, before)
-        save_result(session, COMPARISON, new_name, after)
+            save_result(session, COMPARISON, name, before.to_dict())
+        save_result(session, COMPARISON, new_name, after.to_dict())
     return {**document, "comparison": before_and_after(before, after)}
 
 
-def before_and_after(before: dict[str, Any] | None, after: dict[str, Any]) -> dict[str, Any]:
-    """Scores of parent and child (see `laddering.rung`) beside the noise floor, in metres."""
-    floor = after["scores"]["runout"]
-    return {
-        "before": None if before is None else rung(before),
-        "after": rung(after),
-        "held_out_by": after["held_out"]["by"],
-        "noise_floor_m": floor["noise_floor_m"],
-        "noise_floor_crps_m": floor["noise_floor_crps_m"],
-    }
+def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndAfter:
+    """Scores of parent and child beside the noise floor."""
+    floor = after.scores.runout
+    return BeforeAndAfter(
+        before=None if before is None else standing(before),
+        after=standing(after),
+        held_out_by=after.held_out.by,
+        noise_floor_m=floor.noise_floor_m,
+        noise_floor_crps_m=floor.noise_floor_crps_m,
+    )
 
 
 def _start(parent: StoredFit, child: Posterior) -> Floats | None:

@@ -36,6 +36,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results.comparison import Comparison, HeldOutScores, Scores, SpeedScores
 from avahazard.store.results import COMPARISON, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import load_stored, require_unchanged
@@ -55,11 +56,10 @@ def compare(
     effect_files: Sequence[Path] = (),
     plot: Path | None = None,
     report: Report = lambda _what, _done, _total: None,
-) -> dict[str, Any]:
+) -> Comparison:
     """Compare the stored model `name` with its measurements, and store the comparison.
 
-    Returns the document of `compare` (docs/results.md). `plot` is a picture
-    of where it fails.
+    `plot` is a picture of where it fails.
 
     Raises:
         AvahazardError: there is no such model, its records have changed, or its method has no
@@ -70,14 +70,19 @@ def compare(
     stored = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
     require_unchanged(stored)
-    document = comparison(name, stored.model, lambda share: report(f"Comparing {name}", share, 1.0))
+    found = comparison(name, stored.model, lambda share: report(f"Comparing {name}", share, 1.0))
     with writing(database) as session:
-        save_result(session, COMPARISON, name, document)
+        save_result(session, COMPARISON, name, found.to_dict())
     if plot is not None:
         from avahazard.report.comparison_figure import draw_comparison  # noqa: PLC0415 (slow)
 
-        draw_comparison(plot, document)
-    return document
+        draw_comparison(plot, found)
+    return found
+
+
+def stored_comparison(document: dict[str, Any] | None) -> Comparison | None:
+    """The comparison of a stored document; None where there is none."""
+    return None if document is None else Comparison.from_dict(document)
 
 
 def require_comparable(name: str, method: MethodName) -> None:
@@ -94,13 +99,8 @@ def comparison(
     name: str,
     model: FittedModel,
     progress: Callable[[float], None] = lambda _share: None,
-) -> dict[str, Any]:
-    """The document of `compare` for a model on the records that it was fitted to.
-
-    Nothing is stored. Runout scores are in metres of the coordinate of each record, which
-    `coordinate` names (elevation, x, length, mixed). Held-out `elpd_loo` is the log density of
-    each record given the other groups.
-    """
+) -> Comparison:
+    """A model against the records that it was fitted to; nothing is stored."""
     observations = model.observations
     rng = generator(0, "compare")
     expected = expected_records(model, RECORD_DRAWS, rng)
@@ -113,24 +113,22 @@ def comparison(
     held = choose_groups(observations)
     others = held_out_predictions(model, held.groups, lambda share: progress(0.4 + 0.6 * share))
     axes = event_axes(observations, np.median(expected.x, axis=1))
-    return {
-        "model": name,
-        "coordinate": coordinate_name(observations),
-        "scores": {
-            "runout": runout_scores(expected, pit),
-            "speed": _speed_scores(speeds),
-            "elpd_loo": loo.elpd,
-            "elpd_loo_se": loo.se,
-            "pareto_k_bad": loo.n_bad,
-            "pareto_k_refitted": loo.n_refitted,
-        },
-        "held_out": {"by": held.by, **_held_out_scores(others)},
-        "where_it_fails": where_it_fails(
-            axes, expected.error, pit, observations.columns.path_index
+    return Comparison(
+        model=name,
+        coordinate=coordinate_name(observations),
+        scores=Scores(
+            runout=runout_scores(expected, pit),
+            speed=_speed_scores(speeds),
+            elpd_loo=loo.elpd,
+            elpd_loo_se=loo.se,
+            pareto_k_bad=loo.n_bad,
+            pareto_k_refitted=loo.n_refitted,
         ),
-        "speed_misfit": None if speeds is None else speed_misfit(observations, speeds),
-        "measured_force": measured_force(observations) if observations.speeds else None,
-    }
+        held_out=_held_out_scores(held.by, others),
+        where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
+        speed_misfit=None if speeds is None else speed_misfit(observations, speeds),
+        measured_force=measured_force(observations) if observations.speeds else None,
+    )
 
 
 def coordinate_name(observations: Observations) -> str:
@@ -141,19 +139,20 @@ def coordinate_name(observations: Observations) -> str:
     return names.pop() if len(names) == 1 else ("mixed" if names else "elevation")
 
 
-def _held_out_scores(others: HeldOutPredictions) -> dict[str, Any]:
+def _held_out_scores(by: str, others: HeldOutPredictions) -> HeldOutScores:
     rng = generator(0, "held out scores")
     pit = record_pit(others.records, rng)
     n = len(others.log_density)
-    return {
-        "runout": runout_scores(others.records, pit),
-        "speed": _speed_scores(others.speeds),
-        "elpd_loo": float(np.sum(others.log_density)),
-        "elpd_loo_se": float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
-    }
+    return HeldOutScores(
+        by=by,
+        runout=runout_scores(others.records, pit),
+        speed=_speed_scores(others.speeds),
+        elpd_loo=float(np.sum(others.log_density)),
+        elpd_loo_se=float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
+    )
 
 
-def _speed_scores(speeds: MatchedSpeeds | None) -> dict[str, Any] | None:
+def _speed_scores(speeds: MatchedSpeeds | None) -> SpeedScores | None:
     if speeds is None:
         return None
     pit = randomised_pit(speeds.draws, speeds.observed, generator(0, "speed scores"))

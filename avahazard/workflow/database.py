@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
+from avahazard.results.database import Checked, Copied, Created, DatabaseState, Upgraded
 from avahazard.store import upkeep
 from avahazard.store.backup import backup
 from avahazard.store.check import check_database
@@ -12,21 +12,18 @@ from avahazard.store.engine import database_name
 from avahazard.store.session import reading
 
 
-def init_database(database: str) -> dict[str, Any]:
+def init_database(database: str) -> Created:
     """Create the tables of `database`; `created` is false where it exists.
 
     Raises:
         AvahazardError: it holds other tables, or cannot be written.
     """
     before = upkeep.create(database)
-    return {
-        "database": database_name(database),
-        "created": before == "empty",
-        "state": "current" if before == "empty" else before,
-    }
+    created = before == "empty"
+    return Created(database_name(database), created, "current" if created else before)
 
 
-def upgrade_database(database: str) -> dict[str, Any]:
+def upgrade_database(database: str) -> Upgraded:
     """Run the migrations that `database` lacks.
 
     Raises:
@@ -35,19 +32,19 @@ def upgrade_database(database: str) -> dict[str, Any]:
     before = upkeep.status(database).revision
     upkeep.upgrade(database)
     after = upkeep.status(database)
-    return {"database": after.database, "from": before, "to": after.revision}
+    return Upgraded(after.database, before, after.revision)
 
 
-def database_status(database: str) -> dict[str, Any]:
+def database_status(database: str) -> DatabaseState:
     """Return the state of the schema of `database`, its revision and its counts.
 
     Raises:
         AvahazardError: it is missing or cannot be read.
     """
-    return asdict(upkeep.status(database))
+    return DatabaseState(**asdict(upkeep.status(database)))
 
 
-def check(database: str) -> dict[str, Any]:
+def check(database: str) -> Checked:
     """Return whether `database` is whole, and the list of its problems.
 
     Raises:
@@ -55,14 +52,14 @@ def check(database: str) -> dict[str, Any]:
     """
     with reading(database) as session:
         problems = check_database(session)
-    return {"database": database_name(database), "whole": not problems, "problems": problems}
+    return Checked(database_name(database), not problems, tuple(problems))
 
 
-def backup_database(database: str, target: str) -> dict[str, Any]:
+def backup_database(database: str, target: str) -> Copied:
     """Copy an SQLite `database` to the new file `target`, also while it is used.
 
     Raises:
         AvahazardError: it is not SQLite or missing, or `target` is there already.
     """
     backup(database, target)
-    return {"database": database_name(database), "backup": target}
+    return Copied(database_name(database), target)

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.resources import as_file, files
 from pathlib import Path as FilePath
-from typing import Any
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_csv import write_hazard
 from avahazard.report.hazard_picture import draw_hazard
+from avahazard.results.base import Rows
+from avahazard.results.calibration import Calibration
+from avahazard.results.hazard import HazardRow
+from avahazard.results.made import Demo
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
@@ -28,13 +31,11 @@ RETURN_PERIOD = 100.0
 def run_demo(
     folder: FilePath,
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
-) -> dict[str, Any]:
+) -> Demo:
     """Import the twin into a new database in `folder`, calibrate it, draw 100-year bounds, report.
 
-    A second run makes the files anew and leaves others alone. Returns `database`, `files` (what
-    was written, and the data), `twin` (what the data are), `model` (the document of its
-    calibration, by the marginal method), `gibbs` (that of the paper's sampler), `hazard` (the
-    rows for every path) and `notes`.
+    A second run makes the files anew and leaves others alone. `model` is calibrated by the
+    marginal method, `gibbs` by the paper's sampler.
 
     Raises:
         AvahazardError: the folder cannot be made or written.
@@ -65,12 +66,12 @@ def run_demo(
     compare(name, MODEL, report=report)
     write_report(name, MODEL, folder / REPORT, report=report)
     written = [str(folder / file) for file in (DATABASE, BOUNDS, PICTURE, REPORT)]
-    return {
-        "database": name,
-        "files": [*written, *map(str, sources)],
-        "twin": "The data are a twin: made up from the facts that Ancey (2005) prints.",
-        "model": model,
-        "gibbs": gibbs,
-        "hazard": rows,
-        "notes": [*model["notes"], *gibbs["notes"], *notes],
-    }
+    return Demo(
+        database=name,
+        files=(*written, *map(str, sources)),
+        twin="The data are a twin: made up from the facts that Ancey (2005) prints.",
+        model=Calibration.from_dict(model),
+        gibbs=Calibration.from_dict(gibbs),
+        hazard=Rows(HazardRow.from_dict(row) for row in rows),
+        notes=(*model["notes"], *gibbs["notes"], *notes),
+    )

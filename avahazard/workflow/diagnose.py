@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
-from avahazard.criticism.diagnosis.diagnose import Candidate, Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
+from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
+from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results.base import Rows
+from avahazard.results.diagnosis import Candidate, Diagnosis, Measurement, PathEffectTest
 from avahazard.store.models import load_model
 from avahazard.store.results import DIAGNOSIS, save_result
 from avahazard.store.session import reading, writing
@@ -28,10 +31,10 @@ def diagnose_model(
     effect_files: Sequence[Path] = (),
     plot: Path | None = None,
     report: Report = lambda _what, _done, _total: None,
-) -> dict[str, Any]:
+) -> Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    Returns the document of `diagnose` (docs/results.md); `plot` is a picture of the candidates.
+    `plot` is a picture of the candidates.
 
     Raises:
         AvahazardError: there is no such model, its records have changed, or its method has no
@@ -59,61 +62,58 @@ def diagnose_model(
         seed=seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
-    document = diagnosis_document(name, found, seed)
+    told = diagnosis(name, found, seed)
     with writing(database) as session:
-        save_result(session, DIAGNOSIS, name, document)
+        save_result(session, DIAGNOSIS, name, told.to_dict())
     if plot is not None:
         from avahazard.report.diagnosis_figure import draw_diagnosis  # noqa: PLC0415 (slow)
 
-        draw_diagnosis(plot, document)
-    return document
+        draw_diagnosis(plot, told)
+    return told
 
 
-def diagnosis_document(name: str, found: Diagnosis, seed: int) -> dict[str, Any]:
-    """The document of `diagnose` (docs/results.md)."""
-    return {
-        "model": name,
-        "verdict": found.verdict,
-        "missing": list(found.missing),
-        "candidates": [_candidate(c, found) for c in found.candidates],
-        "path_effect": {
-            "gain": found.screening.path_gain,
-            "p_value": found.screening.path_p,
-        },
-        "detectable_m": found.detectable_m,
-        "detectable_log_friction": found.detectable_log_friction,
-        "measure_next": _measure_next(found, seed),
-        "still_needed": found.still_needed,
-        "heavy_tails": found.heavy_tails,
-        "suspect_events": list(found.suspects),
-        "n_worlds": found.screening.n_worlds,
-        "seed": seed,
-    }
+def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
+    """What was found on the model `name`, and what to measure next."""
+    return Diagnosis(
+        model=name,
+        verdict=found.verdict,
+        missing=found.missing,
+        candidates=Rows(_candidate(c, found) for c in found.candidates),
+        path_effect=PathEffectTest(found.screening.path_gain, found.screening.path_p),
+        detectable_m=found.detectable_m,
+        detectable_log_friction=found.detectable_log_friction,
+        measure_next=_measure_next(found, seed),
+        still_needed=found.still_needed,
+        heavy_tails=found.heavy_tails,
+        suspect_events=found.suspects,
+        n_worlds=found.screening.n_worlds,
+        seed=seed,
+    )
 
 
-def _candidate(candidate: Candidate, found: Diagnosis) -> dict[str, Any]:
+def _candidate(candidate: Tried, found: Findings) -> Candidate:
     fit = candidate.fit
     gain = candidate.screened.gain
     if fit is not None:
         gain = fit.log_likelihood - found.base.log_likelihood
-    return {
-        "effect": candidate.key,
-        "gain": gain,
-        "evidence_gain": candidate.evidence_gain,
-        "held_out_gain": candidate.held_out_gain,
-        "p_value": candidate.screened.p_family,
-        "screened_gain": candidate.screened.gain,
-        "chance_gain": candidate.screened.null_gain,
-        "p_value_alone": candidate.screened.p_single,
-        "error_before_m": found.error_before_m,
-        "error_after_m": candidate.error_after_m,
-        "parameters": {} if fit is None else fit.parameters(candidate.key),
-        "physics": candidate.screened.definition.meaning,
-        "confounded_with": list(candidate.confounded_with),
-    }
+    return Candidate(
+        effect=candidate.key,
+        gain=gain,
+        evidence_gain=candidate.evidence_gain,
+        held_out_gain=candidate.held_out_gain,
+        p_value=candidate.screened.p_family,
+        screened_gain=candidate.screened.gain,
+        chance_gain=candidate.screened.null_gain,
+        p_value_alone=candidate.screened.p_single,
+        error_before_m=found.error_before_m,
+        error_after_m=candidate.error_after_m,
+        parameters={} if fit is None else fit.parameters(candidate.key),
+        physics=candidate.screened.definition.meaning,
+        confounded_with=candidate.confounded_with,
+    )
 
 
-def _measure_next(found: Diagnosis, seed: int) -> list[dict[str, Any]]:
+def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:
     """What would part the two best explanations, or show an effect that is too small to see."""
     fits = [c.fit for c in found.candidates if c.fit is not None]
     if len(fits) > 1:
@@ -122,9 +122,5 @@ def _measure_next(found: Diagnosis, seed: int) -> list[dict[str, Any]]:
         return measurement_gains(fits[0], found.base, seed)
     # An effect as large as the smallest detectable gains in proportion to the events.
     n = found.base.posterior.observations.n_events
-    return [
-        {
-            "measurement": f"{n} more events: effects of {found.detectable_m / 2**0.5:.0f} m show",
-            "expected_gain": found.screening.critical_gain,
-        }
-    ]
+    text = f"{n} more events: effects of {found.detectable_m / 2**0.5:.0f} m show"
+    return Rows([Measurement(text, found.screening.critical_gain)])

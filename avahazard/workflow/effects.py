@@ -3,36 +3,39 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from avahazard.effects.catalogue import catalogue, definition
 from avahazard.effects.covariate import covariate
-from avahazard.effects.effect import Definition, Effect
+from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
+from avahazard.results.base import Rows
+from avahazard.results.catalogue import (
+    EffectDetails,
+    EffectEntry,
+    EffectParameter,
+    WrittenTemplate,
+)
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
 NO_DATA = "there are no events yet"
 
 
-def list_effects(database: str) -> list[dict[str, Any]]:
-    """Return `{"key", "meaning", "needs", "lacking"}` of every effect, and of every column.
-
-    `lacking` says what the present data lack for it, None where nothing.
-    """
+def list_effects(database: str) -> Rows[EffectEntry]:
+    """Return an entry for every effect, and for every column."""
     observations = _study(database)
     entries = list(catalogue().values())
     if observations is not None:
         names = (*observations.columns.numbers, *observations.columns.texts)
         entries += [covariate(name) for name in names]
-    return [_entry(entry, observations) for entry in entries]
+    return Rows(_entry(entry, observations) for entry in entries)
 
 
-def show_effect(database: str, key: str) -> dict[str, Any]:
+def show_effect(database: str, key: str) -> EffectDetails:
     """Return the entry of one effect, what it acts on, and its parameters.
 
     Where an effect is made from the data (levels, ranges) and these are lacking, `acts_on` is
@@ -45,21 +48,21 @@ def show_effect(database: str, key: str) -> dict[str, Any]:
     observations = _study(database)
     result = _entry(entry, observations)
     effect = None
-    if observations is not None and result["lacking"] is None:
+    if observations is not None and result.lacking is None:
         effect = entry.build(entry.facts(observations.columns, observations.sites))
     else:
         try:
             effect = entry.build({})
         except KeyError:
             effect = None
-    return {
-        **result,
-        "acts_on": _acts_on(entry, effect),
-        "parameters": [] if effect is None else [_parameter(p) for p in effect.parameters],
-    }
+    return EffectDetails(
+        **result.to_dict(),
+        acts_on=_acts_on(entry, effect),
+        parameters=Rows(() if effect is None else map(_parameter, effect.parameters)),
+    )
 
 
-def write_template(file: Path) -> dict[str, Any]:
+def write_template(file: Path) -> WrittenTemplate:
     """Write a commented effect file to start from. Raises `AvahazardError` where it exists."""
     try:
         with file.open("x", encoding="utf-8") as stream:
@@ -68,7 +71,7 @@ def write_template(file: Path) -> dict[str, Any]:
         raise AvahazardError(
             f"{file} is there already and is not overwritten.", "Name another file."
         ) from error
-    return {"file": str(file)}
+    return WrittenTemplate(str(file))
 
 
 def _study(database: str) -> Observations | None:
@@ -82,16 +85,11 @@ def _study(database: str) -> Observations | None:
         return None
 
 
-def _entry(entry: Definition, observations: Observations | None) -> dict[str, Any]:
+def _entry(entry: Definition, observations: Observations | None) -> EffectEntry:
     lacking = (
         NO_DATA if observations is None else entry.lacking(observations.columns, observations.sites)
     )
-    return {
-        "key": entry.key,
-        "meaning": entry.meaning,
-        "needs": entry.needs,
-        "lacking": lacking,
-    }
+    return EffectEntry(entry.key, entry.meaning, entry.needs, lacking)
 
 
 def _acts_on(entry: Definition, effect: Effect | None) -> str | None:
@@ -100,13 +98,13 @@ def _acts_on(entry: Definition, effect: Effect | None) -> str | None:
     return None if effect is None else effect.acts_on
 
 
-def _parameter(p: Any) -> dict[str, Any]:
-    return {
-        "name": p.name,
-        "unit": p.unit,
-        "neutral": p.neutral,
-        "prior_mean": p.prior_mean,
-        "prior_sd": p.prior_sd,
-        "low": p.low if np.isfinite(p.low) else None,
-        "high": p.high if np.isfinite(p.high) else None,
-    }
+def _parameter(p: Parameter) -> EffectParameter:
+    return EffectParameter(
+        name=p.name,
+        unit=p.unit,
+        neutral=p.neutral,
+        prior_mean=p.prior_mean,
+        prior_sd=p.prior_sd,
+        low=p.low if np.isfinite(p.low) else None,
+        high=p.high if np.isfinite(p.high) else None,
+    )

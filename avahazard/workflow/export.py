@@ -14,6 +14,8 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
 from avahazard.report.hazard_csv import is_own_csv, write_hazard
+from avahazard.results.base import Rows as Results
+from avahazard.results.database import Export, Layer
 from avahazard.store.models import load_model, now
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, ZONES, latest_result
@@ -28,13 +30,12 @@ Rows = Sequence[Mapping[str, Any]]
 ENDINGS = (".gpkg", ".geojson", ".csv")
 
 
-def export(database: str, name: str, file: FilePath) -> dict[str, Any]:
+def export(database: str, name: str, file: FilePath) -> Export:
     """Write the latest bounds and zones by the model `name` to `file`, for what its name ends in.
 
     `.gpkg`: paths, releases, recorded stops, runouts and zones as layers with their styles, in
     the paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`: the rows of `hazard`.
-    A file that an export made before is replaced, no other one. Returns `model`, `file`, `layers`
-    (`layer`, `n_features`, `crs`) and `notes` on what could not be drawn.
+    A file that an export made before is replaced, no other one.
 
     Raises:
         AvahazardError: there is no such model, no bounds are stored by it, `file` has another
@@ -56,18 +57,13 @@ def export(database: str, name: str, file: FilePath) -> dict[str, Any]:
         )
     if ending == ".csv":
         _replace(file, is_own_csv, lambda part: write_hazard(part, rows))
-        layers = [{"layer": "hazard", "n_features": len(rows), "crs": None}]
-        return {"model": name, "file": str(file), "layers": layers, "notes": []}
+        return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), ())
     made, notes = _layers(records, rows, zones or [])
     if zones is None:
         notes.append(f"no zones are stored by {name}: avahazard zones {name}")
     _write_map(file, made)
-    return {
-        "model": name,
-        "file": str(file),
-        "layers": [{"layer": m.name, "n_features": len(m.features), "crs": m.code} for m in made],
-        "notes": notes,
-    }
+    layers = Results(Layer(m.name, len(m.features), m.code) for m in made)
+    return Export(name, str(file), layers, tuple(notes))
 
 
 def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], list[str]]:

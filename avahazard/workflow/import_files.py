@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path as FilePath
-from typing import Any
 
 from avahazard.records.drawn import Drawn
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
+from avahazard.results.database import Counts, Import, ImportedRecords
 from avahazard.store.records import load_records, save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.terrain import save_terrain
@@ -26,7 +26,7 @@ def import_files(
     land_cover: str | FilePath | None = None,
     update: bool = False,
     dry_run: bool = False,
-) -> dict[str, Any]:
+) -> Import:
     """Import `sources` into `database`.
 
     CSV files or folders of them (docs/data_forms.md), and files of lines (GeoPackage, GeoJSON,
@@ -35,8 +35,7 @@ def import_files(
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
     metres), and the ground around it is kept; `land_cover` is a file of polygons with that
     attribute. Rows that are stored already are no change; with `update` rows that contradict stored
-    ones replace them. A dry run reports what would happen. Returns the files, the counts
-    `{"new", "unchanged", "updated"}` of paths, profiles, events and speeds, and notes.
+    ones replace them. A dry run reports what would happen.
 
     Raises:
         AvahazardError: the database or a source cannot be used, or there are lines without a
@@ -56,12 +55,8 @@ def import_files(
             save_records(session, merge.write)
             crops = [crop for one in drawn for crop in one.terrain]
             save_terrain(session, crops, outdated=[p.path_id for p in merge.write.profiles])
-    return {
-        "dry_run": dry_run,
-        "files": intake.files,
-        "records": {kind: asdict(count) for kind, count in merge.counts.items()},
-        "notes": intake.notes,
-    }
+    counts = {kind: Counts(**asdict(count)) for kind, count in merge.counts.items()}
+    return Import(dry_run, tuple(intake.files), ImportedRecords(**counts), tuple(intake.notes))
 
 
 def _drawn(

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results.base import Rows
+from avahazard.results.comparison import Comparison
+from avahazard.results.ladder import Ladder, Rung, Standing
 from avahazard.store.models import StoredModel, list_models
 from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
-from avahazard.workflow.compare import compare
+from avahazard.workflow.compare import compare, stored_comparison
 from avahazard.workflow.stored.own_effects import effects_of
 
 Report = Callable[[str, float, float], None]
@@ -23,6 +25,8 @@ SCORES = (
     "elpd_loo_se",
     "coverage_90",
     "speed_rmse_m_s",
+    "noise_floor_m",
+    "noise_floor_crps_m",
 )
 
 
@@ -31,11 +35,10 @@ def ladder(
     *,
     plot: Path | None = None,
     report: Report = lambda _what, _done, _total: None,
-) -> dict[str, Any]:
-    """Return `rows` (docs/results.md), and `notes` on models that cannot be compared.
+) -> Ladder:
+    """Rank all models by their error; those never compared are compared, and that is stored.
 
-    Models that were never compared are compared, and that is stored. `plot` is a picture of the
-    held-out error from model to model.
+    `plot` is a picture of the held-out error from model to model.
 
     Raises:
         AvahazardError: the database is missing or has no model, or `plot` is no picture.
@@ -44,7 +47,10 @@ def ladder(
         require_picture(plot)
     with reading(database) as session:
         models = list_models(session)
-        known = {model.name: latest_result(session, COMPARISON, model.name) for model in models}
+        known = {
+            model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
+            for model in models
+        }
     if not models:
         raise AvahazardError(
             "There is no model yet.", "Make one: avahazard calibrate NAME, then avahazard add."
@@ -61,46 +67,44 @@ def ladder(
         from avahazard.report.ladder_figure import draw_ladder  # noqa: PLC0415 (slow)
 
         draw_ladder(plot, rows)
-    return {"rows": rows, "notes": notes}
+    return Ladder(rows, tuple(notes))
 
 
 def ladder_rows(
-    models: Sequence[StoredModel], comparisons: Mapping[str, dict[str, Any] | None]
-) -> list[dict[str, Any]]:
-    """The rows of `ladder`, with the noise floor; scores are None where there is no comparison."""
+    models: Sequence[StoredModel], comparisons: Mapping[str, Comparison | None]
+) -> Rows[Rung]:
+    """A rung for each model; its scores are None where there is no comparison."""
     effects = {model.name: effects_of(model) for model in models}
     rows = []
     for model in models:
-        document = comparisons[model.name]
+        found = comparisons[model.name]
         before = effects.get(model.parent or "", ())
-        scores = dict.fromkeys(SCORES) if document is None else rung(document)
+        scores = {} if found is None else standing(found).to_dict()
         rows.append(
-            {
-                "model": model.name,
-                "parent": model.parent,
-                "added": [key for key in effects[model.name] if key not in before],
-                **{key: scores[key] for key in SCORES},
-                "noise_floor_m": scores.get("noise_floor_m"),
-                "noise_floor_crps_m": scores.get("noise_floor_crps_m"),
-            }
+            Rung(
+                model=model.name,
+                parent=model.parent,
+                added=tuple(key for key in effects[model.name] if key not in before),
+                **{key: scores.get(key) for key in SCORES},
+            )
         )
-    return rows
+    return Rows(rows)
 
 
-def rung(comparison: dict[str, Any]) -> dict[str, Any]:
+def standing(comparison: Comparison) -> Standing:
     """The scores of a comparison by which models are ranked."""
-    scores, held_out = comparison["scores"], comparison["held_out"]
-    runout, speed = scores["runout"], scores["speed"]
-    return {
-        "rmse_m": runout["rmse_m"],
-        "crps_m": runout["crps_m"],
-        "held_out_rmse_m": held_out["runout"]["rmse_m"],
-        "held_out_crps_m": held_out["runout"]["crps_m"],
-        "held_out_elpd": held_out["elpd_loo"],
-        "elpd_loo": scores["elpd_loo"],
-        "elpd_loo_se": scores["elpd_loo_se"],
-        "coverage_90": runout["coverage_90"],
-        "speed_rmse_m_s": None if speed is None else speed["rmse_m_s"],
-        "noise_floor_m": runout["noise_floor_m"],
-        "noise_floor_crps_m": runout["noise_floor_crps_m"],
-    }
+    scores, held_out = comparison.scores, comparison.held_out
+    runout, speed = scores.runout, scores.speed
+    return Standing(
+        rmse_m=runout.rmse_m,
+        crps_m=runout.crps_m,
+        held_out_rmse_m=held_out.runout.rmse_m,
+        held_out_crps_m=held_out.runout.crps_m,
+        held_out_elpd=held_out.elpd_loo,
+        elpd_loo=scores.elpd_loo,
+        elpd_loo_se=scores.elpd_loo_se,
+        coverage_90=runout.coverage_90,
+        speed_rmse_m_s=None if speed is None else speed.rmse_m_s,
+        noise_floor_m=runout.noise_floor_m,
+        noise_floor_crps_m=runout.noise_floor_crps_m,
+    )

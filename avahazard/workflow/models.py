@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import datetime as dt
-from typing import Any
 
+from avahazard.results.base import Rows
+from avahazard.results.calibration import Calibration
+from avahazard.results.catalogue import ModelSummary
 from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import list_models, load_model
 from avahazard.store.session import reading
@@ -12,7 +14,7 @@ from avahazard.store.session import reading
 IN_SHORT = ("parent", "law", "scatter", "distribution", "method", "effects", "n_events")
 
 
-def show_models(database: str) -> list[dict[str, Any]]:
+def show_models(database: str) -> Rows[ModelSummary]:
     """One entry a model, oldest first: what it is made of, whether it converged, and when.
 
     Raises:
@@ -21,20 +23,22 @@ def show_models(database: str) -> list[dict[str, Any]]:
     rows = []
     with reading(database) as session:
         for model in list_models(session):
-            calibration = latest_calibration(session, model.name)
+            found = latest_calibration(session, model.name)
             rows.append(
-                {
-                    "model": model.name,
-                    **{key: calibration.result[key] for key in IN_SHORT},
-                    "converged": calibration.converged,
-                    "created": _utc(model.created),
-                }
+                ModelSummary.from_dict(
+                    {
+                        "model": model.name,
+                        **{key: found.result[key] for key in IN_SHORT},
+                        "converged": found.converged,
+                        "created": _utc(model.created),
+                    }
+                )
             )
-    return rows
+    return Rows(rows)
 
 
-def show_model(database: str, name: str) -> dict[str, Any]:
-    """The document of a model's calibration, and `created`, the time in UTC.
+def show_model(database: str, name: str) -> Calibration:
+    """A model's calibration, and `created`, the time in UTC.
 
     Raises:
         AvahazardError: there is no such model.
@@ -42,7 +46,7 @@ def show_model(database: str, name: str) -> dict[str, Any]:
     with reading(database) as session:
         created = load_model(session, name).created
         result = latest_calibration(session, name).result
-    return {**result, "created": _utc(created)}
+    return Calibration.from_dict({**result, "created": _utc(created)})
 
 
 def _utc(time: dt.datetime) -> str:

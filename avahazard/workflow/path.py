@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +19,16 @@ from avahazard.physics.terrain import build_terrain
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.path import Path, Profile
+from avahazard.results.base import Rows
+from avahazard.results.terrain import PathCheck, ProfileFit, Stretch
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
 Floats = NDArray[np.float64]
 
 
-def view_path(database: str, path_id: str, plot: FilePath | None = None) -> dict[str, Any]:
-    """Return a path with its profile's fit and checks (docs/results.md); lengths in m.
+def view_path(database: str, path_id: str, plot: FilePath | None = None) -> PathCheck:
+    """Return a path with its profile's fit and checks.
 
     `rises` and `sharp_bends` list the stretches where the
     regularised path rises, and where its radius of curvature is below `flow_length_m` (the
@@ -43,20 +45,20 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> dict
     profile = find_profile(records, path)
     events = [event for event in records.events if event.path_id == path_id]
     smooth = smooth_profile(profile.x_m, profile.y_m)
-    document = describe_path(path, profile, smooth, events)
+    check = describe_path(path, profile, smooth, events)
     if plot is not None:
         from avahazard.report.path_figure import draw_path  # noqa: PLC0415 (matplotlib is slow)
 
         releases = [_release(smooth, path, event) for event in events] or [_release(smooth, path)]
         stops = [place for e in events if (place := stop_place(smooth, e)) is not None]
         draw_path(plot, path, profile, smooth, np.array(releases), np.array(stops))
-    return document
+    return check
 
 
 def describe_path(
     path: Path, profile: Profile, smooth: SmoothProfile, events: list[Event]
-) -> dict[str, Any]:
-    """Return the document of `view_path`."""
+) -> PathCheck:
+    """Check a path whose profile was regularised as `smooth`; see `view_path`."""
     terrain = build_terrain(smooth)
     x = np.sort(np.concatenate([terrain.x, terrain.gauss_x.ravel()]))
     _, slope, bending = smooth.derivatives(x)
@@ -64,61 +66,64 @@ def describe_path(
     radius = 1.0 / np.maximum(curvature, 1e-12)
     lengths = [e.deposit_length_m for e in events if e.deposit_length_m is not None]
     flow_length = float(np.median(lengths)) if lengths else None
-    fit: dict[str, Any] = {"method": smooth.method}
+    check = PathCheck(
+        path_id=path.path_id,
+        n_points=len(profile.x_m),
+        n_events=len(events),
+        fit=_fit(profile, smooth),
+        monotone=bool(np.all(slope <= 0.0)),
+        rises=stretches(x, slope > 0.0),
+        min_curvature_radius_m=float(radius.min()),
+        flow_length_m=flow_length,
+        sharp_bends=Rows() if flow_length is None else stretches(x, radius < flow_length),
+        drop_m=float(profile.y_m[0] - profile.y_m.min()),
+        length_m=float(profile.x_m[-1] - profile.x_m[0]),
+        notes=(),
+    )
+    return replace(check, notes=tuple(_notes(check)))
+
+
+def _fit(profile: Profile, smooth: SmoothProfile) -> ProfileFit:
+    deviation = smooth.max_deviation_m
     if smooth.method == "legendre":
-        fit["degree"] = smooth.degree
-    else:
-        fit["smoothing"] = smooth.smoothing
-        polynomial = legendre_profile(profile.x_m, profile.y_m)
-        fit["polynomial_deviation_m"] = polynomial.max_deviation_m
-    fit["max_deviation_m"] = smooth.max_deviation_m
-    document = {
-        "path_id": path.path_id,
-        "n_points": len(profile.x_m),
-        "n_events": len(events),
-        "fit": fit,
-        "monotone": bool(np.all(slope <= 0.0)),
-        "rises": stretches(x, slope > 0.0),
-        "min_curvature_radius_m": float(radius.min()),
-        "flow_length_m": flow_length,
-        "sharp_bends": [] if flow_length is None else stretches(x, radius < flow_length),
-        "drop_m": float(profile.y_m[0] - profile.y_m.min()),
-        "length_m": float(profile.x_m[-1] - profile.x_m[0]),
-    }
-    return {**document, "notes": _notes(document)}
+        return ProfileFit(method="legendre", degree=smooth.degree, max_deviation_m=deviation)
+    polynomial = legendre_profile(profile.x_m, profile.y_m)
+    return ProfileFit(
+        method=smooth.method,
+        smoothing=smooth.smoothing,
+        polynomial_deviation_m=polynomial.max_deviation_m,
+        max_deviation_m=deviation,
+    )
 
 
-def stretches(x: Floats, holds: NDArray[np.bool_]) -> list[dict[str, float]]:
+def stretches(x: Floats, holds: NDArray[np.bool_]) -> Rows[Stretch]:
     """Return the first and last x of each run of places `[n]` where `holds` is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]])))
-    return [
-        {"from_x_m": float(x[i]), "to_x_m": float(x[j - 1])}
-        for i, j in zip(edges[::2], edges[1::2], strict=True)
-    ]
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    return Rows(Stretch(float(x[i]), float(x[j - 1])) for i, j in pairs)
 
 
-def _notes(document: dict[str, Any]) -> list[str]:
+def _notes(check: PathCheck) -> list[str]:
     notes = []
-    fit = document["fit"]
-    if fit["method"] == "spline":
+    if check.fit.method == "spline":
         notes.append(
-            f"The polynomial misses the points by up to {fit['polynomial_deviation_m']:.1f} m "
+            f"The polynomial misses the points by up to {check.fit.polynomial_deviation_m:.1f} m "
             f"(over {MISFIT_LIMIT_M:.0f} m): a smoothing spline was taken."
         )
-    if not document["monotone"]:
-        places = "; ".join(_written(part) for part in document["rises"])
+    if not check.monotone:
+        places = "; ".join(_written(part) for part in check.rises)
         notes.append(f"The path rises at {places}.")
-    if document["sharp_bends"]:
-        places = "; ".join(_written(part) for part in document["sharp_bends"])
+    if check.sharp_bends:
+        places = "; ".join(_written(part) for part in check.sharp_bends)
         notes.append(
             f"The radius of curvature is below the length of the flow "
-            f"({document['flow_length_m']:.0f} m) at {places}: the block is a poor picture there."
+            f"({check.flow_length_m:.0f} m) at {places}: the block is a poor picture there."
         )
     return notes
 
 
-def _written(part: dict[str, float]) -> str:
-    return f"x = {part['from_x_m']:.0f}–{part['to_x_m']:.0f} m"
+def _written(part: Stretch) -> str:
+    return f"x = {part.from_x_m:.0f}–{part.to_x_m:.0f} m"
 
 
 def _release(smooth: SmoothProfile, path: Path, event: Event | None = None) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,10 @@ from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
+from avahazard.results.base import Rows
+from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import require_comparable
-from avahazard.workflow.stored.model import (
-    load_stored,
-)
+from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.own_effects import own_effects
 
 Floats = NDArray[np.float64]
@@ -34,13 +33,12 @@ DENSITY_DRAWS = 500
 
 def predict(
     database: str, name: str, file: Path, *, effect_files: Sequence[Path] = ()
-) -> dict[str, Any]:
+) -> Prediction:
     """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
 
-    Returns `events` (docs/results.md), `scores` over the events that have a runout (None
-    where none has) and `notes`. Numbers are elevations of the stop in m, of the avalanche itself
-    and not of a record with its error; for events without a profile they are runout lengths,
-    and `coordinate` says so. A draw that leaves the profile counts as reaching its end.
+    Numbers are elevations of the stop in m, of the avalanche itself and not of a record with its
+    error; for events without a profile they are runout lengths, and `coordinate` says so. A draw
+    that leaves the profile counts as reaching its end.
 
     Raises:
         AvahazardError: there is no such model, or it cannot predict these events.
@@ -70,13 +68,8 @@ def predict(
     scores = None
     if measured:
         scores = _scores(model if len(measured) == len(new.events) else stored.on(measured))
-    return {
-        "events": [
-            _row(e, v, left) for e, v, left in zip(new.events, values, stops.left, strict=True)
-        ],
-        "scores": scores,
-        "notes": notes,
-    }
+    rows = (_row(e, v, left) for e, v, left in zip(new.events, values, stops.left, strict=True))
+    return Prediction(Rows(rows), scores, tuple(notes))
 
 
 def _has_runout(event: Event) -> bool:
@@ -84,23 +77,23 @@ def _has_runout(event: Event) -> bool:
     return event.left_profile or any(value is not None for value in found)
 
 
-def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> dict[str, Any]:
+def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> PredictedEvent:
     q05, q50, q95 = np.quantile(values, [0.05, 0.5, 0.95])
-    return {
-        "event_id": event.event_id,
-        "path_id": event.path_id,
-        "coordinate": "elevation" if event.path_id else "length",
-        "mean_m": float(np.mean(values)),
-        "sd_m": float(np.std(values, ddof=1)),
-        "q05_m": float(q05),
-        "q50_m": float(q50),
-        "q95_m": float(q95),
-        "p_left_profile": float(np.mean(left)),
-    }
+    return PredictedEvent(
+        event_id=event.event_id,
+        path_id=event.path_id,
+        coordinate="elevation" if event.path_id else "length",
+        mean_m=float(np.mean(values)),
+        sd_m=float(np.std(values, ddof=1)),
+        q05_m=float(q05),
+        q50_m=float(q50),
+        q95_m=float(q95),
+        p_left_profile=float(np.mean(left)),
+    )
 
 
-def _scores(model: FittedModel) -> dict[str, Any]:
-    """The `scores` of `compare` over new records; `elpd_loo` is their log predictive density."""
+def _scores(model: FittedModel) -> PredictionScores:
+    """Scores over new records; `elpd_loo` is their log predictive density."""
     rng = generator(0, "predict scores")
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
@@ -113,9 +106,9 @@ def _scores(model: FittedModel) -> dict[str, Any]:
     ]
     density = logsumexp(given, axis=0) - np.log(len(given))
     n = len(density)
-    return {
-        "runout": runout_scores(expected, pit),
-        "speed": None,
-        "elpd_loo": float(np.sum(density)),
-        "elpd_loo_se": float(np.sqrt(n) * np.std(density, ddof=1)) if n > 1 else None,
-    }
+    return PredictionScores(
+        runout=runout_scores(expected, pit),
+        speed=None,
+        elpd_loo=float(np.sum(density)),
+        elpd_loo_se=float(np.sqrt(n) * np.std(density, ddof=1)) if n > 1 else None,
+    )

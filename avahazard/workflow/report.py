@@ -4,29 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import Any
 
 from avahazard import __version__
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import ReportContent
+from avahazard.results.database import WrittenReport
+from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import list_models
 from avahazard.store.results import BOUNDS, COMPARISON, DIAGNOSIS, ZONES, latest_result
 from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
 from avahazard.workflow.alpha_beta import alpha_beta_paths
+from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.friction import friction_densities
 from avahazard.workflow.ladder import ladder_rows
 from avahazard.workflow.models import show_model
 from avahazard.workflow.report_events import event_views, unknown_columns
 from avahazard.workflow.report_friction import friction_view
 from avahazard.workflow.report_paths import path_views
-from avahazard.workflow.stored.model import (
-    StoredFit,
-    load_parameter_draws,
-    load_stored,
-)
+from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
 
 Report = Callable[[str, float, float], None]
@@ -41,13 +39,12 @@ def write_report(
     *,
     effect_files: Sequence[FilePath] = (),
     report: Report = lambda _what, _done, _total: None,
-) -> dict[str, Any]:
+) -> WrittenReport:
     """Write the report of the stored model `name` to `file`; an older one is replaced.
 
     Nothing is computed anew that a command stores: the report shows the latest comparison,
     diagnosis, bounds and zones, and says how to get what is missing. Equal databases give equal
-    files. Returns `model`, `file`, `bytes`, `n_paths`, `n_events` and `lacking`, sentences on what
-    is missing.
+    files.
 
     Raises:
         AvahazardError: there is no such model, its own effects are not given, or `file` cannot
@@ -73,14 +70,14 @@ def write_report(
             f"{file} cannot be written: {error.strerror}.", "Name another file: -o FILE.html."
         ) from error
     report("Writing the report", 1.0, 1.0)
-    return {
-        "model": name,
-        "file": str(file),
-        "bytes": len(text),
-        "n_paths": len(content.paths),
-        "n_events": len(content.events),
-        "lacking": list(content.lacking.values()),
-    }
+    return WrittenReport(
+        model=name,
+        file=str(file),
+        bytes=len(text),
+        n_paths=len(content.paths),
+        n_events=len(content.events),
+        lacking=tuple(content.lacking.values()),
+    )
 
 
 def gather(
@@ -100,7 +97,8 @@ def gather(
     with reading(database) as session:
         models = list_models(session)
         comparisons = {
-            model.name: latest_result(session, COMPARISON, model.name) for model in models
+            model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
+            for model in models
         }
         diagnosis = latest_result(session, DIAGNOSIS, name)
         rows = latest_result(session, BOUNDS, name) or []
@@ -119,11 +117,11 @@ def gather(
     baseline = alpha_beta_paths(database) if everything.profiles else []
     paths = path_views(stored, events, rows, baseline, zones, grounds)
     report("Writing the report", 0.9, 1.0)
-    document = show_model(database, name)
+    calibration = show_model(database, name)
     model = next(model for model in models if model.name == name)
     return ReportContent(
-        model=document,
-        created=str(document["created"]),
+        model=calibration,
+        created=str(calibration.created),
         draws=load_parameter_draws(database, name),
         paths=paths,
         events=events,
@@ -133,7 +131,7 @@ def gather(
         densities=friction_densities(found.mu, observations),
         ladder=ladder_rows(models, comparisons),
         comparison=comparisons[name],
-        diagnosis=diagnosis,
+        diagnosis=None if diagnosis is None else Diagnosis.from_dict(diagnosis),
         rows=rows,
         records_changed=stored.records_changed,
         calibrated_paths=stored.paths,

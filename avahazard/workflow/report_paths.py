@@ -84,7 +84,7 @@ def _notes(
 ) -> list[str]:
     if profile is None or smooth is None:
         return []
-    return list(describe_path(path, profile, smooth, events)["notes"])
+    return list(describe_path(path, profile, smooth, events).notes)
 
 
 def _speeds(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, cast
 
+from avahazard.results.made import MadeWorld
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
 from avahazard.synth.writing import refuse_full, write_world
@@ -20,7 +21,7 @@ def synthesise(
     n_paths: int = 9,
     speeds: float | None = None,
     seed: int = 0,
-) -> dict[str, Any]:
+) -> MadeWorld:
     """Write a world into `folder` and return what was made; all effects have one strength.
 
     `speeds` is the share of events with measured speeds; None gives them where an effect
@@ -34,13 +35,13 @@ def synthesise(
         seed, n_events, n_paths, dict.fromkeys(effects, strength), Settings(speeds=speeds)
     )
     files = write_world(folder, records, truth)
-    return {
-        "folder": str(folder),
-        "files": [str(file) for file in files],
-        "seed": seed,
-        "effects": truth["effects"],
-        "n_paths": len(records.paths),
-        "n_events": len(records.events),
-        "n_left_profile": sum(event.left_profile for event in records.events),
-        "n_speeds": len(records.speeds),
-    }
+    return MadeWorld(
+        folder=str(folder),
+        files=tuple(str(file) for file in files),
+        seed=seed,
+        effects=cast(dict[str, Any], truth["effects"]),
+        n_paths=len(records.paths),
+        n_events=len(records.events),
+        n_left_profile=sum(event.left_profile for event in records.events),
+        n_speeds=len(records.speeds),
+    )

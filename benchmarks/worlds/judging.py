@@ -19,7 +19,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.synth.making import make_world
-from avahazard.workflow.diagnose import diagnosis_document
+from avahazard.workflow.diagnose import diagnosis
 from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.measured import as_told, with_speeds
 from benchmarks.worlds.outside import EFFECTS, effect_file
@@ -67,7 +67,7 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
         again = diagnose(build_observations(with_speeds(plan)), base, {}, n_worlds=n_worlds)
         line["with_speeds"] = [again.verdict, list(again.missing)]
     if found.verdict == "ambiguous":
-        line["measure_next"] = diagnosis_document("", found, 0)["measure_next"][0]
+        line["measure_next"] = diagnosis("", found, 0).measure_next[0].to_dict()
         told = as_told(plan, line["measure_next"]["measurement"])
         if told is not None and len(plan.true) == 1:
             again = diagnose(told, base, {}, n_worlds=n_worlds)

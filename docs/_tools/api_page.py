@@ -1,55 +1,46 @@
-"""The Python API: the use cases that the commands call."""
+"""The Python API: regions, models, and the results that they return."""
 
 from __future__ import annotations
 
-import re
+import ast
 from pathlib import Path
 
-from avahazard.cli.main import COMMANDS
-
-FOLDER = Path(__file__).resolve().parents[2] / "avahazard" / "cli" / "commands"
-IMPORT = re.compile(r"from (avahazard\.workflow\.\w+) import \(?([\w, \n]+)")
+PACKAGE = Path(__file__).resolve().parents[2] / "avahazard"
 
 HEAD = """# Python API
 
-Each command calls one function of `avahazard.workflow` and prints the document that it returns, so
-a script can do whatever the command line does:
-
 ```python
-from pathlib import Path
+import avahazard as av
 
-from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.database import init_database
-from avahazard.workflow.import_files import import_files
-from avahazard.workflow.synth import synthesise
-
-synthesise(Path("made-up"), n_events=60, n_paths=3)
-init_database("script.db")
-import_files("script.db", ["made-up"])
-document = calibrate("script.db", "first", chains=2, draws=200)
-print(document["parameters"]["a"]["mean"])
+region = av.open("avahazard.db")            # or av.Region.from_files("my-records")
+base = region.calibrate("base", law="exponential")
+base.compare().scores                       # a frozen dataclass; .to_frame() gives pandas
+base.diagnose().candidates.to_frame()
+child = base.add("forest-drag", name="forest")
+region.ladder().plot()                      # a picture in a notebook, or a file
+child.hazard(return_periods=[30, 100]).rows.to_frame()
 ```
 
-`database` is a file path or an SQLAlchemy URL. What the data do not allow raises
-`avahazard.records.errors.AvahazardError`, whose `message` and `hint` the command line prints.
-`report(what, done, total)` is called as long work goes on.
+What the data do not allow raises `av.AvahazardError`, whose `message` and `hint` the command line
+prints. [The loop in a notebook](tutorial/notebook.md) goes through it.
+"""
+RESULTS = """
+## Results { #api-results }
+
+Each is a frozen dataclass; its fields are the keys of the [JSON](results.md), its methods those of
+`Result`. `Rows` is a tuple of them with `.to_frame()`.
 """
 
 
 def api_page() -> str:
-    """Return the page: the use cases under the commands that call them."""
-    parts, seen = [HEAD], set()
-    for entry in COMMANDS:
-        source = (FOLDER / f"{entry.module}.py").read_text(encoding="utf-8")
-        names = [
-            f"{module}.{name.split(' as ')[0].strip()}"
-            for module, listed in IMPORT.findall(source)
-            for name in listed.split(",")
-            if name.strip()
-        ]
-        new = [name for name in dict.fromkeys(names) if name not in seen]
-        seen.update(new)
-        if new:
-            parts.append(f"\n## {entry.name} {{ #api-{entry.name} }}\n")
-            parts += [f"::: {name}\n" for name in new]
+    """Return the page: the objects of the API, then every result."""
+    parts = [HEAD]
+    for name in ("region.open_region", "region.Region", "model.Model"):
+        anchor = name.rpartition(".")[2].lower().replace("_", "-")
+        parts.append(f"\n## {anchor} {{ #api-{anchor} }}\n\n::: avahazard.api.{name}\n")
+    parts.append(RESULTS)
+    for file in sorted((PACKAGE / "results").glob("[a-z]*.py")):
+        body = ast.parse(file.read_text(encoding="utf-8")).body
+        names = [c.name for c in body if isinstance(c, ast.ClassDef)]
+        parts += [f"::: avahazard.results.{file.stem}.{name}\n" for name in names]
     return "\n".join(parts)

@@ -1,12 +1,16 @@
 """Run the tutorials: every block of commands as it stands on the page, in the page's order.
 
-A block of ```text after a block of commands shows what they printed, and is written anew; so are
-the pictures that the page shows. A block with a title, such as ```toml title="limits.toml", is a
-file that the commands use. Run from the root of the checkout: make tutorial
+Blocks of ```sh are commands, blocks of ```python cells of one notebook. A block of ```text after
+them shows what they printed, and is written anew; so are the pictures that the page shows. A block
+with a title, such as ```toml title="limits.toml", is a file that the commands use.
+Run from the root of the checkout: make tutorial
 """
 
 from __future__ import annotations
 
+import ast
+import contextlib
+import io
 import os
 import re
 import shutil
@@ -56,14 +60,34 @@ def run_commands(commands: str, folder: Path) -> str:
     return "\n".join(line.rstrip() for line in done.stdout.strip("\n").splitlines()) + "\n"
 
 
+def run_cell(code: str, names: dict[str, object], folder: Path) -> str:
+    """Run a cell in `folder` with the names of the cells before.
+
+    Returns what it prints, and the value of its last expression.
+    """
+    body = ast.parse(code).body
+    last = body.pop() if isinstance(body[-1], ast.Expr) else None
+    out = io.StringIO()
+    with contextlib.chdir(folder), contextlib.redirect_stdout(out):
+        exec(compile(ast.Module(body, []), "cell", "exec"), names)
+        if isinstance(last, ast.Expr):
+            value = eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+            if value is not None:
+                print(value)
+    return out.getvalue()
+
+
 def run_page(page: str, folder: Path) -> str:
     """Run a page in `folder`; return it with the outputs that it now has."""
     parts, at, printed = [], 0, ""
+    names: dict[str, object] = {}
     for block in blocks(page):
         if block.title is not None:
             (folder / block.title).write_text(block.text, encoding="utf-8")
         elif block.language == "sh":
             printed = run_commands(block.text, folder)
+        elif block.language == "python":
+            printed = run_cell(block.text, names, folder)
         elif block.language == "text":
             parts += [page[at : block.start], printed]
             at = block.end

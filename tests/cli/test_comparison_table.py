@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import pytest
 
 from avahazard.cli.comparison_table import MOST_LINES, failures, show_scores
+from avahazard.results.base import Rows
+from avahazard.results.comparison import Comparison, Failure, SpeedScores
+from tests.results.samples import COMPARISON, RUNOUT
 
-SCORES = {"n": 12, "rmse_m": 81.04, "bias_m": -3.0, "crps_m": 40.0, "coverage_50": 0.5,
-          "coverage_90": 0.916}  # fmt: skip
 
-
-def failing(coordinate: str, *bias: float, p: float = 0.01) -> dict[str, Any]:
-    """A document of `compare` with these biases on one axis."""
-    rows = [
-        {"axis": "path", "level": f"P{k}", "n": 9, "bias_m": b, "p_value": p}
-        for k, b in enumerate(bias)
-    ]
-    return {"coordinate": coordinate, "where_it_fails": rows}
+def failing(coordinate: str, *bias: float, p: float = 0.01) -> Comparison:
+    """A comparison with these biases on one axis."""
+    rows = Rows(Failure("path", f"P{k}", 9, b, p) for k, b in enumerate(bias))
+    return replace(COMPARISON, coordinate=coordinate, where_it_fails=rows)
 
 
 @pytest.mark.parametrize(
@@ -45,9 +42,11 @@ def test_chance_is_no_failure_and_the_rest_is_counted() -> None:
 
 
 def test_speeds_have_a_row_where_there_are_any() -> None:
-    columns, rows = show_scores({"all": {"runout": SCORES, "speed": None}})
+    runout = replace(RUNOUT, n=12, rmse_m=81.04, bias_m=-3.0, crps_m=40.0, coverage_90=0.916)
+    scores = replace(COMPARISON.scores, runout=runout)
+    columns, rows = show_scores(("all", scores))
     assert [len(row) for row in rows] == [len(columns)]
     assert {"12", "81.0", "-3.0", "40.0", "50%", "92%"} <= {str(cell) for cell in rows[0]}
-    speed = {key.replace("_m", "_m_s"): value for key, value in SCORES.items()}
-    _, rows = show_scores({"all": {"runout": SCORES, "speed": speed}})
+    speed = SpeedScores(12, 8.1, -0.3, 4.0, 0.5, 0.9, 1.5)
+    _, rows = show_scores(("all", replace(scores, speed=speed)))
     assert [row[1] for row in rows] == ["runout, m", "speed, m/s"]

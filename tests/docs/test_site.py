@@ -14,8 +14,10 @@ from typing import Any
 import pytest
 from typer.main import get_command
 
-from avahazard.cli.main import COMMANDS, app
+import avahazard as av
+from avahazard.cli.main import app
 from avahazard.effects.catalogue import catalogue
+from avahazard.results.base import Result
 
 KEYS = tuple(catalogue())
 
@@ -77,9 +79,16 @@ def test_every_effect_is_documented(site: Path) -> None:
     assert all("It needs:" in text for text in documented.values())
 
 
-def test_the_use_case_of_every_command_is_in_the_api(site: Path) -> None:
+def test_every_public_name_is_in_the_api(site: Path) -> None:
     documented = sections((site / "api.html").read_text(encoding="utf-8"))
-    assert {f"api-{entry.name}" for entry in COMMANDS} == documented.keys()
+    assert {"api-open-region", "api-region", "api-model", "api-results"} == documented.keys()
+    methods = [name for name in vars(av.Region) | vars(av.Model) if not name.startswith("_")]
+    text = "".join(documented.values())
+    assert [name for name in methods if name not in text] == []
+    results = documented["api-results"]
+    kinds = [kind.__name__ for kind in Result.__subclasses__()]
+    assert len(kinds) > 40
+    assert [name for name in kinds if name not in results] == []
 
 
 def test_every_page_can_be_reached(site: Path) -> None:

@@ -110,14 +110,14 @@ def world(written: Path) -> str:
 
 
 def test_the_list_and_the_entry(world: str) -> None:
-    rows = {row["key"]: row for row in list_effects(world)}
+    rows = {row.key: row for row in list_effects(world)}
     assert next(iter(rows)) == "slip"
     assert list(rows)[17:20] == ["brush-drag", "high-mark", "soft-snow"]
     for key, meaning in zip(FILES, MEANINGS, strict=True):
-        assert rows[key]["meaning"] == meaning
+        assert rows[key].meaning == meaning
         found = show_effect(world, key)
-        assert found["acts_on"] == ACTS_ON[key]
-        assert len(found["parameters"]) == 1
+        assert found.acts_on == ACTS_ON[key]
+        assert len(found.parameters) == 1
 
 
 def test_the_diagnosis_tries_it(world: str) -> None:
@@ -126,8 +126,8 @@ def test_the_diagnosis_tries_it(world: str) -> None:
     keys = [entry.key for entry in candidate_definitions(observations, Specification())]
     assert set(FILES) <= set(keys)
     assert "covariate:snow_temperature_c" not in keys
-    document = diagnose_model(world, "base", n_worlds=5)
-    tried = {row["effect"]: row["physics"] for row in document["candidates"]}
+    found = diagnose_model(world, "base", n_worlds=5)
+    tried = {row.effect: row.physics for row in found.candidates}
     assert set(MEANINGS) <= set(tried.values())
 
 

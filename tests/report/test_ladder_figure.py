@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from avahazard.report.ladder_figure import draw_ladder
+from avahazard.results.ladder import Rung
+from tests.results.samples import RUNG
 
 
 def test_models_and_floor(tmp_path: Path) -> None:
-    def row(model: str, parent: str | None, crps: float | None) -> dict[str, object]:
-        return {
-            "model": model,
-            "parent": parent,
-            "added": ["season"] if parent else [],
-            "held_out_crps_m": crps,
-            "noise_floor_crps_m": 8.0,
-        }
+    def row(model: str, parent: str | None, crps: float | None) -> Rung:
+        added = ("season",) if parent else ()
+        return replace(RUNG, model=model, parent=parent, added=added, held_out_crps_m=crps)
 
     file = tmp_path / "a.svg"
     draw_ladder(
@@ -35,7 +33,6 @@ def test_models_and_floor(tmp_path: Path) -> None:
 
 
 def test_models_that_have_no_floor(tmp_path: Path) -> None:
-    row = {"model": "a", "parent": "gone", "added": [], "held_out_crps_m": 5.0}
     file = tmp_path / "a.svg"
-    draw_ladder(file, [{**row, "noise_floor_crps_m": None}])
+    draw_ladder(file, [replace(RUNG, parent="gone", noise_floor_crps_m=None)])
     assert "floor" not in file.read_text(encoding="utf-8")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from avahazard.report.verdict_words import verdict_words
+from tests.results.samples import DIAGNOSIS
 
 
 @pytest.mark.parametrize(
@@ -17,7 +20,7 @@ from avahazard.report.verdict_words import verdict_words
     ],
 )
 def test_the_verdict_in_words(verdict: str, words: str) -> None:
-    document = {"verdict": verdict, "missing": ["season"], "detectable_m": 25.0}
-    sentence = verdict_words(document, "base")
+    found = replace(DIAGNOSIS, verdict=verdict, missing=("season",))
+    sentence = verdict_words(found, "base")
     assert sentence.startswith("base ")
     assert words in sentence

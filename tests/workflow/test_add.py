@@ -34,18 +34,18 @@ def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
     wrong = add(snow_database, "base", ["season"], "season")
     assert (right["model"], right["parent"], right["effects"]) == ("snow", "base", ["snow-type"])
     found = right["comparison"]
-    assert found["after"]["held_out_crps_m"] < 0.85 * found["before"]["held_out_crps_m"]
-    assert found["noise_floor_crps_m"] < found["after"]["held_out_crps_m"]
+    assert found.after.held_out_crps_m < 0.85 * found.before.held_out_crps_m
+    assert found.noise_floor_crps_m < found.after.held_out_crps_m
     other = wrong["comparison"]
-    assert other["after"]["held_out_crps_m"] > 0.98 * other["before"]["held_out_crps_m"]
-    assert other["before"] == found["before"]
-    rows = ladder(snow_database)["rows"]
-    assert [(r["model"], r["parent"], r["added"]) for r in rows] == [
-        ("base", None, []),
-        ("snow", "base", ["snow-type"]),
-        ("season", "base", ["season"]),
+    assert other.after.held_out_crps_m > 0.98 * other.before.held_out_crps_m
+    assert other.before == found.before
+    rows = ladder(snow_database).rows
+    assert [(r.model, r.parent, r.added) for r in rows] == [
+        ("base", None, ()),
+        ("snow", "base", ("snow-type",)),
+        ("season", "base", ("season",)),
     ]
-    assert rows[1]["held_out_crps_m"] == found["after"]["held_out_crps_m"]
+    assert rows[1].held_out_crps_m == found.after.held_out_crps_m
     with reading(snow_database) as session:
         assert latest_result(session, COMPARISON, "base") is not None
 
@@ -56,7 +56,7 @@ def test_a_child_of_a_child(snow_database: str) -> None:
     below = add(snow_database, "snow", ["path-effect"], "more")
     assert below["effects"] == ["snow-type", "path-effect"]
     assert "path:P01" in below["parameters"]
-    assert ladder(snow_database)["rows"][2]["added"] == ["path-effect"]
+    assert ladder(snow_database).rows[2].added == ("path-effect",)
 
 
 @pytest.mark.slow
@@ -77,8 +77,8 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     for name, files in (("built-in", []), ("own", [file])):
         rows = predict(
             snow_database, name, snow_world / "world" / "events.csv", effect_files=files
-        )["events"]
-        draws[name] = [row["mean_m"] for row in rows]
+        ).events
+        draws[name] = [row.mean_m for row in rows]
     # The same posterior to the last bit, and so the same predictions.
     assert draws["own"] == draws["built-in"]
     with pytest.raises(AvahazardError, match="from a file"):
@@ -99,7 +99,7 @@ def test_the_child_starts_where_its_parent_is(snow_database: str) -> None:
     a = parent.result["parameters"]["a"]
     assert document["parameters"]["a"]["mean"] == pytest.approx(a["mean"], abs=4 * a["sd"])
     assert document["seed"] == parent.result["seed"]
-    assert np.isfinite(document["comparison"]["after"]["elpd_loo"])
+    assert np.isfinite(document["comparison"].after.elpd_loo)
 
 
 def test_what_cannot_be_added(snow_database: str, tmp_path: Path) -> None:

@@ -61,7 +61,7 @@ def test_a_run_too_short_is_stored_as_such(twin: str) -> None:
     document = calibrate(twin, "short", paths=["scey"], chains=2, draws=50)
     assert document["diagnostics"]["converged"] is False
     assert "not converged" in document["notes"][-1]
-    assert show_models(twin)[0]["converged"] is False
+    assert show_models(twin)[0].converged is False
 
 
 def test_path_offsets_are_told_and_kept(twin: str) -> None:
@@ -104,7 +104,7 @@ def test_an_effect_asked_for_and_away_is_not_there(twin: str) -> None:
 def test_what_cannot_be_calibrated_leaves_nothing_behind(twin: str, asked, message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
         calibrate(twin, "m", **asked)
-    assert show_models(twin) == []
+    assert show_models(twin) == ()
 
 
 def test_a_taken_name_is_refused_before_computing(twin: str, monkeypatch) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError
+from avahazard.results.comparison import Comparison
 from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
@@ -19,43 +20,43 @@ from tests.criticism.studies import slopes, straight, with_left
 
 
 @pytest.fixture(scope="module")
-def document(snow_world: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def document(snow_world: Path, tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     file = tmp_path_factory.mktemp("compare") / "copy.db"
     file.write_bytes((snow_world / "base.db").read_bytes())
     return compare(str(file), "base")
 
 
-def test_the_keys_of_the_document(document: dict[str, Any]) -> None:
-    scores = document["scores"]
-    assert document["model"] == "base"
+def test_the_keys_of_the_document(document: Comparison) -> None:
+    scores = document.scores
+    assert document.model == "base"
     assert set(scores) >= {"runout", "speed", "elpd_loo", "elpd_loo_se"}
-    assert set(scores["runout"]) >= {
+    assert set(scores.runout) >= {
         "n", "rmse_m", "bias_m", "crps_m", "coverage_50", "coverage_90", "noise_floor_m"
     }  # fmt: skip
-    assert scores["speed"] is None
-    assert document["held_out"]["by"] == "path"
-    assert document["held_out"]["runout"]["n"] == scores["runout"]["n"] == 120
-    assert document["measured_force"] is None
+    assert scores.speed is None
+    assert document.held_out.by == "path"
+    assert document.held_out.runout.n == scores.runout.n == 120
+    assert document.measured_force is None
 
 
-def test_it_points_at_snow(document: dict[str, Any]) -> None:
-    worst = document["where_it_fails"][0]
-    assert worst["axis"] == "snow_type"
-    assert worst["p_value"] < 0.01
-    p_values = [row["p_value"] for row in document["where_it_fails"]]
+def test_it_points_at_snow(document: Comparison) -> None:
+    worst = document.where_it_fails[0]
+    assert worst.axis == "snow_type"
+    assert worst.p_value < 0.01
+    p_values = [row.p_value for row in document.where_it_fails]
     assert p_values == sorted(p_values)
 
 
-def test_scores_make_sense(document: dict[str, Any]) -> None:
-    scores, held = document["scores"], document["held_out"]
-    assert scores["runout"]["noise_floor_m"] < scores["runout"]["rmse_m"]
-    assert scores["runout"]["crps_m"] < scores["runout"]["rmse_m"]
-    assert abs(scores["runout"]["coverage_90"] - 0.9) < 0.08
-    assert held["elpd_loo"] < scores["elpd_loo"] + 3.0
-    assert abs(held["runout"]["crps_m"] / scores["runout"]["crps_m"] - 1.0) < 0.15
+def test_scores_make_sense(document: Comparison) -> None:
+    scores, held = document.scores, document.held_out
+    assert scores.runout.noise_floor_m < scores.runout.rmse_m
+    assert scores.runout.crps_m < scores.runout.rmse_m
+    assert abs(scores.runout.coverage_90 - 0.9) < 0.08
+    assert held.elpd_loo < scores.elpd_loo + 3.0
+    assert abs(held.runout.crps_m / scores.runout.crps_m - 1.0) < 0.15
 
 
-def test_it_is_stored_and_the_same_again(snow_database: str, document: dict[str, Any]) -> None:
+def test_it_is_stored_and_the_same_again(snow_database: str, document: Comparison) -> None:
     with reading(snow_database) as session:
         assert latest_result(session, COMPARISON, "base") is None
     again = compare(snow_database, "base")
@@ -63,7 +64,7 @@ def test_it_is_stored_and_the_same_again(snow_database: str, document: dict[str,
     with reading(snow_database) as session:
         stored = latest_result(session, COMPARISON, "base")
     assert stored is not None
-    assert stored["scores"]["elpd_loo"] == document["scores"]["elpd_loo"]
+    assert stored["scores"]["elpd_loo"] == document.scores.elpd_loo
 
 
 def test_records_that_changed_since(snow_database: str, write: Any) -> None:
@@ -77,9 +78,9 @@ def test_records_that_changed_since(snow_database: str, write: Any) -> None:
 def test_the_papers_methods(snow_database: str) -> None:
     calibrate(snow_database, "gibbs", method="gibbs", chains=2, draws=300)
     calibrate(snow_database, "mh", method="metropolis", chains=2, draws=300)
-    scores = compare(snow_database, "gibbs")["scores"]
-    assert np.isfinite(scores["elpd_loo"])
-    assert abs(scores["runout"]["coverage_90"] - 0.9) < 0.1
+    scores = compare(snow_database, "gibbs").scores
+    assert np.isfinite(scores.elpd_loo)
+    assert abs(scores.runout.coverage_90 - 0.9) < 0.1
     with pytest.raises(AvahazardError, match="metropolis"):
         compare(snow_database, "mh")
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from avahazard.records.errors import AvahazardError
-from avahazard.records.plain import plain
+from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.results import DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
@@ -31,29 +31,29 @@ def base(database: str, write: Write) -> str:
     return database
 
 
-def diagnosed(database: str, **options: Any) -> dict[str, Any]:
+def diagnosed(database: str, **options: Any) -> Diagnosis:
     return diagnose_model(database, "base", n_worlds=39, **options)
 
 
 def test_the_document_names_the_axis(base: str) -> None:
     told: list[float] = []
     document = diagnosed(base, report=lambda _what, done, _total: told.append(done))
-    assert set(document) >= KEYS
-    assert document["model"] == "base"
-    assert document["verdict"] == "unexplained"
-    assert document["missing"] == ["covariate:column_1"]
-    for candidate in document["candidates"]:
-        assert set(candidate) >= CANDIDATE_KEYS
-        assert 0.0 < candidate["p_value"] <= 1.0
-        assert candidate["physics"]
-    best = document["candidates"][0]
-    assert best["error_after_m"] < best["error_before_m"]
-    assert best["parameters"]["covariate:column_1.slope"] == pytest.approx(0.12, abs=0.08)
-    assert [c["effect"] for c in document["candidates"]].count("covariate:column_1") == 1
-    for step in document["measure_next"]:
-        assert step["expected_gain"] > 0.0
+    assert set(document.to_dict()) >= KEYS
+    assert document.model == "base"
+    assert document.verdict == "unexplained"
+    assert document.missing == ("covariate:column_1",)
+    for candidate in document.candidates:
+        assert set(candidate.to_dict()) >= CANDIDATE_KEYS
+        assert 0.0 < candidate.p_value <= 1.0
+        assert candidate.physics
+    best = document.candidates[0]
+    assert best.error_after_m < best.error_before_m
+    assert best.parameters["covariate:column_1.slope"] == pytest.approx(0.12, abs=0.08)
+    assert [c.effect for c in document.candidates].count("covariate:column_1") == 1
+    for step in document.measure_next:
+        assert step.expected_gain > 0.0
     with reading(base) as session:
-        assert latest_result(session, DIAGNOSIS, "base") == plain(document)
+        assert latest_result(session, DIAGNOSIS, "base") == document.to_dict()
     assert told == sorted(told)
     assert told[-1] == 1.0
 

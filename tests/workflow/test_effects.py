@@ -14,20 +14,20 @@ KEYS = tuple(catalogue())
 
 
 def test_every_effect_and_every_column(snow_database: str) -> None:
-    rows = {row["key"]: row for row in list_effects(snow_database)}
+    rows = {row.key: row for row in list_effects(snow_database)}
     assert list(rows)[: len(KEYS)] == list(KEYS)
     assert set(rows) - set(KEYS) == {"covariate:snow_type", "covariate:snow_temperature_c"}
-    assert rows["snow-type"]["lacking"] is None
-    assert all(row["meaning"] and row["needs"] for row in rows.values())
+    assert rows["snow-type"].lacking is None
+    assert all(row.meaning and row.needs for row in rows.values())
 
 
 def test_without_data(database: str, tmp_path: Path) -> None:
     for place in (database, str(tmp_path / "nothing.db")):
         rows = list_effects(place)
-        assert [row["key"] for row in rows] == list(KEYS)
-        assert {row["lacking"] for row in rows} == {NO_DATA}
-        assert show_effect(place, "snow-type")["parameters"] == []
-        assert show_effect(place, "turbulent-drag")["acts_on"] == "the motion"
+        assert [row.key for row in rows] == list(KEYS)
+        assert {row.lacking for row in rows} == {NO_DATA}
+        assert show_effect(place, "snow-type").parameters == ()
+        assert show_effect(place, "turbulent-drag").acts_on == "the motion"
 
 
 @pytest.mark.parametrize(
@@ -43,19 +43,19 @@ def test_without_data(database: str, tmp_path: Path) -> None:
 )
 def test_one_effect(snow_database: str, key: str, acts_on: str, parameters: list[str]) -> None:
     found = show_effect(snow_database, key)
-    assert found["acts_on"] == acts_on
-    assert [p["name"] for p in found["parameters"]] == parameters
+    assert found.acts_on == acts_on
+    assert [p.name for p in found.parameters] == parameters
 
 
 def test_bounds_are_told(snow_database: str) -> None:
-    (drag,) = show_effect(snow_database, "turbulent-drag")["parameters"]
-    assert (drag["low"], drag["high"], drag["neutral"]) == (0.0, 0.03, 0.0)
-    assert show_effect(snow_database, "season")["parameters"][0]["high"] is None
+    (drag,) = show_effect(snow_database, "turbulent-drag").parameters
+    assert (drag.low, drag.high, drag.neutral) == (0.0, 0.03, 0.0)
+    assert show_effect(snow_database, "season").parameters[0].high is None
 
 
 def test_a_template_is_never_written_over(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
-    assert write_template(file) == {"file": str(file)}
+    assert write_template(file).file == str(file)
     before = file.read_text()
     with pytest.raises(AvahazardError, match="not overwritten"):
         write_template(file)

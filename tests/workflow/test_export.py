@@ -16,6 +16,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path
+from avahazard.results.database import Layer
 from avahazard.store import upkeep
 from avahazard.store.models import save_model
 from avahazard.store.records import load_records, save_records
@@ -66,9 +67,9 @@ def test_a_geopackage_with_every_layer(stored: str, tmp_path: FilePath) -> None:
     done = export(stored, "base", file)
     expected = {"zone_areas": 2, "paths": 2, "zones": 4, "releases": 2, "events": 2, "runouts": 12}
     assert layers(file) == {name: ("EPSG:31287", n) for name, n in expected.items()}
-    assert {x["layer"]: x["n_features"] for x in done["layers"]} == expected
+    assert {x.layer: x.n_features for x in done.layers} == expected
     assert [f.name for f in tmp_path.iterdir()] == ["map.gpkg"]
-    notes = "\n".join(done["notes"])
+    notes = "\n".join(done.notes)
     assert "not on the map are R: coordinates without a crs" in notes
     assert "4 statistics of runouts lie past the end of the profile" in notes
     assert "no point: P, Q." in notes
@@ -86,7 +87,7 @@ def test_the_other_files(stored: str, tmp_path: FilePath) -> None:
     done = export(stored, "base", tmp_path / "bounds.csv")
     with (tmp_path / "bounds.csv").open(newline="") as handle:
         assert [row["path_id"] for row in csv.DictReader(handle)] == ["P", "Q", "R"]
-    assert done["layers"] == [{"layer": "hazard", "n_features": 3, "crs": None}]
+    assert done.layers == (Layer("hazard", 3, None),)
 
 
 @pytest.mark.parametrize("name", ["out.gpkg", "out.geojson", "out.csv"])
@@ -163,7 +164,7 @@ def test_the_tyrol_profiles_go_through_to_a_map(
     assert {crs for crs, _ in found.values()} == {"EPSG:31287"}
     assert found["paths"][1] == found["releases"][1] == 9
     assert found["zones"][1] == 18
-    assert not [note for note in done["notes"] if "not on the map" in note]
+    assert not [note for note in done.notes if "not on the map" in note]
     # The extent of the map is in Tyrol.
     west, south, east, north = pyogrio.read_info(tmp_path / "tyrol.gpkg", layer="paths")[
         "total_bounds"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import shapely
 
 from avahazard.gis import packages
 from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.results.database import Import
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
@@ -30,10 +32,10 @@ def maps(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return lines, write_dem(folder / "dem.tif")
 
 
-def counts(document: dict[str, dict[str, dict[str, int]]]) -> dict[str, tuple[int, ...]]:
+def counts(found: Import) -> dict[str, tuple[int, ...]]:
     """New, unchanged and updated, of paths and profiles."""
     kinds = ("paths", "profiles", "events")
-    return {kind: tuple(document["records"][kind].values()) for kind in kinds}
+    return {kind: astuple(getattr(found.records, kind)) for kind in kinds}
 
 
 def test_lines_and_events_in_one_call(
@@ -45,7 +47,7 @@ def test_lines_and_events_in_one_call(
     for once in ((1, 0, 0), (0, 1, 0)):
         done = import_files(database, [events, lines], dem=dem)
         assert counts(done) == dict.fromkeys(("paths", "profiles", "events"), once)
-    assert done["files"] == [str(events), str(lines)]
+    assert done.files == (str(events), str(lines))
     with reading(database) as session:
         records, crop = load_records(session), load_terrain(session, "P")
     assert (records.paths[0].section, records.paths[0].covariates) == ("open", {"width_m": 80.0})

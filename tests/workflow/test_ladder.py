@@ -9,20 +9,20 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
-from avahazard.workflow.ladder import ladder, rung
+from avahazard.workflow.ladder import ladder, standing
 
 
 def test_models_never_compared_are_compared_on_the_way(snow_database: str, tmp_path: Path) -> None:
     calibrate(snow_database, "mh", method="metropolis", chains=2, draws=200)
     picture = tmp_path / "ladder.svg"
     found = ladder(snow_database, plot=picture)
-    base, metropolis = found["rows"]
-    expected = rung(compare(snow_database, "base"))
+    base, metropolis = found.rows
+    expected = standing(compare(snow_database, "base"))
     for key in ("rmse_m", "crps_m", "held_out_crps_m", "elpd_loo", "elpd_loo_se", "coverage_90"):
-        assert base[key] == expected[key]
-    assert base["speed_rmse_m_s"] is None
-    assert metropolis["rmse_m"] is None
-    assert ["mh is not compared" in note for note in found["notes"]] == [True]
+        assert getattr(base, key) == getattr(expected, key)
+    assert base.speed_rmse_m_s is None
+    assert metropolis.rmse_m is None
+    assert ["mh is not compared" in note for note in found.notes] == [True]
     assert "<svg" in picture.read_text(encoding="utf-8")
 
 

@@ -18,57 +18,57 @@ NEW = "event_id,path_id,volume_m3\nsmall,P01,3000\nlarge,P01,400000\n"
 
 def test_larger_avalanches_run_farther(snow_database: str, write: Write) -> None:
     found = predict(snow_database, "base", write("new.csv", NEW))
-    small, large = found["events"]
-    assert (small["event_id"], small["path_id"], small["coordinate"]) == (
+    small, large = found.events
+    assert (small.event_id, small.path_id, small.coordinate) == (
         "small", "P01", "elevation"
     )  # fmt: skip
-    assert small["q50_m"] > large["q50_m"]
-    for row in found["events"]:
-        assert row["q05_m"] < row["q50_m"] < row["q95_m"]
-        assert row["q05_m"] < row["mean_m"] < row["q95_m"]
-        assert 0.0 <= row["p_left_profile"] <= 1.0
-    assert found["scores"] is None
+    assert small.q50_m > large.q50_m
+    for row in found.events:
+        assert row.q05_m < row.q50_m < row.q95_m
+        assert row.q05_m < row.mean_m < row.q95_m
+        assert 0.0 <= row.p_left_profile <= 1.0
+    assert found.scores is None
 
 
 def test_its_own_runout_only_scores(snow_database: str, write: Write) -> None:
     plain = predict(snow_database, "base", write("new.csv", NEW))
-    elevation = plain["events"][0]["q50_m"]
+    elevation = plain.events[0].q50_m
     text = (
         "event_id,path_id,volume_m3,runout_elevation_m\n"
         f"small,P01,3000,{elevation:.1f}\nlarge,P01,400000,\n"
     )
     scored = predict(snow_database, "base", write("scored.csv", text))
-    assert scored["events"] == plain["events"]
-    assert scored["scores"]["runout"]["n"] == 1
-    assert scored["scores"]["runout"]["coverage_50"] == 1.0
+    assert scored.events == plain.events
+    assert scored.scores.runout.n == 1
+    assert scored.scores.runout.coverage_50 == 1.0
 
 
 def test_the_records_themselves_are_covered(snow_world: Path) -> None:
     file = snow_world / "world" / "events.csv"
     found = predict(str(snow_world / "base.db"), "base", file)
-    assert len(found["events"]) == found["scores"]["runout"]["n"] == 120
-    assert abs(found["scores"]["runout"]["coverage_90"] - 0.9) < 0.08
+    assert len(found.events) == found.scores.runout.n == 120
+    assert abs(found.scores.runout.coverage_90 - 0.9) < 0.08
 
 
 def test_events_without_a_profile_have_lengths(snow_database: str, write: Write) -> None:
     text = "event_id,fall_height_m,runout_length_m,volume_m3\nr,1000,2000,50000\n"
     found = predict(snow_database, "base", write("straight.csv", text))
-    (row,) = found["events"]
-    assert row["coordinate"] == "length"
-    assert row["p_left_profile"] == 0.0
-    assert any("lengths" in note for note in found["notes"])
+    (row,) = found.events
+    assert row.coordinate == "length"
+    assert row.p_left_profile == 0.0
+    assert any("lengths" in note for note in found.notes)
     # L = H / μ, with μ as at any path.
-    half = predict(snow_database, "base", write("half.csv", text.replace("1000,", "500,")))[
-        "events"
-    ][0]
-    assert half["q50_m"] == pytest.approx(0.5 * row["q50_m"])
+    half = predict(snow_database, "base", write("half.csv", text.replace("1000,", "500,"))).events[
+        0
+    ]
+    assert half.q50_m == pytest.approx(0.5 * row.q50_m)
 
 
 def test_normal_friction_tells_of_draws_below_zero(snow_database: str, write: Write) -> None:
     calibrate(snow_database, "normal", distribution="normal", chains=2, draws=100)
     found = predict(snow_database, "normal", write("new.csv", NEW))
-    for row in found["events"]:
-        assert np.isfinite(row["mean_m"])
+    for row in found.events:
+        assert np.isfinite(row.mean_m)
 
 
 def test_what_cannot_be_predicted(snow_database: str, write: Write) -> None:

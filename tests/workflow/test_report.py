@@ -41,7 +41,7 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
     other.write_text("an older one")
     write_report(report_database, "m", other)
     assert one.read_bytes() == other.read_bytes()
-    assert document == {
+    assert document.to_dict() == {
         "model": "m", "file": str(one), "bytes": one.stat().st_size, "n_paths": 3, "n_events": 61,
         "lacking": [],
     }  # fmt: skip

@@ -18,11 +18,9 @@ def test_document_says_what_is_in_the_folder(tmp_path: Path) -> None:
     )
     records = read_records([tmp_path / "w"])
     truth = json.loads((tmp_path / "w" / "truth.json").read_text(encoding="utf-8"))
-    assert (
-        (made["n_events"], made["n_paths"]) == (len(records.events), len(records.paths)) == (60, 4)
-    )
-    assert made["n_speeds"] == len(records.speeds) > 0
-    assert made["effects"] == truth["effects"]
+    assert (made.n_events, made.n_paths) == (len(records.events), len(records.paths)) == (60, 4)
+    assert made.n_speeds == len(records.speeds) > 0
+    assert made.effects == truth["effects"]
     assert {e["strength"] for e in truth["effects"].values()} == {0.5}
 
 

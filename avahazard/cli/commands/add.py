@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -12,6 +12,8 @@ from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
+from avahazard.results.calibration import Calibration
+from avahazard.results.ladder import BeforeAndAfter
 
 
 def add(
@@ -45,23 +47,22 @@ def add(
         )
 
     def render(console: Console) -> None:
-        show_calibration(console, document)
-        console.print(fall_of_error(document), soft_wrap=True)
+        show_calibration(console, Calibration.from_dict(document))
+        console.print(fall_of_error(document["comparison"]), soft_wrap=True)
 
     emit(context, document, render)
     for note in document["notes"]:
         warn(note)
 
 
-def fall_of_error(document: dict[str, Any]) -> str:
+def fall_of_error(found: BeforeAndAfter) -> str:
     """One line: how far the held-out error fell, and how far it is from the floor."""
-    found = document["comparison"]
-    after, floor = found["after"]["held_out_crps_m"], found["noise_floor_crps_m"]
+    after, floor = found.after.held_out_crps_m, found.noise_floor_crps_m
     rest = f"the records' own errors leave {floor:.1f} m"
-    by = "paths" if found["held_out_by"] == "path" else "folds"
-    if found["before"] is None:
+    by = "paths" if found.held_out_by == "path" else "folds"
+    if found.before is None:
         return f"Held-out error (CRPS, by {by}): {after:.1f} m; {rest}."
-    before = found["before"]["held_out_crps_m"]
+    before = found.before.held_out_crps_m
     change = (after - before) / before
     verb = "fell" if change < 0.0 else "rose"
     return (

@@ -20,6 +20,7 @@ from avahazard.inference.model.specification import (
     ScatterName,
     TailsName,
 )
+from avahazard.results.calibration import Calibration
 
 LawName = StrEnum("LawName", {name: name for name in LAWS})  # type: ignore[misc]
 EXPONENTIAL = LawName("exponential")
@@ -94,7 +95,7 @@ def calibrate(
         )
 
     def render(console: Console) -> None:
-        show_calibration(console, document)
+        show_calibration(console, Calibration.from_dict(document))
 
     emit(context, document, render)
     for note in document["notes"]:

@@ -31,40 +31,40 @@ def compare(
     from avahazard.workflow.compare import compare as run  # noqa: PLC0415
 
     with show_progress() as report:
-        document = run(
+        found = run(
             settings(context).database,
             name,
             effect_files=effect_file or (),
             plot=plot,
             report=report,
         )
-    scores, held = document["scores"], document["held_out"]
+    scores, held = found.scores, found.held_out
 
     def render(console: Console) -> None:
-        whole = "paths" if held["by"] == "path" else "fifths of the events"
-        parts = {"calibrated on all": scores, f"{whole} held out": held}
-        console.print(table(f"{name} against the records", *show_scores(parts)))
-        floor = scores["runout"]["noise_floor_m"]
+        whole = "paths" if held.by == "path" else "fifths of the events"
+        parts = show_scores(("calibrated on all", scores), (f"{whole} held out", held))
+        console.print(table(f"{name} against the records", *parts))
+        floor = scores.runout.noise_floor_m
         console.print(
             f"The records' own errors leave {floor:.0f} m (CRPS "
-            f"{scores['runout']['noise_floor_crps_m']:.0f} m), whatever the model."
+            f"{scores.runout.noise_floor_crps_m:.0f} m), whatever the model."
         )
         console.print(
-            f"Log predictive density, each record left out in turn: {scores['elpd_loo']:.1f} "
-            f"± {scores['elpd_loo_se']:.1f}."
+            f"Log predictive density, each record left out in turn: {scores.elpd_loo:.1f} "
+            f"± {scores.elpd_loo_se:.1f}."
         )
-        if document["speed_misfit"]:
+        if found.speed_misfit:
             cells = [
-                (row["axis"], row["level"], row["n"], row["bias_m_s"], row["rmse_m_s"])
-                for row in document["speed_misfit"]
+                (row.axis, row.level, row.n, row.bias_m_s, row.rmse_m_s)
+                for row in found.speed_misfit
             ]
             columns = ("speeds by", "level", ">n", ">bias m/s", ">RMSE m/s")
             console.print(table("Friction fitted to each stop", columns, cells))
         console.print("Where it fails:")
-        for line in failures(document):
+        for line in failures(found):
             console.print(f"  {line}", soft_wrap=True)
 
-    emit(context, document, render)
-    unsure = scores["pareto_k_bad"] - scores["pareto_k_refitted"]
+    emit(context, found, render)
+    unsure = scores.pareto_k_bad - scores.pareto_k_refitted
     if unsure > 0:
         warn(f"{unsure} records weigh so much that the left-out density is rough (Pareto k > 0.7).")

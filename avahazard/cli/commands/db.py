@@ -28,19 +28,18 @@ def upgrade(context: typer.Context) -> None:
     """
     from avahazard.workflow.database import upgrade_database  # noqa: PLC0415
 
-    document = upgrade_database(settings(context).database)
+    found = upgrade_database(settings(context).database)
 
     def render(console: Console) -> None:
-        if document["from"] == document["to"]:
-            console.print(f"The database {document['database']} is up to date.", soft_wrap=True)
+        if found.from_ == found.to:
+            console.print(f"The database {found.database} is up to date.", soft_wrap=True)
         else:
             console.print(
-                f"The database {document['database']} went from revision "
-                f"{document['from']} to {document['to']}.",
+                f"The database {found.database} went from revision {found.from_} to {found.to}.",
                 soft_wrap=True,
             )
 
-    emit(context, document, render)
+    emit(context, found, render)
 
 
 @db.command()
@@ -54,18 +53,18 @@ def status(context: typer.Context) -> None:
     """
     from avahazard.workflow.database import database_status  # noqa: PLC0415
 
-    document = database_status(settings(context).database)
+    found = database_status(settings(context).database)
 
     def render(console: Console) -> None:
-        console.print(f"Database: {document['database']}", soft_wrap=True)
+        console.print(f"Database: {found.database}", soft_wrap=True)
         console.print(
-            f"Tables: {document['state']} (revision {document['revision'] or 'none'}, "
-            f"this program's is {document['head']})"
+            f"Tables: {found.state} (revision {found.revision or 'none'}, "
+            f"this program's is {found.head})"
         )
-        if document["counts"]:
-            console.print(table("", ("holds", ">number"), document["counts"].items()))
+        if found.counts:
+            console.print(table("", ("holds", ">number"), found.counts.items()))
 
-    emit(context, document, render)
+    emit(context, found, render)
 
 
 @db.command()
@@ -79,18 +78,16 @@ def check(context: typer.Context) -> None:
     from avahazard.records.errors import AvahazardError  # noqa: PLC0415
     from avahazard.workflow.database import check as check_whole  # noqa: PLC0415
 
-    document = check_whole(settings(context).database)
-    if not document["whole"]:
-        faults = "\n".join(document["problems"])
+    found = check_whole(settings(context).database)
+    if not found.whole:
+        faults = "\n".join(found.problems)
         raise AvahazardError(
-            f"The database {document['database']} is not whole.\n{faults}", "Go back to a backup."
+            f"The database {found.database} is not whole.\n{faults}", "Go back to a backup."
         )
     emit(
         context,
-        document,
-        lambda console: console.print(
-            f"The database {document['database']} is whole.", soft_wrap=True
-        ),
+        found,
+        lambda console: console.print(f"The database {found.database} is whole.", soft_wrap=True),
     )
 
 
@@ -107,11 +104,11 @@ def backup(
     """
     from avahazard.workflow.database import backup_database  # noqa: PLC0415
 
-    document = backup_database(settings(context).database, file)
+    found = backup_database(settings(context).database, file)
     emit(
         context,
-        document,
+        found,
         lambda console: console.print(
-            f"Copied {document['database']} to {document['backup']}.", soft_wrap=True
+            f"Copied {found.database} to {found.backup}.", soft_wrap=True
         ),
     )

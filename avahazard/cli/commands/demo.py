@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 from shutil import which
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -14,6 +14,8 @@ from avahazard.cli.hazard_table import show_bounds
 from avahazard.cli.model_table import show_calibration
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
+from avahazard.records.plain import plain
+from avahazard.results.made import Demo
 
 
 def demo(
@@ -32,22 +34,22 @@ def demo(
     from avahazard.workflow.demo import run_demo  # noqa: PLC0415
 
     with show_progress() as report:
-        document = run_demo(folder, report)
-    emit(context, document, lambda console: _show(console, document))
-    for note in document["notes"]:
+        found = run_demo(folder, report)
+    emit(context, found, lambda console: _show(console, found))
+    for note in found.notes:
         warn(note)
 
 
-def _show(console: Console, document: dict[str, Any]) -> None:
-    console.print(document["twin"])
+def _show(console: Console, found: Demo) -> None:
+    console.print(found.twin)
     console.print("Nobody may use them to judge a real place.\n")
-    for model in (document["model"], document["gibbs"]):
+    for model in (found.model, found.gibbs):
         show_calibration(console, model)
         console.print()
     console.print("The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n")
-    show_bounds(console, document["hazard"])
+    show_bounds(console, plain(found.hazard))
     console.print("\nFiles:")
-    database, bounds, picture, report, *data = document["files"]
+    database, bounds, picture, report, *data = found.files
     for words, file in (
         ("database", database),
         ("bounds of the twin's paths", bounds),
@@ -57,7 +59,7 @@ def _show(console: Console, document: dict[str, Any]) -> None:
     ):
         console.print(f"  {words}: {file}", soft_wrap=True)
     console.print("\nGo on with it, for example:")
-    name = document["model"]["model"]
+    name = found.model.model
     program = "avahazard" if which("avahazard") else sys.argv[0]
     for words in (f"model {name}", f"compare {name}", f"hazard {name} -T 30 -T 300"):
         console.print(f"  {program} --db {database} {words}", soft_wrap=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -12,6 +12,7 @@ from avahazard.cli.options import EffectFiles, StoredModel, picture
 from avahazard.cli.output import emit, table
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
+from avahazard.results.diagnosis import Candidate, Diagnosis
 
 ALONE = 0.05
 SHOWN = 8
@@ -38,7 +39,7 @@ def diagnose(
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
     with show_progress() as report:
-        document = diagnose_model(
+        found = diagnose_model(
             settings(context).database,
             name,
             n_worlds=worlds,
@@ -49,60 +50,59 @@ def diagnose(
         )
 
     def render(console: Console) -> None:
-        console.print(verdict_words(document, document["model"]), soft_wrap=True)
+        console.print(verdict_words(found, found.model), soft_wrap=True)
         rows = [
             (
-                c["effect"],
-                f"{c['gain']:.1f}",
-                f"{c['p_value']:.3f}",
-                "" if c["error_after_m"] is None else f"{c['error_after_m']:.1f}",
-                ", ".join(c["confounded_with"]),
+                c.effect,
+                f"{c.gain:.1f}",
+                f"{c.p_value:.3f}",
+                "" if c.error_after_m is None else f"{c.error_after_m:.1f}",
+                ", ".join(c.confounded_with),
             )
-            for c in document["candidates"][:SHOWN]
+            for c in found.candidates[:SHOWN]
         ]
         columns = ("effect", ">gain, nats", ">p", ">error after, m", "looks like")
-        console.print(table(f"Candidates (error now {_before(document)} m)", columns, rows))
-        best = document["candidates"][0] if document["candidates"] else None
-        if document["missing"] and best is not None and best["effect"] in document["missing"]:
-            console.print(best["physics"], soft_wrap=True)
-        if document["verdict"] == "adequate" and best is not None:
-            _nearest(console, best, len(document["candidates"]))
-        _next_steps(console, document)
+        console.print(table(f"Candidates (error now {_before(found)} m)", columns, rows))
+        best = found.candidates[0] if found.candidates else None
+        if found.missing and best is not None and best.effect in found.missing:
+            console.print(best.physics, soft_wrap=True)
+        if found.verdict == "adequate" and best is not None:
+            _nearest(console, best, len(found.candidates))
+        _next_steps(console, found)
 
-    emit(context, document, render)
+    emit(context, found, render)
 
 
-def _nearest(console: Console, best: dict[str, Any], n_tried: int) -> None:
+def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
     """A candidate that would count had it been the only question."""
-    if best["p_value_alone"] < ALONE:
+    if best.p_value_alone < ALONE:
         console.print(
-            f"{best['effect']} comes nearest: p = {best['p_value_alone']:.3f} by itself, "
-            f"{best['p_value']:.2f} as the best of {n_tried}. Only if you expected it before you "
+            f"{best.effect} comes nearest: p = {best.p_value_alone:.3f} by itself, "
+            f"{best.p_value:.2f} as the best of {n_tried}. Only if you expected it before you "
             "looked does the first count: then add it, and compare.",
             soft_wrap=True,
         )
 
 
-def _before(document: dict[str, Any]) -> str:
-    candidates = document["candidates"]
-    return f"{candidates[0]['error_before_m']:.1f}" if candidates else "-"
+def _before(found: Diagnosis) -> str:
+    return f"{found.candidates[0].error_before_m:.1f}" if found.candidates else "-"
 
 
-def _next_steps(console: Console, document: dict[str, Any]) -> None:
-    if document["heavy_tails"]:
+def _next_steps(console: Console, found: Diagnosis) -> None:
+    if found.heavy_tails:
         console.print(
             "Friction scatters with heavy tails: Student's t was used. Look at wrong records: "
-            f"{', '.join(document['suspect_events'][:6]) or 'none stands out'}.",
+            f"{', '.join(found.suspect_events[:6]) or 'none stands out'}.",
             soft_wrap=True,
         )
-    for effect, loss in document["still_needed"].items():
+    for effect, loss in found.still_needed.items():
         need = "is still needed" if loss > 0 else "is no longer needed"
         console.print(f"{effect} {need} (evidence {loss:+.1f} nats).")
-    for step in document["measure_next"][:3]:
+    for step in found.measure_next[:3]:
         console.print(
-            f"To measure next: {step['measurement']} ({step['expected_gain']:.1f} nats expected).",
+            f"To measure next: {step.measurement} ({step.expected_gain:.1f} nats expected).",
             soft_wrap=True,
         )
-    if document["verdict"] == "missing-effect":
-        effect = document["missing"][0]
-        console.print(f"Add it: avahazard add {document['model']} {effect} --as NEW")
+    if found.verdict == "missing-effect":
+        effect = found.missing[0]
+        console.print(f"Add it: avahazard add {found.model} {effect} --as NEW")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
 from avahazard.cli.output import emit, number, table
 from avahazard.cli.settings import settings
+from avahazard.results.catalogue import EffectDetails, WrittenTemplate
 
 
 def effect(
@@ -32,41 +33,41 @@ def effect(
     if (key == "new") != (file is not None):
         raise typer.BadParameter("it is either KEY or new FILE", ctx=context, param_hint="KEY")
     if file is not None:
-        document = write_template(file)
-        emit(context, document, lambda console: _say_next(console, document))
+        written = write_template(file)
+        emit(context, written, lambda console: _say_next(console, written))
         return
-    document = show_effect(settings(context).database, key)
-    emit(context, document, lambda console: _render(console, document))
+    found = show_effect(settings(context).database, key)
+    emit(context, found, lambda console: _render(console, found))
 
 
-def _say_next(console: Console, document: dict[str, Any]) -> None:
-    console.print(f"Written: {document['file']}", soft_wrap=True)
+def _say_next(console: Console, written: WrittenTemplate) -> None:
+    console.print(f"Written: {written.file}", soft_wrap=True)
     console.print(
-        f"Change it, then: avahazard add MODEL KEY --as NEW --effect-file {document['file']}",
+        f"Change it, then: avahazard add MODEL KEY --as NEW --effect-file {written.file}",
         soft_wrap=True,
     )
 
 
-def _render(console: Console, document: dict[str, Any]) -> None:
-    console.print(f"{document['key']}: {document['meaning']}")
-    if document["acts_on"]:
-        console.print(f"It acts on: {document['acts_on']}.")
-    console.print(f"It needs: {document['needs']}.")
-    lacking = document["lacking"]
+def _render(console: Console, effect: EffectDetails) -> None:
+    console.print(f"{effect.key}: {effect.meaning}")
+    if effect.acts_on:
+        console.print(f"It acts on: {effect.acts_on}.")
+    console.print(f"It needs: {effect.needs}.")
+    lacking = effect.lacking
     if lacking is None:
         console.print("These data can tell it.")
     else:
         console.print(f"These data cannot tell it: {lacking}.")
-    if document["parameters"]:
+    if effect.parameters:
         cells = [
             (
-                p["name"],
-                p["unit"],
-                p["neutral"],
-                f"{number(p['prior_mean'])} ± {number(p['prior_sd'])}",
-                _range(p["low"], p["high"]),
+                p.name,
+                p.unit,
+                p.neutral,
+                f"{number(p.prior_mean)} ± {number(p.prior_sd)}",
+                _range(p.low, p.high),
             )
-            for p in document["parameters"]
+            for p in effect.parameters
         ]
         columns = ("parameter", "unit", ">neutral", ">prior", ">range")
         console.print(table("", columns, cells))

@@ -18,15 +18,15 @@ def effects(context: typer.Context) -> None:
     """
     from avahazard.workflow.effects import list_effects  # noqa: PLC0415
 
-    document = list_effects(settings(context).database)
+    found = list_effects(settings(context).database)
 
     def render(console: Console) -> None:
         cells = [
-            (row["key"], row["needs"], "yes" if row["lacking"] is None else f"no: {row['lacking']}")
-            for row in document
+            (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
+            for row in found
         ]
         columns = ("effect", "needs", "can these data tell?")
         console.print(table("Effects", columns, cells))
         console.print("More on one: avahazard effect KEY. Your own: avahazard effect new FILE.")
 
-    emit(context, document, render)
+    emit(context, found, render)

@@ -33,12 +33,12 @@ def export(
     """
     from avahazard.workflow.export import export as run  # noqa: PLC0415
 
-    document = run(settings(context).database, name, output)
+    found = run(settings(context).database, name, output)
 
     def render(console: Console) -> None:
-        rows = [(x["layer"], x["n_features"], x["crs"]) for x in document["layers"]]
-        console.print(table(document["file"], ("layer", ">features", "crs"), rows))
+        rows = [(x.layer, x.n_features, x.crs) for x in found.layers]
+        console.print(table(found.file, ("layer", ">features", "crs"), rows))
 
-    for note in document["notes"]:
+    for note in found.notes:
         warn(note)
-    emit(context, document, render)
+    emit(context, found, render)

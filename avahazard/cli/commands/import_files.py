@@ -50,7 +50,7 @@ def import_(
     """
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
-    document = import_files(
+    found = import_files(
         settings(context).database,
         source,
         dem=dem,
@@ -62,9 +62,9 @@ def import_(
     def render(console: Console) -> None:
         title = "Would be imported (nothing was stored)" if dry_run else "Imported"
         columns = ("", ">new", ">unchanged", ">updated")
-        rows = [(kind, *count.values()) for kind, count in document["records"].items()]
+        rows = [(kind, *counts.values()) for kind, counts in found.records.to_dict().items()]
         console.print(table(title, columns, rows))
 
-    for note in document["notes"]:
+    for note in found.notes:
         warn(note)
-    emit(context, document, render)
+    emit(context, found, render)

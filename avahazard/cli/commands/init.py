@@ -19,14 +19,14 @@ def init(context: typer.Context) -> None:
     """
     from avahazard.workflow.database import init_database  # noqa: PLC0415
 
-    document = init_database(settings(context).database)
+    found = init_database(settings(context).database)
 
     def render(console: Console) -> None:
-        done = "was created" if document["created"] else "exists"
-        console.print(f"The database {document['database']} {done}.", soft_wrap=True)
+        done = "was created" if found.created else "exists"
+        console.print(f"The database {found.database} {done}.", soft_wrap=True)
 
-    emit(context, document, render)
-    if document["state"] == "old":
+    emit(context, found, render)
+    if found.state == "old":
         warn("it was made by an older version: run `avahazard db upgrade`.")
-    elif document["state"] == "newer":
+    elif found.state == "newer":
         warn("it was made by a newer version: update the program.")

@@ -12,6 +12,7 @@ from avahazard.cli.options import picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
+from avahazard.records.plain import plain
 
 
 def ladder(
@@ -30,33 +31,33 @@ def ladder(
     with show_progress() as report:
         found = run(settings(context).database, plot=plot, report=report)
     extra = ("noise_floor_m", "noise_floor_crps_m")
-    document = [{k: v for k, v in row.items() if k not in extra} for row in found["rows"]]
+    document = [{k: v for k, v in row.items() if k not in extra} for row in plain(found.rows)]
 
     def render(console: Console) -> None:
         cells = [
             (
-                row["model"],
-                row["parent"],
-                ", ".join(row["added"]) or None,
-                _metres(row["rmse_m"]),
-                _metres(row["crps_m"]),
-                _metres(row["held_out_crps_m"]),
-                None if row["elpd_loo"] is None else f"{row['elpd_loo']:.0f}",
-                None if row["coverage_90"] is None else f"{row['coverage_90']:.0%}",
-                row["speed_rmse_m_s"],
+                row.model,
+                row.parent,
+                ", ".join(row.added) or None,
+                _metres(row.rmse_m),
+                _metres(row.crps_m),
+                _metres(row.held_out_crps_m),
+                None if row.elpd_loo is None else f"{row.elpd_loo:.0f}",
+                None if row.coverage_90 is None else f"{row.coverage_90:.0%}",
+                row.speed_rmse_m_s,
             )
-            for row in found["rows"]
+            for row in found.rows
         ]
         columns = (
             "model", "parent", "added", ">RMSE m", ">CRPS", ">held out", ">elpd", ">in 90 %", ">m/s"
         )  # fmt: skip
         console.print(table("Every model and its error", columns, cells))
-        floors = [row["noise_floor_crps_m"] for row in found["rows"] if row["noise_floor_crps_m"]]
+        floors = [row.noise_floor_crps_m for row in found.rows if row.noise_floor_crps_m]
         if floors:
             console.print(f"The records' own errors leave a CRPS of {min(floors):.0f} m.")
 
     emit(context, document, render)
-    for note in found["notes"]:
+    for note in found.notes:
         warn(note)
 
 

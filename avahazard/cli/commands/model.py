@@ -24,15 +24,15 @@ def model(
     """
     from avahazard.workflow.models import show_model  # noqa: PLC0415
 
-    document = show_model(settings(context).database, name)
+    found = show_model(settings(context).database, name)
 
     def render(console: Console) -> None:
-        show_calibration(console, document)
-        line = f"Stored {document['created'].replace('T', ' ').removesuffix('Z')} (UTC)"
-        parent = f", from {document['parent']}" if document["parent"] else ""
-        fingerprint = document["data_fingerprint"][:12]
+        show_calibration(console, found)
+        line = f"Stored {str(found.created).replace('T', ' ').removesuffix('Z')} (UTC)"
+        parent = f", from {found.parent}" if found.parent else ""
+        fingerprint = found.data_fingerprint[:12]
         console.print(f"{line}{parent}, on the records {fingerprint}….")
 
-    emit(context, document, render)
-    for note in document["notes"]:
+    emit(context, found, render)
+    for note in found.notes:
         warn(note)

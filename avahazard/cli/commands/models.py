@@ -18,25 +18,25 @@ def models(context: typer.Context) -> None:
     """
     from avahazard.workflow.models import show_models  # noqa: PLC0415
 
-    document = show_models(settings(context).database)
+    found = show_models(settings(context).database)
 
     def render(console: Console) -> None:
-        if not document:
+        if not found:
             console.print("There are no models yet: make one with `avahazard calibrate NAME`.")
             return
         rows = [
             (
-                row["model"] if row["parent"] is None else f"{row['model']} (from {row['parent']})",
-                row["law"],
-                ", ".join(row["effects"]) or None,
-                row["method"],
-                row["n_events"],
-                row["converged"],
-                row["created"][:10],
+                row.model if row.parent is None else f"{row.model} (from {row.parent})",
+                row.law,
+                ", ".join(row.effects) or None,
+                row.method,
+                row.n_events,
+                row.converged,
+                row.created[:10],
             )
-            for row in document
+            for row in found
         ]
         columns = ("model", "law", "effects", "method", ">events", "converged", "made")
         console.print(table("", columns, rows))
 
-    emit(context, document, render)
+    emit(context, found, render)

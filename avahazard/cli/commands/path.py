@@ -27,28 +27,28 @@ def path(
     """
     from avahazard.workflow.path import view_path  # noqa: PLC0415
 
-    document = view_path(settings(context).database, path, plot)
-    fit = document["fit"]
+    found = view_path(settings(context).database, path, plot)
+    fit = found.fit
     how = (
-        f"Legendre polynomial of degree {fit['degree']}"
-        if fit["method"] == "legendre"
-        else f"smoothing spline ({number(fit['smoothing'])})"
+        f"Legendre polynomial of degree {fit.degree}"
+        if fit.method == "legendre"
+        else f"smoothing spline ({number(fit.smoothing)})"
     )
 
     def render(console: Console) -> None:
         rows = (
-            ("points", document["n_points"]),
-            ("events", document["n_events"]),
-            ("length m", document["length_m"]),
-            ("drop m", document["drop_m"]),
+            ("points", found.n_points),
+            ("events", found.n_events),
+            ("length m", found.length_m),
+            ("drop m", found.drop_m),
             ("smoothed by", how),
-            ("largest deviation m", fit["max_deviation_m"]),
-            ("falls all the way", document["monotone"]),
-            ("smallest radius of curvature m", document["min_curvature_radius_m"]),
-            ("length of the flow m", document["flow_length_m"]),
+            ("largest deviation m", fit.max_deviation_m),
+            ("falls all the way", found.monotone),
+            ("smallest radius of curvature m", found.min_curvature_radius_m),
+            ("length of the flow m", found.flow_length_m),
         )
         console.print(table("", (path, ">"), rows))
 
-    emit(context, document, render)
-    for note in document["notes"]:
+    emit(context, found, render)
+    for note in found.notes:
         warn(note)

@@ -19,7 +19,7 @@ def paths(context: typer.Context) -> None:
     """
     from avahazard.workflow.paths import list_paths  # noqa: PLC0415
 
-    document = list_paths(settings(context).database)
+    found = list_paths(settings(context).database)
     columns = (
         "path",
         "section",
@@ -32,22 +32,22 @@ def paths(context: typer.Context) -> None:
     )
 
     def render(console: Console) -> None:
-        if not document:
+        if not found:
             console.print("There are no paths yet: import some.")
             return
         rows = [
             (
-                row["path_id"],
-                row["section"],
-                row["drop_m"],
-                row["length_m"],
-                row["n_events"],
-                row["n_left_profile"],
-                row["volume_min_m3"],
-                row["volume_max_m3"],
+                row.path_id,
+                row.section,
+                row.drop_m,
+                row.length_m,
+                row.n_events,
+                row.n_left_profile,
+                row.volume_min_m3,
+                row.volume_max_m3,
             )
-            for row in document
+            for row in found
         ]
         console.print(table("", columns, rows))
 
-    emit(context, document, render)
+    emit(context, found, render)

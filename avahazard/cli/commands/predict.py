@@ -31,7 +31,7 @@ def predict(
     from avahazard.workflow.predict import predict as run  # noqa: PLC0415
 
     found = run(settings(context).database, name, events, effect_files=effect_file or ())
-    rows, scores = found["events"], found["scores"]
+    rows, scores = found.events, found.scores
     # Elevations, unless `coordinate` of a row says otherwise (docs/results.md).
     document = rows if scores is None else {"events": rows, "scores": scores}
 
@@ -39,25 +39,25 @@ def predict(
         columns = ("event", "path", ">mean m", ">sd", ">q05", ">median", ">q95", ">leaves")
         cells = [
             (
-                row["event_id"],
-                row["path_id"],
-                f"{row['mean_m']:.0f}",
-                f"{row['sd_m']:.0f}",
-                f"{row['q05_m']:.0f}",
-                f"{row['q50_m']:.0f}",
-                f"{row['q95_m']:.0f}",
-                f"{row['p_left_profile']:.0%}",
+                row.event_id,
+                row.path_id,
+                f"{row.mean_m:.0f}",
+                f"{row.sd_m:.0f}",
+                f"{row.q05_m:.0f}",
+                f"{row.q50_m:.0f}",
+                f"{row.q95_m:.0f}",
+                f"{row.p_left_profile:.0%}",
             )
             for row in rows
         ]
-        kinds = {row["coordinate"] for row in rows}
+        kinds = {row.coordinate for row in rows}
         what = {"elevation": "elevations", "length": "lengths"}.get(
             kinds.pop() if len(kinds) == 1 else "", "elevations; lengths where there is no path"
         )
         console.print(table(f"Predicted stops, {what} in m", columns, cells))
         if scores is not None:
-            console.print(table("Against the file's own runouts", *show_scores({name: scores})))
+            console.print(table("Against the file's own runouts", *show_scores((name, scores))))
 
     emit(context, document, render)
-    for note in found["notes"]:
+    for note in found.notes:
         warn(note)

@@ -33,7 +33,7 @@ def report(
     from avahazard.workflow.report import write_report  # noqa: PLC0415
 
     with show_progress() as progress:
-        document = write_report(
+        found = write_report(
             settings(context).database,
             name,
             output,
@@ -42,13 +42,13 @@ def report(
         )
 
     def render(console: Console) -> None:
-        size = document["bytes"] / 1e6
+        size = found.bytes / 1e6
         console.print(
-            f"{document['file']}: paths {document['n_paths']}, events {document['n_events']}, "
+            f"{found.file}: paths {found.n_paths}, events {found.n_events}, "
             f"{size:.1f} MB. Open it in a browser.",
             soft_wrap=True,
         )
 
-    emit(context, document, render)
-    for words in document["lacking"]:
+    emit(context, found, render)
+    for words in found.lacking:
         warn(words)

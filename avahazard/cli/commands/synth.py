@@ -42,7 +42,7 @@ def synth(
     """
     from avahazard.workflow.synth import synthesise  # noqa: PLC0415
 
-    document = synthesise(
+    found = synthesise(
         folder,
         effect or [],
         strength=strength,
@@ -53,13 +53,13 @@ def synth(
     )
 
     def render(console: Console) -> None:
-        hidden = ", ".join(document["effects"]) or "none"
+        hidden = ", ".join(found.effects) or "none"
         console.print(
-            f"{document['n_events']} events on {document['n_paths']} paths, "
-            f"{document['n_left_profile']} beyond the profile, {document['n_speeds']} speeds."
+            f"{found.n_events} events on {found.n_paths} paths, "
+            f"{found.n_left_profile} beyond the profile, {found.n_speeds} speeds."
         )
         console.print(f"Hidden effects: {hidden}.")
-        for file in document["files"]:
+        for file in found.files:
             console.print(file, soft_wrap=True)
 
-    emit(context, document, render)
+    emit(context, found, render)

@@ -9,6 +9,8 @@ from avahazard.criticism.diagnosis.confounding import explained
 from avahazard.criticism.diagnosis.friction_variance import friction_variance
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.diagnosis.speed_measurement import speed_gain
+from avahazard.results.base import Rows
+from avahazard.results.diagnosis import Measurement
 
 Floats = NDArray[np.float64]
 
@@ -17,7 +19,7 @@ N_MIDDLES, N_TRACKS, N_PLACES = 20, 5, 8
 N_EVENTS = 50
 
 
-def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[str, object]]:
+def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measurement]:
     """Measurements that part two fits, best first, each with its expected gain (nats).
 
     Without profiles only further events can be measured.
@@ -47,7 +49,7 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> list[dict[s
         text = f"{N_EVENTS} events in which what {a} and {b} go by do not go together"
         found[text] = N_EVENTS * apart
     ranked = sorted(found.items(), key=lambda item: -item[1])
-    return [{"measurement": text, "expected_gain": float(value)} for text, value in ranked]
+    return Rows(Measurement(text, float(value)) for text, value in ranked)
 
 
 def record_gain(first: Refit, second: Refit) -> Floats:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.expected import ExpectedRecords
+from avahazard.results.comparison import RunoutScores, SpeedScores
 
 Floats = NDArray[np.float64]
 
@@ -16,26 +15,39 @@ CRPS_OF_NORMAL = 1.0 / np.sqrt(np.pi)
 PIT_BINS = 10
 
 
-def runout_scores(expected: ExpectedRecords, pit: Floats) -> dict[str, Any]:
-    """The `runout` scores of `compare` (docs/results.md), in metres of each record.
+def runout_scores(expected: ExpectedRecords, pit: Floats) -> RunoutScores:
+    """Scores of runouts, in metres of each record.
 
     `bias_m` is predicted mean less record; where elevations are mixed with others, it counts as
     elevations do (> 0: recorded farther down than predicted). The noise floor is what measurement
     errors alone leave: root mean square of their standard deviations, and as CRPS. Besides: the
     histogram of the PIT `[n_events]` in ten equal bins.
     """
-    scores = _scores(expected.draws, expected.observed, expected.error, pit, "m")
-    scores["noise_floor_m"] = float(np.sqrt(np.mean(expected.sigma**2)))
-    scores["noise_floor_crps_m"] = float(CRPS_OF_NORMAL * np.mean(expected.sigma))
-    scores["pit_histogram"] = np.histogram(pit, PIT_BINS, (0.0, 1.0))[0].tolist()
-    return scores
+    return RunoutScores(
+        n=len(expected.observed),
+        rmse_m=_root_mean_square(expected.error),
+        bias_m=float(np.mean(expected.error)),
+        crps_m=float(np.mean(crps(expected.draws, expected.observed))),
+        coverage_50=_coverage(pit, 0.5),
+        coverage_90=_coverage(pit, 0.9),
+        noise_floor_m=_root_mean_square(expected.sigma),
+        noise_floor_crps_m=float(CRPS_OF_NORMAL * np.mean(expected.sigma)),
+        pit_histogram=tuple(np.histogram(pit, PIT_BINS, (0.0, 1.0))[0].tolist()),
+    )
 
 
-def speed_scores(draws: Floats, observed: Floats, sigma: Floats, pit: Floats) -> dict[str, Any]:
-    """The `speed` scores of `compare`, m/s; all arrays over measured places."""
-    scores = _scores(draws, observed, draws.mean(axis=1) - observed, pit, "m_s")
-    scores["noise_floor_m_s"] = float(np.sqrt(np.mean(sigma**2)))
-    return scores
+def speed_scores(draws: Floats, observed: Floats, sigma: Floats, pit: Floats) -> SpeedScores:
+    """Scores of speeds, m/s; all arrays over measured places."""
+    error = draws.mean(axis=1) - observed
+    return SpeedScores(
+        n=len(observed),
+        rmse_m_s=_root_mean_square(error),
+        bias_m_s=float(np.mean(error)),
+        crps_m_s=float(np.mean(crps(draws, observed))),
+        coverage_50=_coverage(pit, 0.5),
+        coverage_90=_coverage(pit, 0.9),
+        noise_floor_m_s=_root_mean_square(sigma),
+    )
 
 
 def crps(draws: Floats, observed: Floats) -> Floats:
@@ -67,14 +79,10 @@ def randomised_pit(draws: Floats, observed: Floats, rng: np.random.Generator) ->
     return np.asarray((below + rng.random(len(observed)) * (equal + 1)) / (draws.shape[1] + 1))
 
 
-def _scores(
-    draws: Floats, observed: Floats, error: Floats, pit: Floats, unit: str
-) -> dict[str, Any]:
-    return {
-        "n": len(observed),
-        f"rmse_{unit}": float(np.sqrt(np.mean(error**2))),
-        f"bias_{unit}": float(np.mean(error)),
-        f"crps_{unit}": float(np.mean(crps(draws, observed))),
-        "coverage_50": float(np.mean(np.abs(pit - 0.5) <= 0.25)),
-        "coverage_90": float(np.mean(np.abs(pit - 0.5) <= 0.45)),
-    }
+def _root_mean_square(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _coverage(pit: Floats, share: float) -> float:
+    """Share of the records in the middle interval that should hold `share` of them."""
+    return float(np.mean(np.abs(pit - 0.5) <= 0.5 * share))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,8 @@ from avahazard.inference.model.observations import Observations, SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_table import MU, MU_STEP
+from avahazard.results.base import Rows
+from avahazard.results.comparison import MeasuredForce, SpeedMisfit
 
 Floats = NDArray[np.float64]
 
@@ -124,20 +125,18 @@ def _error(posterior: Posterior, u: Floats, track: SpeedRecord, rng: np.random.G
     return np.asarray(np.linalg.cholesky(covariance) @ noise)
 
 
-def measured_force(observations: Observations) -> list[dict[str, Any]]:
+def measured_force(observations: Observations) -> Rows[MeasuredForce]:
     """What resisted each track, g sinθ - u du/dξ, by stretches of at least 20 m.
 
     As Ancey and Meunier (2004): against speed, Coulomb friction is flat and a force of Voellmy's
-    kind rises with its square. Rows `{"event_id", "x_m", "speed_m_s", "force_m_s2", "sd_m_s2",
-    "slope_deg"}`; `sd_m_s2` comes from the errors of the speeds.
+    kind rises with its square. `sd_m_s2` comes from the errors of the speeds.
     """
-    return [row for track in observations.speeds for row in _forces(observations, track)]
+    return Rows(row for track in observations.speeds for row in _forces(observations, track))
 
 
-def _forces(observations: Observations, track: SpeedRecord) -> list[dict[str, Any]]:
+def _forces(observations: Observations, track: SpeedRecord) -> Iterator[MeasuredForce]:
     terrain = observations.sites[int(observations.columns.path_index[track.event])].terrain
     s, y = np.interp(track.x, terrain.x, terrain.s), np.interp(track.x, terrain.x, terrain.y)
-    rows = []
     first = 0
     for last in range(1, len(s)):
         length = s[last] - s[first]
@@ -146,22 +145,19 @@ def _forces(observations: Observations, track: SpeedRecord) -> list[dict[str, An
         u0, u1 = track.speed[first], track.speed[last]
         sine = (y[first] - y[last]) / length
         error = np.hypot(u0 * track.sigma[first], u1 * track.sigma[last]) / length
-        rows.append(
-            {
-                "event_id": observations.columns.event_id[track.event],
-                "x_m": float(0.5 * (track.x[first] + track.x[last])),
-                "speed_m_s": float(0.5 * (u0 + u1)),
-                "force_m_s2": float(GRAVITY * sine - (u1**2 - u0**2) / (2.0 * length)),
-                "sd_m_s2": float(error),
-                "slope_deg": float(np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))),
-            }
+        yield MeasuredForce(
+            event_id=observations.columns.event_id[track.event],
+            x_m=float(0.5 * (track.x[first] + track.x[last])),
+            speed_m_s=float(0.5 * (u0 + u1)),
+            force_m_s2=float(GRAVITY * sine - (u1**2 - u0**2) / (2.0 * length)),
+            sd_m_s2=float(error),
+            slope_deg=float(np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))),
         )
         first = last
-    return rows
 
 
-def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> list[dict[str, Any]]:
-    """Rows `{"axis", "level", "n", "bias_m_s", "rmse_m_s"}` by place and by predicted speed.
+def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[SpeedMisfit]:
+    """The misfit of the speeds by place and by predicted speed.
 
     Thirds of the measured places. No p-value: speeds along a track go together.
     """
@@ -171,15 +167,15 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> list[dic
         for level in np.unique(levels[levels != ""]):
             mine = levels == level
             rows.append(
-                {
-                    "axis": axis,
-                    "level": str(level),
-                    "n": int(np.sum(mine)),
-                    "bias_m_s": float(np.mean(error[mine])),
-                    "rmse_m_s": float(np.sqrt(np.mean(error[mine] ** 2))),
-                }
+                SpeedMisfit(
+                    axis=axis,
+                    level=str(level),
+                    n=int(np.sum(mine)),
+                    bias_m_s=float(np.mean(error[mine])),
+                    rmse_m_s=float(np.sqrt(np.mean(error[mine] ** 2))),
+                )
             )
-    return rows
+    return Rows(rows)
 
 
 def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, NDArray[np.str_]]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.axes import Levels
 from avahazard.criticism.scoring.contrasts import contrast_p_values
+from avahazard.results.base import Rows
+from avahazard.results.comparison import Failure
 
 Floats = NDArray[np.float64]
 
@@ -21,8 +23,8 @@ PIT_EDGE = 1e-6
 
 def where_it_fails(
     axes: Mapping[str, Levels], error: Floats, pit: Floats, path: NDArray[np.int64]
-) -> list[dict[str, Any]]:
-    """Rows `{"axis", "level", "n", "bias_m", "p_value"}` of `compare`, the least likely first.
+) -> Rows[Failure]:
+    """The bias of each level of each axis, the least likely first.
 
     `error` `[n_events]` is predicted mean less record (m), `pit` the rank of the record in its
     predictive distribution, `path` the index of each event's path. The p-value is that of the
@@ -36,7 +38,7 @@ def where_it_fails(
 
     z = ndtri(np.clip(pit, PIT_EDGE, 1.0 - PIT_EDGE))
     clustered = len(np.unique(path[path >= 0])) >= MIN_PATHS
-    rows: list[dict[str, Any]] = []
+    rows: list[Failure] = []
     for axis, levels in axes.items():
         known = levels != ""
         names, counts = np.unique(levels[known], return_counts=True)
@@ -49,20 +51,11 @@ def where_it_fails(
         for name, n in zip(names, counts, strict=True):
             if n >= MIN_EVENTS and str(name) in p_of:
                 bias = float(np.mean(error[levels == name]))
-                rows.append(
-                    {
-                        "axis": axis,
-                        "level": str(name),
-                        "n": int(n),
-                        "bias_m": bias,
-                        "p_value": p_of[str(name)],
-                    }
-                )
-    levels_of = Counter(row["axis"] for row in rows)
-    share = [1.0 / levels_of[row["axis"]] for row in rows]
-    for row, p in zip(rows, holm([row["p_value"] for row in rows], share), strict=True):
-        row["p_value"] = p
-    return sorted(rows, key=lambda row: (row["p_value"], -abs(row["bias_m"])))
+                rows.append(Failure(axis, str(name), int(n), bias, p_of[str(name)]))
+    levels_of = Counter(row.axis for row in rows)
+    corrected = holm([row.p_value for row in rows], [1.0 / levels_of[row.axis] for row in rows])
+    rows = [replace(row, p_value=p) for row, p in zip(rows, corrected, strict=True)]
+    return Rows(sorted(rows, key=lambda row: (row.p_value, -abs(row.bias_m))))
 
 
 def holm(p_values: list[float], weights: list[float]) -> list[float]:

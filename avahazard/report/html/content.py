@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile
 from avahazard.records.terrain_crop import TerrainCrop
+from avahazard.results.calibration import Calibration
+from avahazard.results.comparison import Comparison
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.ladder import Rung
 
 Floats = NDArray[np.float64]
 Document = Mapping[str, Any]
@@ -110,13 +114,13 @@ class PathView:
 class ReportContent:
     """All of a report.
 
-    `model` is the document of the calibration; `draws` are posterior draws `[n_draws]` of its
-    parameters. `comparison` and `diagnosis` are None where they were never made. `lacking` says
-    by key what is missing from the report and how to get it. `physics` is what each effect means;
-    `speed_limited` whether one of them holds speeds.
+    `draws` are posterior draws `[n_draws]` of the model's parameters. `comparison` and
+    `diagnosis` are None where they were never made. `lacking` says by key what is missing from
+    the report and how to get it. `physics` is what each effect means; `speed_limited` whether one
+    of them holds speeds.
     """
 
-    model: Document
+    model: Calibration
     created: str
     draws: Mapping[str, Floats]
     paths: tuple[PathView, ...]
@@ -125,9 +129,9 @@ class ReportContent:
     covariates: Mapping[str, int]
     friction: FrictionView | None
     densities: Sequence[Document]
-    ladder: Sequence[Document]
-    comparison: Document | None
-    diagnosis: Document | None
+    ladder: Sequence[Rung]
+    comparison: Comparison | None
+    diagnosis: Diagnosis | None
     rows: Sequence[Document]
     records_changed: bool
     calibrated_paths: Sequence[str]

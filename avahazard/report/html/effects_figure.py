@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from avahazard.report.html.content import Document
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import BLUE, ORANGE, VERMILION, axis, layout
+from avahazard.results.diagnosis import Diagnosis
 
 MOST_ROWS = 16
 LEAST_NATS = 0.1
 SIGNIFICANT = 0.03
 
 
-def effects_figure(diagnosis: Document) -> Figure | None:
+def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     """The gain of every candidate, and the gain that chance alone reaches 19 times in 20."""
-    rows = diagnosis["candidates"][:MOST_ROWS]
+    rows = diagnosis.candidates[:MOST_ROWS]
     if not rows:
         return None
-    named = set(diagnosis["missing"])
-    names = [label(row["effect"]) for row in rows]
-    gain = [max(row["screened_gain"] or 0.0, LEAST_NATS) for row in rows]
-    alone = [max(row["chance_gain"] or 0.0, LEAST_NATS) for row in rows]
+    named = set(diagnosis.missing)
+    names = [label(row.effect) for row in rows]
+    gain = [max(row.screened_gain or 0.0, LEAST_NATS) for row in rows]
+    alone = [max(row.chance_gain or 0.0, LEAST_NATS) for row in rows]
     colors = [
-        VERMILION if row["effect"] in named
-        else ORANGE if row["p_value"] <= SIGNIFICANT
+        VERMILION if row.effect in named
+        else ORANGE if row.p_value <= SIGNIFICANT
         else BLUE
         for row in rows
     ]  # fmt: skip
@@ -51,7 +51,7 @@ def effects_figure(diagnosis: Document) -> Figure | None:
                 "name": "gain of the effect",
                 "x": gain,
                 "y": names,
-                "customdata": [[row["p_value"]] for row in rows],
+                "customdata": [[row.p_value] for row in rows],
                 "marker": {"color": colors, "size": 11, "symbol": "diamond"},
                 "hovertemplate": "%{y}: %{x:.1f} nats, p = %{customdata[0]:.3f}<extra></extra>",
             },

@@ -4,28 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from avahazard.report.html.content import Document
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import COLORS, SYMBOLS, axis, layout
+from avahazard.results.comparison import MeasuredForce
 
 
-def force_figure(force: Sequence[Document]) -> Figure:
+def force_figure(force: Sequence[MeasuredForce]) -> Figure:
     """Resisting force per mass against speed, a colour for each event."""
-    events = list(dict.fromkeys(row["event_id"] for row in force))
+    events = list(dict.fromkeys(row.event_id for row in force))
     data = []
     for k, event in enumerate(events):
-        mine = [row for row in force if row["event_id"] == event]
+        mine = [row for row in force if row.event_id == event]
         data.append(
             {
                 "type": "scatter",
                 "mode": "markers",
                 "name": label(event),
                 "showlegend": len(events) <= len(COLORS),
-                "x": [row["speed_m_s"] for row in mine],
-                "y": [row["force_m_s2"] for row in mine],
+                "x": [row.speed_m_s for row in mine],
+                "y": [row.force_m_s2 for row in mine],
                 "error_y": {
                     "type": "data",
-                    "array": [row["sd_m_s2"] for row in mine],
+                    "array": [row.sd_m_s2 for row in mine],
                     "thickness": 0.7,
                     "width": 0,
                 },

@@ -10,20 +10,20 @@ from avahazard.report.html.words import count
 
 def ladder_figure(content: ReportContent) -> Figure | None:
     """A bar for every compared model, this one blue; None where none was compared."""
-    rows = [row for row in content.ladder if row["held_out_crps_m"] is not None]
+    rows = [row for row in content.ladder if row.held_out_crps_m is not None]
     if not rows:
         return None
-    name = content.model["model"]
-    floors = [row["noise_floor_crps_m"] for row in rows if row["noise_floor_crps_m"] is not None]
+    name = content.model.model
+    floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     data: list[Trace] = [
         {
             "type": "bar",
             "orientation": "h",
-            "x": [row["held_out_crps_m"] for row in rows],
-            "y": [label(row["model"]) for row in rows],
-            "text": [f"{row['held_out_crps_m']:.0f} m" for row in rows],
+            "x": [row.held_out_crps_m for row in rows],
+            "y": [label(row.model) for row in rows],
+            "text": [f"{row.held_out_crps_m:.0f} m" for row in rows],
             "textposition": "auto",
-            "marker": {"color": [BLUE if row["model"] == name else "#B8B8B8" for row in rows]},
+            "marker": {"color": [BLUE if row.model == name else "#B8B8B8" for row in rows]},
             "hovertemplate": "%{y}: %{x:.1f} m<extra></extra>",
             "showlegend": False,
         }

@@ -34,7 +34,7 @@ def assumptions(content: ReportContent) -> list[str]:
             "The climate, the forest and the way of recording are taken to be the same in the "
             "future as in the observed years."
         )
-    if model["method"] == "metropolis":
+    if model.method == "metropolis":
         words.append(
             "This model's scatter is in metres of elevation and holds all errors at once: natural "
             "scatter, errors of the records and of the model."

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
-from avahazard.report.html.content import Document, ReportContent
+from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import SIGNIFICANT, failing
 from avahazard.report.html.table import HtmlTable, error_text
 from avahazard.report.html.words import axis_words, chance, integer, number, share, unit_words
+from avahazard.results.calibration import Calibration
+from avahazard.results.comparison import Comparison
 
 LEAST_ROWS, MOST_ROWS = 8, 24
 """Rows of failures: all that are beyond chance, within these limits."""
@@ -19,13 +20,13 @@ def ladder_table(content: ReportContent) -> HtmlTable:
     """Every model and its error, oldest first."""
     rows = [
         [
-            row["model"],
-            row["parent"] or "–",
-            ", ".join(row["added"]) or "–",
-            *(error_text(row[key]) for key in ("rmse_m", "crps_m", "held_out_crps_m")),
-            "–" if row["elpd_loo"] is None else f"{row['elpd_loo']:.0f}".replace("-", "−"),
-            "–" if row["coverage_90"] is None else share(row["coverage_90"]),
-            "–" if row["speed_rmse_m_s"] is None else f"{row['speed_rmse_m_s']:.1f} m/s",
+            row.model,
+            row.parent or "–",
+            ", ".join(row.added) or "–",
+            *(error_text(getattr(row, key)) for key in ("rmse_m", "crps_m", "held_out_crps_m")),
+            "–" if row.elpd_loo is None else f"{row.elpd_loo:.0f}".replace("-", "−"),
+            "–" if row.coverage_90 is None else share(row.coverage_90),
+            "–" if row.speed_rmse_m_s is None else f"{row.speed_rmse_m_s:.1f} m/s",
         ]
         for row in content.ladder
     ]
@@ -36,60 +37,60 @@ def ladder_table(content: ReportContent) -> HtmlTable:
     return HtmlTable("models", "Every model and its error, oldest first", columns, rows)
 
 
-def scores_table(comparison: Document) -> HtmlTable:
+def scores_table(comparison: Comparison) -> HtmlTable:
     """Scores on what the model was calibrated on, and on what was kept back."""
-    held = comparison["held_out"]
-    apart = "paths kept back" if held["by"] == "path" else "fifths of the events kept back"
+    held = comparison.held_out
+    apart = "paths kept back" if held.by == "path" else "fifths of the events kept back"
     rows = []
-    for name, scores in (("all records", comparison["scores"]), (apart, held)):
-        for what, unit, found in (("runout", "m", scores["runout"]),
-                                  ("speed", "m_s", scores["speed"])):  # fmt: skip
+    for name, scores in (("all records", comparison.scores), (apart, held)):
+        for what, unit, found in (("runout", "m", scores.runout),
+                                  ("speed", "m_s", scores.speed)):  # fmt: skip
             if found is not None:
                 ending = unit.replace("_", "/")
                 rows.append(
                     [
                         name,
                         what,
-                        str(found["n"]),
+                        str(found.n),
                         *(
-                            f"{_signed(found[f'{key}_{unit}'])} {ending}"
+                            f"{_signed(getattr(found, f'{key}_{unit}'))} {ending}"
                             for key in ("rmse", "bias", "crps")
                         ),
-                        share(found["coverage_50"]),
-                        share(found["coverage_90"]),
+                        share(found.coverage_50),
+                        share(found.coverage_90),
                     ]
                 )
     columns = ("", "of", ">n", ">RMSE", ">bias", ">CRPS", ">in 50 %", ">in 90 %")
     return HtmlTable("scores", "Scores against the records", columns, rows)
 
 
-def failures_table(comparison: Document, names: Mapping[str, str]) -> HtmlTable:
+def failures_table(comparison: Comparison, names: Mapping[str, str]) -> HtmlTable:
     """Where the model fails, the least likely by chance first."""
     n_failing = len(failing(comparison))
     rows = [
         [
-            axis_words(row["axis"]),
-            names.get(row["level"], str(row["level"])),
-            str(row["n"]),
-            f"{row['bias_m']:+.0f} m".replace("-", "−"),
-            chance(row["p_value"]),
-            "beyond chance" if row["p_value"] < SIGNIFICANT else "may be chance",
+            axis_words(row.axis),
+            names.get(row.level, row.level),
+            str(row.n),
+            f"{row.bias_m:+.0f} m".replace("-", "−"),
+            chance(row.p_value),
+            "beyond chance" if row.p_value < SIGNIFICANT else "may be chance",
         ]
-        for row in comparison["where_it_fails"][: min(max(n_failing, LEAST_ROWS), MOST_ROWS)]
+        for row in comparison.where_it_fails[: min(max(n_failing, LEAST_ROWS), MOST_ROWS)]
     ]
     columns = ("by", "level", ">events", ">predicted less recorded", ">p", "")
     return HtmlTable("failures", "Where it fails", columns, rows)
 
 
-def parameters_table(model: Document) -> HtmlTable:
+def parameters_table(model: Calibration) -> HtmlTable:
     """The posterior of the parameters in numbers."""
     rows = [
         [
             name,
-            *(_as_sure_as(p["sd"], p[key]) for key in ("mean", "sd", "q05", "q95", "mode")),
-            unit_words(p["unit"]) or "–",
+            *(_as_sure_as(p.sd, getattr(p, key)) for key in ("mean", "sd", "q05", "q95", "mode")),
+            unit_words(p.unit) or "–",
         ]
-        for name, p in model["parameters"].items()
+        for name, p in model.parameters.items()
         if not name.startswith("path:")
     ]
     columns = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
@@ -98,22 +99,22 @@ def parameters_table(model: Document) -> HtmlTable:
 
 def made_table(content: ReportContent) -> HtmlTable:
     """Seeds, versions and fingerprint: what somebody needs to make all this again."""
-    model: Mapping[str, Any] = content.model
-    checks = model["diagnostics"]
-    rhat = checks["rhat_max"]
+    model = content.model
+    checks = model.diagnostics
+    rhat = checks.rhat_max
     rows = [
         ["calibrated (UTC)", content.created],
         [
             "method",
-            f"{model['method']}, {model['chains']} chains of {integer(model['draws'])} draws",
+            f"{model.method}, {model.chains} chains of {integer(model.draws)} draws",
         ],
-        ["seed", str(model["seed"])],
+        ["seed", str(model.seed)],
         [
             "convergence",
             f"R-hat {'infinite' if rhat is None else f'{rhat:.3f}'}, effective sample size at "
-            f"least {integer(checks['ess_bulk_min'])}, {share(checks['acceptance'])} accepted",
+            f"least {integer(checks.ess_bulk_min)}, {share(checks.acceptance)} accepted",
         ],
-        ["fingerprint of the records (SHA-256)", model["data_fingerprint"]],
+        ["fingerprint of the records (SHA-256)", model.data_fingerprint],
     ]
     if content.calibrated_paths:
         rows.append(["calibrated on the paths", ", ".join(content.calibrated_paths)])
@@ -123,7 +124,7 @@ def made_table(content: ReportContent) -> HtmlTable:
         rows.append(
             [
                 "diagnosis",
-                f"{content.diagnosis['n_worlds']} made worlds, seed {content.diagnosis['seed']}",
+                f"{content.diagnosis.n_worlds} made worlds, seed {content.diagnosis.seed}",
             ]
         )
     draws = sorted({row["n_draws"] for row in content.rows})

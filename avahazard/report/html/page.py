@@ -66,9 +66,9 @@ def render(content: ReportContent) -> str:
         "friction": None if friction is None else friction_figure(friction, content.events, names),
         "density": density_figure(content.densities, names),
         "effects": None if diagnosis is None else effects_figure(diagnosis),
-        "offsets": offsets_figure(model["parameters"], names),
-        "force": force_figure(comparison["measured_force"])
-        if comparison is not None and comparison["measured_force"]
+        "offsets": offsets_figure(model.parameters, names),
+        "force": force_figure(comparison.measured_force)
+        if comparison is not None and comparison.measured_force
         else None,
     }
     return environment.get_template("report.html.j2").render(
@@ -86,7 +86,7 @@ def render(content: ReportContent) -> str:
         verdict=None if diagnosis is None else verdict_words(diagnosis),
         fails=comparison is not None and bool(failing(comparison)),
         figures=figures,
-        posterior=posterior_figures(model["parameters"], content.draws),
+        posterior=posterior_figures(model.parameters, content.draws),
         predicted=predicted_figures(content.events, names),
         reading_words=reading_words(content.paths),
         sections=list(_sections(content)),

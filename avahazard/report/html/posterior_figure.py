@@ -7,10 +7,11 @@ from itertools import islice
 
 import numpy as np
 
-from avahazard.report.html.content import Document, Floats
+from avahazard.report.html.content import Floats
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import BLUE, SKY, VERMILION, axis, layout
 from avahazard.report.html.words import number, unit_words
+from avahazard.results.calibration import ParameterSummary
 
 BINS = 36
 JOINT_DRAWS = 800
@@ -18,7 +19,9 @@ OFFSET = "path:"
 SMALL_MARGIN = {"l": 62, "r": 20, "t": 10, "b": 46}
 
 
-def posterior_figures(parameters: Document, draws: Mapping[str, Floats]) -> list[Figure]:
+def posterior_figures(
+    parameters: Mapping[str, ParameterSummary], draws: Mapping[str, Floats]
+) -> list[Figure]:
     """A histogram for every parameter that moves, and the first two against each other."""
     moving = {name: v for name, v in draws.items() if np.ptp(v) > 0.0}
     figures = [
@@ -30,12 +33,16 @@ def posterior_figures(parameters: Document, draws: Mapping[str, Floats]) -> list
     return figures
 
 
-def offsets_figure(parameters: Document, names: Mapping[str, str]) -> Figure | None:
+def offsets_figure(
+    parameters: Mapping[str, ParameterSummary], names: Mapping[str, str]
+) -> Figure | None:
     """How far each path's friction lies from that of all; None without a path effect."""
     rows = [(k.removeprefix(OFFSET), p) for k, p in parameters.items() if k.startswith(OFFSET)]
     if not rows:
         return None
-    percent = [[100.0 * np.expm1(p[key]) for _, p in rows] for key in ("q05", "mean", "q95")]
+    percent = [
+        [100.0 * np.expm1(getattr(p, key)) for _, p in rows] for key in ("q05", "mean", "q95")
+    ]
     low, middle, high = map(np.array, percent)
     return Figure(
         "offsets",
@@ -68,12 +75,12 @@ def offsets_figure(parameters: Document, names: Mapping[str, str]) -> Figure | N
     )
 
 
-def _histogram(k: int, name: str, values: Floats, summary: Document) -> Figure:
+def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> Figure:
     counts, edges = np.histogram(values, bins=BINS, density=True)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    inside = (middle >= summary["q05"]) & (middle <= summary["q95"])
-    low, high, mean = (number(summary[key]) for key in ("q05", "q95", "mean"))
-    unit = f" {unit_words(summary['unit'])}" if summary["unit"] else ""
+    inside = (middle >= summary.q05) & (middle <= summary.q95)
+    low, high, mean = (number(getattr(summary, key)) for key in ("q05", "q95", "mean"))
+    unit = f" {unit_words(summary.unit)}" if summary.unit else ""
     return Figure(
         f"posterior-{k + 1}",
         name,
@@ -90,7 +97,7 @@ def _histogram(k: int, name: str, values: Floats, summary: Document) -> Figure:
             }
         ],
         layout(
-            axis(label(name) + (f" ({label(unit_words(summary['unit']))})" if unit else ""),
+            axis(label(name) + (f" ({label(unit_words(summary.unit))})" if unit else ""),
                  exponentformat="power", nticks=5),
             axis("", showticklabels=False, ticks="", rangemode="tozero"),
             height=230,

@@ -9,6 +9,7 @@ from avahazard.inference.model.laws import law
 from avahazard.report.html.content import Document, ReportContent
 from avahazard.report.html.words import axis_words, count, metres, share
 from avahazard.report.verdict_words import verdict_words
+from avahazard.results.comparison import Comparison, Failure
 
 METHODS = {
     "marginal": "the marginal likelihood, which knows the errors of the records",
@@ -26,37 +27,35 @@ def model_words(content: ReportContent) -> list[str]:
     where = f" on {count(n_paths, 'path')}" if n_paths else ", without profiles"
     words = [
         f"The avalanche is a block that slides down the path; its friction μ "
-        f"{law(model['law']).words}. The model was calibrated on "
-        f"{count(model['n_events'], 'event')}{where}, by {METHODS[model['method']]}."
+        f"{law(model.law).words}. The model was calibrated on "
+        f"{count(model.n_events, 'event')}{where}, by {METHODS[model.method]}."
     ]
-    if model["method"] == "metropolis":
+    if model.method == "metropolis":
         words.append("Stops scatter about that of the block by σ metres of elevation.")
     else:
-        tails = ", with heavy tails (Student's t)" if model["tails"] == "student" else ""
+        tails = ", with heavy tails (Student's t)" if model.tails == "student" else ""
         words.append(
-            f"From one avalanche to the next friction scatters ({model['distribution']}{tails})"
-            + (", less or more by volume." if model["scatter"] == "volume" else ".")
+            f"From one avalanche to the next friction scatters ({model.distribution}{tails})"
+            + (", less or more by volume." if model.scatter == "volume" else ".")
         )
-    if model["effects"]:
-        words.append(f"It has these effects besides: {', '.join(model['effects'])}.")
-    if not model["centrifugal"]:
+    if model.effects:
+        words.append(f"It has these effects besides: {', '.join(model.effects)}.")
+    if not model.centrifugal:
         words.append("The load of the path's curvature on the bed is left out.")
-    if model["parent"]:
-        words.append(f"It was made from the model “{model['parent']}”.")
+    if model.parent:
+        words.append(f"It was made from the model “{model.parent}”.")
     return words
 
 
 def why_words(content: ReportContent) -> list[str]:
     """Why this model and not another of the ladder: its error on what it had not seen."""
     known = {
-        row["model"]: row["held_out_crps_m"]
-        for row in content.ladder
-        if row["held_out_crps_m"] is not None
+        row.model: row.held_out_crps_m for row in content.ladder if row.held_out_crps_m is not None
     }
-    name = content.model["model"]
+    name = content.model.model
     if len(known) < 2 or name not in known:
         return []
-    best = min(known, key=lambda key: float(known[key]))
+    best = min(known, key=lambda key: known[key])
     own, least = f"{known[name]:.1f} m", f"{known[best]:.1f} m"
     if best == name:
         words = [
@@ -67,7 +66,7 @@ def why_words(content: ReportContent) -> list[str]:
             f"Of {len(known)} compared models “{best}” errs least on records kept back (CRPS "
             f"{least}); this one errs by {own}."
         ]
-    parent = content.model["parent"]
+    parent = content.model.parent
     if parent in known and parent != best:
         words.append(f"Its parent “{parent}” errs by {known[parent]:.1f} m.")
     return words
@@ -77,42 +76,41 @@ def sure_words(content: ReportContent) -> list[str]:
     """How far the model misses records that it had not seen; empty where it was not compared."""
     if content.comparison is None:
         return []
-    held = content.comparison["held_out"]
-    runout = held["runout"]
-    what = "paths" if held["by"] == "path" else "events"
+    held = content.comparison.held_out
+    runout = held.runout
+    what = "paths" if held.by == "path" else "events"
     words = [
         f"On {what} that were kept back, its prediction misses the recorded runout by "
-        f"{metres(runout['rmse_m'])} (root mean square); the records’ own errors would leave "
-        f"{metres(runout['noise_floor_m'])} whatever the model.",
-        f"{share(runout['coverage_90'])} of these records lie in the interval that should hold "
-        "90 %.",
+        f"{metres(runout.rmse_m)} (root mean square); the records’ own errors would leave "
+        f"{metres(runout.noise_floor_m)} whatever the model.",
+        f"{share(runout.coverage_90)} of these records lie in the interval that should hold 90 %.",
     ]
-    if held["speed"] is not None:
+    if held.speed is not None:
         words.append(
-            f"Measured speeds are missed by {held['speed']['rmse_m_s']:.1f} m/s (root mean square)."
+            f"Measured speeds are missed by {held.speed.rmse_m_s:.1f} m/s (root mean square)."
         )
     fails = failing(content.comparison)
     if fails:
         worst = fails[0]
         words.append(
-            f"It fails where chance cannot explain it: first by {axis_words(worst['axis'])}, "
-            f"“{worst['level']}” ({count(len(fails), 'level')} in all)."
+            f"It fails where chance cannot explain it: first by {axis_words(worst.axis)}, "
+            f"“{worst.level}” ({count(len(fails), 'level')} in all)."
         )
     else:
         words.append("It fails nowhere that chance could not explain.")
     return words
 
 
-def failing(comparison: Document) -> list[Document]:
+def failing(comparison: Comparison) -> list[Failure]:
     """Levels where the model fails beyond chance."""
-    return [row for row in comparison["where_it_fails"] if row["p_value"] < SIGNIFICANT]
+    return [row for row in comparison.where_it_fails if row.p_value < SIGNIFICANT]
 
 
 def cannot_tell(content: ReportContent) -> list[str]:
     """What this report must not be used for, or only with care: from the results themselves."""
     words: list[str] = []
     model = content.model
-    if not model["diagnostics"]["converged"]:
+    if not model.diagnostics.converged:
         words.append(
             "The chains of the sampler have not converged: every number here is provisional."
         )
@@ -126,7 +124,7 @@ def cannot_tell(content: ReportContent) -> list[str]:
         words.append("How far the model errs is not known: it was never set against the records.")
     if content.diagnosis is None:
         words.append("Whether an effect is missing is not known: the model was never diagnosed.")
-    elif content.diagnosis["verdict"] != "adequate":
+    elif content.diagnosis.verdict != "adequate":
         words.append(verdict_words(content.diagnosis))
     bare = [v.name for v in content.paths if len(v.events) < FEW_EVENTS]
     if bare and len(bare) < len(content.paths):

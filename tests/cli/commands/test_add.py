@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from avahazard.cli.commands.add import fall_of_error
+from avahazard.results.ladder import BeforeAndAfter
 from tests.cli.commands.snow import document, refused, run
+from tests.results.samples import STANDING
 
 
 def test_the_error_falls_and_the_ladder_shows_it(snow_database: str, tmp_path: Path) -> None:
@@ -52,18 +55,13 @@ def test_ladder_without_a_model(database: str) -> None:
 
 
 def test_the_one_line() -> None:
-    after = {"held_out_crps_m": 60.0}
-    found = {
-        "before": {"held_out_crps_m": 80.0},
-        "after": after,
-        "held_out_by": "path",
-        "noise_floor_crps_m": 8.0,
-    }
-    line = fall_of_error({"comparison": found})
+    before, after = (replace(STANDING, held_out_crps_m=crps) for crps in (80.0, 60.0))
+    found = BeforeAndAfter(before, after, "path", 12.0, 8.0)
+    line = fall_of_error(found)
     assert "fell from 80.0 to 60.0 m (-25.0%)" in line
     assert "52.0 m below" in line
-    rose = fall_of_error({"comparison": {**found, "before": {"held_out_crps_m": 50.0}}})
+    rose = fall_of_error(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))
     assert "rose from 50.0 to 60.0 m" in rose
-    alone = fall_of_error({"comparison": {**found, "before": None}})
+    alone = fall_of_error(replace(found, before=None))
     assert "60.0 m" in alone
     assert "from" not in alone

@@ -32,9 +32,9 @@ def test_they_come_best_first() -> None:
     base = refit(observations, Specification(), {})
     snow = refit(observations, base.specification, base.facts, ("snow-type",), (), base)
     found = measurement_gains(snow, base, seed=3)
-    gains = [float(str(m["expected_gain"])) for m in found]
+    gains = [m.expected_gain for m in found]
     assert gains == sorted(gains, reverse=True)
-    assert len({m["measurement"] for m in found}) == len(found) == 4
+    assert len({m.measurement for m in found}) == len(found) == 4
     assert found == measurement_gains(snow, base, seed=3)
 
 
@@ -44,7 +44,7 @@ def test_without_a_profile_only_events_can_be_measured() -> None:
     other = refit(observations, base.specification, base.facts, ("covariate:column_1",), (), base)
     found = measurement_gains(other, base)
     assert len(found) == 1
-    assert "more events" in str(found[0]["measurement"])
+    assert "more events" in found[0].measurement
     # As many more events as there are would gain as much as these did.
     gained = other.log_likelihood - base.log_likelihood
     assert float(np.sum(record_gain(other, base))) == pytest.approx(gained, rel=0.3)
@@ -57,5 +57,5 @@ def test_columns_that_go_together_are_to_be_parted() -> None:
         refit(observations, base.specification, base.facts, (f"covariate:column_{k}",), (), base)
         for k in (1, 2)
     ]
-    texts = [str(m["measurement"]) for m in measurement_gains(*pair)]
+    texts = [m.measurement for m in measurement_gains(*pair)]
     assert any("covariate:column_1 and covariate:column_2" in text for text in texts)

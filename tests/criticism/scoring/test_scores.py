@@ -70,20 +70,19 @@ def test_scores_by_hand() -> None:
     draws = np.array([[0.0, 10.0], [20.0, 40.0]])
     records = expected(draws, np.array([2.0, 34.0]))
     scores = runout_scores(records, np.array([0.3, 0.96]))
-    assert scores["n"] == 2
-    assert scores["bias_m"] == pytest.approx(0.5 * (3.0 - 4.0))
-    assert scores["rmse_m"] == pytest.approx(np.sqrt(0.5 * (9.0 + 16.0)))
-    assert (scores["coverage_50"], scores["coverage_90"]) == (0.5, 0.5)
-    assert scores["noise_floor_m"] == pytest.approx(3.0)
-    assert scores["noise_floor_crps_m"] == pytest.approx(3.0 / np.sqrt(np.pi))
-    assert sum(scores["pit_histogram"]) == 2
-    assert runout_scores(expected(draws, records.observed, -1.0), np.array([0.3, 0.9]))[
-        "bias_m"
-    ] == pytest.approx(0.5)
+    assert scores.n == 2
+    assert scores.bias_m == pytest.approx(0.5 * (3.0 - 4.0))
+    assert scores.rmse_m == pytest.approx(np.sqrt(0.5 * (9.0 + 16.0)))
+    assert (scores.coverage_50, scores.coverage_90) == (0.5, 0.5)
+    assert scores.noise_floor_m == pytest.approx(3.0)
+    assert scores.noise_floor_crps_m == pytest.approx(3.0 / np.sqrt(np.pi))
+    assert sum(scores.pit_histogram) == 2
+    other = runout_scores(expected(draws, records.observed, -1.0), np.array([0.3, 0.9]))
+    assert other.bias_m == pytest.approx(0.5)
 
 
 def test_speed_scores_name_their_unit() -> None:
     draws = np.array([[10.0, 12.0]])
     scores = speed_scores(draws, np.array([9.0]), np.array([1.5]), np.array([0.1]))
-    assert scores["rmse_m_s"] == pytest.approx(2.0)
-    assert scores["noise_floor_m_s"] == pytest.approx(1.5)
+    assert scores.rmse_m_s == pytest.approx(2.0)
+    assert scores.noise_floor_m_s == pytest.approx(1.5)

@@ -79,9 +79,9 @@ def test_force_of_a_coulomb_block_on_a_slope() -> None:
     rows = measured_force(build_observations(records))
     assert len(rows) == 15
     for row in rows:
-        assert row["force_m_s2"] == pytest.approx(mu * GRAVITY * np.cos(angle), rel=1e-6)
-        assert row["slope_deg"] == pytest.approx(np.degrees(angle))
-        assert row["sd_m_s2"] > 0.0
+        assert row.force_m_s2 == pytest.approx(mu * GRAVITY * np.cos(angle), rel=1e-6)
+        assert row.slope_deg == pytest.approx(np.degrees(angle))
+        assert row.sd_m_s2 > 0.0
 
 
 def test_misfit_by_place_and_by_predicted_speed() -> None:
@@ -90,7 +90,7 @@ def test_misfit_by_place_and_by_predicted_speed() -> None:
     found = matched_speeds(FittedModel(posterior, u, {}), np.random.default_rng(5))
     assert found is not None
     rows = speed_misfit(posterior.observations, found)
-    assert {row["axis"] for row in rows} == {"place_along_path", "predicted_speed_m_s"}
-    assert sum(row["n"] for row in rows if row["axis"] == "place_along_path") == 3
-    total = sum(row["n"] * row["bias_m_s"] for row in rows[:3])
+    assert {row.axis for row in rows} == {"place_along_path", "predicted_speed_m_s"}
+    assert sum(row.n for row in rows if row.axis == "place_along_path") == 3
+    total = sum(row.n * row.bias_m_s for row in rows[:3])
     assert total == pytest.approx(np.sum(found.draws.mean(axis=1) - found.observed))

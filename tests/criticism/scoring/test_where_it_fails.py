@@ -28,8 +28,8 @@ def test_a_column_of_many_words_hides_no_other() -> None:
     observer = np.array([f"observer {k}" for k in rng.integers(0, 30, 240)])
     alone = where_it_fails(wetness, z, ndtr(z), path)
     joined = where_it_fails(wetness | {"observer": observer}, z, ndtr(z), path)
-    assert joined[0]["level"] == alone[0]["level"] == "wet"
-    assert joined[0]["p_value"] < 2.01 * alone[0]["p_value"]
+    assert joined[0].level == alone[0].level == "wet"
+    assert joined[0].p_value < 2.01 * alone[0].p_value
 
 
 def test_a_level_that_is_off_is_found_first() -> None:
@@ -44,11 +44,11 @@ def test_a_level_that_is_off_is_found_first() -> None:
         "decoy": np.where(rng.random(200) < 0.5, "a", "b"),
     }
     rows = where_it_fails(axes, -30.0 * z, ndtr(z), path)
-    assert (rows[0]["axis"], rows[0]["level"], rows[0]["n"]) == ("snow_type", "wet", 50)
-    assert rows[0]["p_value"] < 1e-4
-    assert rows[0]["bias_m"] == pytest.approx(-30.0 * z[wet].mean())
-    assert [r["p_value"] for r in rows] == sorted(r["p_value"] for r in rows)
-    assert {r["axis"] for r in rows} == set(axes)
+    assert (rows[0].axis, rows[0].level, rows[0].n) == ("snow_type", "wet", 50)
+    assert rows[0].p_value < 1e-4
+    assert rows[0].bias_m == pytest.approx(-30.0 * z[wet].mean())
+    assert [r.p_value for r in rows] == sorted(r.p_value for r in rows)
+    assert {r.axis for r in rows} == set(axes)
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.7])
@@ -63,7 +63,7 @@ def test_false_alarms_are_rare_also_where_paths_differ(spread: float) -> None:
         section = np.where(rng.permutation(10)[path] < 5, "open", "channelled")
         month = rng.choice(["January", "February", "March"], 200)
         rows = where_it_fails({"section": section, "month": month}, z, ndtr(z), path)
-        alarms += rows[0]["p_value"] < 0.05
+        alarms += rows[0].p_value < 0.05
     assert alarms / 400 < 0.08
 
 
@@ -71,7 +71,7 @@ def test_levels_of_one_path_each_say_no_more_than_the_paths() -> None:
     z = np.random.default_rng(3).standard_normal(60)
     path = np.repeat(np.arange(6), 10)
     axes = {"slope": np.array([f"s{p}" for p in path])}
-    assert where_it_fails(axes, z, ndtr(z), path) == []
+    assert where_it_fails(axes, z, ndtr(z), path) == ()
     # With few paths there is no clustering, and they are looked at like any levels.
     assert len(where_it_fails({"slope": axes["slope"][:40]}, z[:40], ndtr(z[:40]), path[:40])) == 4
 
@@ -85,4 +85,4 @@ def test_small_and_single_levels_are_left_out() -> None:
         "unknown": np.array([""] * 6 + ["a"] * 6),
     }
     rows = where_it_fails(axes, z, ndtr(z), path)
-    assert [(r["axis"], r["level"]) for r in rows] == [("small", "b")]
+    assert [(r.axis, r.level) for r in rows] == [("small", "b")]

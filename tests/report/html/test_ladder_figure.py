@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 from avahazard.report.html.ladder_figure import ladder_figure
 from avahazard.report.html.style import BLUE
+from tests.results.samples import CALIBRATION, NOT_COMPARED, RUNG
 
 
 def content(*errors: float | None) -> Any:
     """A report of model `m1` on a ladder with these held-out errors."""
     ladder = [
-        {"model": f"m{k}", "held_out_crps_m": e, "noise_floor_crps_m": None if e is None else 8.0}
+        replace(NOT_COMPARED if e is None else RUNG, model=f"m{k}", held_out_crps_m=e)
         for k, e in enumerate(errors)
     ]
-    return SimpleNamespace(ladder=ladder, model={"model": "m1"})
+    return SimpleNamespace(ladder=ladder, model=replace(CALIBRATION, model="m1"))
 
 
 def test_bars_are_the_errors_of_compared_models_and_this_one_is_blue() -> None:

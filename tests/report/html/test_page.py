@@ -17,6 +17,7 @@ import pytest
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from tests.report.html.world import EVENT, NAMES
+from tests.results.samples import NOT_COMPARED
 
 
 class Reader(HTMLParser):
@@ -128,7 +129,7 @@ def test_what_is_missing_is_said_with_its_command(content: ReportContent) -> Non
         rows=(),
         friction=None,
         densities=(),
-        ladder=[dict.fromkeys(row, None) | {"model": "m", "added": []} for row in content.ladder],
+        ladder=[replace(NOT_COMPARED, model="m")],
         paths=tuple(replace(v, rows=(), speeds=(), zones=None, plan=None) for v in content.paths),
         lacking={"rows": "Make them: avahazard hazard m", "comparison": "Do it: avahazard compare",
                  "diagnosis": "Do it: avahazard diagnose m"},

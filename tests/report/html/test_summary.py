@@ -14,6 +14,8 @@ from avahazard.report.html.summary import (
     unknown_words,
     why_words,
 )
+from avahazard.results.base import Rows
+from avahazard.results.comparison import Failure
 from tests.report.html.world import NAMES
 
 
@@ -25,8 +27,14 @@ def test_the_model_is_told(content: ReportContent) -> None:
     text = " ".join(model_words(content))
     assert "61 events on 3 paths" in text
     assert "exponential" in text
-    metropolis = {**content.model, "method": "metropolis", "effects": ["season"], "parent": "p",
-                  "centrifugal": False, "law": "power"}  # fmt: skip
+    metropolis = replace(
+        content.model,
+        method="metropolis",
+        effects=("season",),
+        parent="p",
+        centrifugal=False,
+        law="power",
+    )
     text = " ".join(model_words(replace(content, model=metropolis)))
     assert "metres of elevation" in text
     assert "season" in text
@@ -37,13 +45,13 @@ def test_the_model_is_told(content: ReportContent) -> None:
 def test_why_is_the_held_out_error_of_the_ladder(content: ReportContent) -> None:
     assert why_words(content) == []  # one model has nothing to be measured against
     (row,) = content.ladder
-    ladder = [{**row, "held_out_crps_m": 40.0}, {**row, "model": "p", "held_out_crps_m": 50.0}]
-    child = {**content.model, "parent": "p"}
+    ladder = [replace(row, held_out_crps_m=40.0), replace(row, model="p", held_out_crps_m=50.0)]
+    child = replace(content.model, parent="p")
     text = " ".join(why_words(replace(content, ladder=ladder, model=child)))
     assert "it errs least" in text
     assert "40.0 m" in text
     assert "parent “p” errs by 50.0 m" in text
-    ladder[0]["held_out_crps_m"] = 60.0
+    ladder[0] = replace(row, held_out_crps_m=60.0)
     (words,) = why_words(replace(content, ladder=ladder, model=child))
     assert "“p” errs least" in words
 
@@ -51,13 +59,12 @@ def test_why_is_the_held_out_error_of_the_ladder(content: ReportContent) -> None
 def test_how_sure_is_the_held_out_error_beside_the_floor(content: ReportContent) -> None:
     comparison = content.comparison
     assert comparison is not None
-    held = comparison["held_out"]["runout"]
+    held = comparison.held_out.runout
     text = " ".join(sure_words(content))
-    assert f"{held['rmse_m']:.0f} m" in text
-    assert f"{held['noise_floor_m']:.0f} m" in text
+    assert f"{held.rmse_m:.0f} m" in text
+    assert f"{held.noise_floor_m:.0f} m" in text
     assert "fails nowhere" in text
-    failing = {"axis": "snow_type", "level": "wet", "n": 9, "bias_m": -50.0, "p_value": 0.001}
-    worse = {**comparison, "where_it_fails": [failing]}
+    worse = replace(comparison, where_it_fails=Rows([Failure("snow_type", "wet", 9, -50.0, 0.001)]))
     assert "snow type, “wet”" in " ".join(sure_words(replace(content, comparison=worse)))
     assert sure_words(replace(content, comparison=None)) == []
 
@@ -68,8 +75,8 @@ def test_what_it_cannot_tell_comes_from_the_results(content: ReportContent) -> N
     assert "never diagnosed" in said(content, diagnosis=None)
     assert "never set against" in said(content, comparison=None)
     assert "have changed" in said(content, records_changed=True)
-    checks = {**content.model["diagnostics"], "converged": False}
-    assert "provisional" in said(content, model={**content.model, "diagnostics": checks})
+    checks = replace(content.model.diagnostics, converged=False)
+    assert "provisional" in said(content, model=replace(content.model, diagnostics=checks))
     row = dict(content.rows[0])
     name = NAMES[row["path_id"]]
     beyond = {**row, "runout_x_m": {**row["runout_x_m"], "q95": None}}

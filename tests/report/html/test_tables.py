@@ -9,7 +9,11 @@ from avahazard.report.html import effect_tables, model_tables, path_tables
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.table import HtmlTable
 from avahazard.report.html.words import NARROW as S
+from avahazard.results.base import Rows
+from avahazard.results.calibration import ParameterSummary
+from avahazard.results.comparison import Failure
 from tests.report.html.world import NAMES
+from tests.results.samples import CALIBRATION, DIAGNOSIS, NOT_COMPARED
 
 ROW: dict[str, Any] = {
     "path_id": "scey",
@@ -80,11 +84,11 @@ def test_zones_and_alpha_beta_are_listed(content: ReportContent) -> None:
 
 def test_parameters_have_as_many_digits_as_they_are_sure() -> None:
     parameters = {
-        "a": {"mean": 0.51993, "sd": 0.0073, "q05": 0.5, "q95": 0.53, "mode": 0.52, "unit": ""},
-        "n": {"mean": 3.2e-7, "sd": 9e-8, "q05": 1e-7, "q95": 5e-7, "mode": 3e-7, "unit": "1/m3"},
-        "path:x": {"mean": 0.0, "sd": 1.0, "q05": 0.0, "q95": 1.0, "mode": 0.0, "unit": ""},
+        "a": ParameterSummary(0.51993, 0.0073, 0.52, 0.5, 0.53, ""),
+        "n": ParameterSummary(3.2e-7, 9e-8, 3e-7, 1e-7, 5e-7, "1/m3"),
+        "path:x": ParameterSummary(0.0, 1.0, 0.0, 0.0, 1.0, ""),
     }
-    table = model_tables.parameters_table({"parameters": parameters})
+    table = model_tables.parameters_table(replace(CALIBRATION, parameters=parameters))
     assert len(table.rows) == 2
     assert cells(table)["mean"] == "0.5199"
     assert cells(table, 1)["mean"] == "3.20 × 10⁻⁷"
@@ -95,20 +99,21 @@ def test_scores_and_failures_come_from_the_comparison(content: ReportContent) ->
     assert content.comparison is not None
     scores = model_tables.scores_table(content.comparison)
     assert [row[0] for row in scores.rows] == ["all records", "paths kept back"]
-    fails = {"axis": "snow_type", "level": "scey", "n": 9, "bias_m": -50.0, "p_value": 1e-4}
-    comparison = {**content.comparison, "where_it_fails": [fails] * 40}
+    fails = Failure("snow_type", "scey", 9, -50.0, 1e-4)
+    comparison = replace(content.comparison, where_it_fails=Rows([fails] * 40))
     table = model_tables.failures_table(comparison, NAMES)
     assert len(table.rows) == model_tables.MOST_ROWS
     assert list(cells(table).values()) == [
         "snow type", NAMES["scey"], "9", "−50 m", "< 0.001", "beyond chance",
     ]  # fmt: skip
-    chance = {**content.comparison, "where_it_fails": [{**fails, "p_value": 1.0}] * 40}
+    rows = Rows([replace(fails, p_value=1.0)] * 40)
+    chance = replace(content.comparison, where_it_fails=rows)
     assert len(model_tables.failures_table(chance, {}).rows) == model_tables.LEAST_ROWS
 
 
 def test_the_ladder_has_dashes_for_what_was_not_compared(content: ReportContent) -> None:
     (row,) = content.ladder
-    bare = dict.fromkeys(row) | {"model": "new", "parent": "m", "added": ["season"]}
+    bare = replace(NOT_COMPARED, parent="m", added=("season",))
     table = model_tables.ladder_table(replace(content, ladder=[row, bare]))
     assert cells(table, 1)["held-out CRPS"] == "–"
     assert cells(table, 1)["added"] == "season"
@@ -122,12 +127,12 @@ def test_candidates_and_what_to_measure(content: ReportContent) -> None:
     measure = effect_tables.measure_table(content.diagnosis)
     assert measure is not None
     assert cells(measure)["expected gain"] == "6.0 nats"
-    assert effect_tables.measure_table({"measure_next": []}) is None
+    assert effect_tables.measure_table(DIAGNOSIS) is None
 
 
 def test_how_it_was_made_names_seed_versions_and_fingerprint(content: ReportContent) -> None:
     made = dict(model_tables.made_table(content).rows)
-    assert made["fingerprint of the records (SHA-256)"] == content.model["data_fingerprint"]
+    assert made["fingerprint of the records (SHA-256)"] == content.model.data_fingerprint
     assert made["version of avahazard"] == content.versions["avahazard"]
     assert made["seed"] == "0"
     text = str(model_tables.made_table(replace(content, effect_sha256="ab" * 32)).rows)

@@ -1,0 +1,1 @@
+"""Regions and models as objects, for notebooks and scripts."""

@@ -1,0 +1,236 @@
+"""A region: the paths, records and models of one database."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import avahazard.report.pictures  # noqa: F401 (how results are drawn)
+from avahazard.api.model import Model
+from avahazard.results.base import Rows
+from avahazard.results.catalogue import EffectEntry, ModelSummary
+from avahazard.results.database import Import
+from avahazard.results.friction import Fits, Frictions
+from avahazard.results.ladder import Ladder
+from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
+from avahazard.results.volumes import Volumes
+
+
+def open_region(database: str | Path = "avahazard.db") -> Region:
+    """Open the region of a database: a file, or an SQLAlchemy URL.
+
+    Raises:
+        AvahazardError: there is no such database, or its tables are of another version.
+
+    >>> av.open(database).paths().to_frame().shape[0]
+    3
+    """
+    from avahazard.workflow.database import database_status  # noqa: PLC0415 (loads when used)
+
+    database_status(str(database))
+    return Region(str(database))
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """The paths, records and models of one database.
+
+    >>> region
+    Region(database='...region.db')
+    """
+
+    database: str
+    _folder: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+
+    @classmethod
+    def from_files(
+        cls, *sources: str | Path, database: str | Path | None = None, **options: Any
+    ) -> Region:
+        """Import `sources` (files, or folders of them) into a new database.
+
+        Without `database` it is a temporary one, gone with the region. `options` are those of
+        `import_files`: `dem`, `land_cover`.
+
+        Raises:
+            AvahazardError: a source cannot be used, or the database is there already.
+            RejectedRows: rows that cannot be taken, all of them.
+
+        >>> av.Region.from_files(folder).paths()[0].n_events > 0
+        True
+        """
+        from avahazard.records.errors import AvahazardError  # noqa: PLC0415 (loads when used)
+        from avahazard.workflow.database import init_database  # noqa: PLC0415
+
+        folder = None
+        if database is None:
+            folder = TemporaryDirectory(prefix="avahazard-")
+            database = Path(folder.name) / "region.db"
+        if not init_database(str(database)).created:
+            raise AvahazardError(
+                f"{database} is there already.", "Open it with avahazard.open, or name another."
+            )
+        region = cls(str(database), folder)
+        region.import_files(*sources, **options)
+        return region
+
+    def import_files(self, *sources: str | Path, **options: Any) -> Import:
+        """Import more records; `options`: `update`, `dry_run`, `dem`, `land_cover`.
+
+        Raises:
+            AvahazardError: a source cannot be used.
+            RejectedRows: rows that cannot be taken, all of them; nothing is stored.
+
+        >>> region.import_files(folder).records.events.new
+        0
+        """
+        from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+
+        return import_files(self.database, sources, **options)
+
+    def paths(self) -> Rows[PathSummary]:
+        """All paths, with the size of their profiles (m) and what is recorded on each.
+
+        >>> region.paths()[0].path_id
+        'P01'
+        """
+        from avahazard.workflow.paths import list_paths  # noqa: PLC0415
+
+        return list_paths(self.database)
+
+    def path(self, path_id: str) -> PathCheck:
+        """One path: how its profile was regularised, and the checks of the block's assumptions.
+
+        Raises `AvahazardError` where there is no such path or profile.
+
+        >>> region.path("P01").fit.max_deviation_m < 10.0
+        True
+        """
+        from avahazard.workflow.path import view_path  # noqa: PLC0415
+
+        return view_path(self.database, path_id)
+
+    def runout(self, path_id: str, mu: float) -> Runout:
+        """Run the block of friction `mu` down a path; lengths in m, speeds in m/s.
+
+        Raises `AvahazardError` where there is no such path, or μ is not over 0.
+
+        >>> region.runout("P01", 0.5).status
+        'stopped'
+        """
+        from avahazard.workflow.runout import run_path  # noqa: PLC0415
+
+        return run_path(self.database, path_id, mu)
+
+    def friction(self, path_id: str | None = None, **options: Any) -> Frictions:
+        """Apparent friction of every event, its density, and the check by perturbation.
+
+        `options`: `kappa`. Raises `AvahazardError` where there are no events.
+
+        >>> len(region.friction().events) == 60
+        True
+        """
+        from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
+
+        return show_frictions(self.database, path_id, **options)
+
+    def fit(self) -> Fits:
+        """Least-squares laws of apparent friction against volume (m3).
+
+        Raises `AvahazardError` where there are too few events.
+
+        >>> [fit.law for fit in region.fit().rows]
+        ['exponential', 'power', 'rational', 'constant']
+        """
+        from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
+
+        return fit_laws(self.database)
+
+    def volumes(self, **options: Any) -> Volumes:
+        """How often which volume comes down each path.
+
+        `options`: `paths`, `return_periods`, `source`, `seed`.
+
+        Raises `AvahazardError` where no path has what is needed.
+
+        >>> region.volumes().rows[0].levels.to_frame()["return_period_years"].max()
+        300.0
+        """
+        from avahazard.workflow.volumes import volumes  # noqa: PLC0415
+
+        return volumes(self.database, **options)
+
+    def alpha_beta(self, path_id: str | None = None) -> Rows[TerrainRunout]:
+        """The α-β runout of one path or all, a row for each regression; angles in degrees.
+
+        Raises `AvahazardError` where there is no such path.
+
+        >>> region.alpha_beta("P01")[0].coefficients
+        'norway'
+        """
+        from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
+
+        return alpha_beta_paths(self.database, path_id)
+
+    def effects(self) -> Rows[EffectEntry]:
+        """The catalogue of effects, and what the present records lack for each.
+
+        >>> region.effects()[0].key
+        'centrifugal'
+        """
+        from avahazard.workflow.effects import list_effects  # noqa: PLC0415
+
+        return list_effects(self.database)
+
+    def calibrate(self, name: str, **options: Any) -> Model:
+        """Calibrate a model and store it as `name`.
+
+        `options` are those of the command: `law`, `scatter`, `distribution`, `tails`, `method`,
+        `with_`, `without`, `paths`, `chains`, `draws`, `seed`.
+
+        Raises:
+            AvahazardError: the name is taken, or the records or the method do not allow it.
+
+        >>> region.calibrate("power", law="power", chains=2, draws=100).result.law
+        'power'
+        """
+        from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
+
+        calibrate(self.database, name, **options)
+        return Model(self.database, name)
+
+    def model(self, name: str, effect_files: Sequence[str | Path] = ()) -> Model:
+        """The stored model `name`; one with effects of the user's own needs their files again.
+
+        Raises `AvahazardError` where there is no such model.
+
+        >>> region.model("base").result.n_events
+        60
+        """
+        model = Model(self.database, name, tuple(Path(file) for file in effect_files))
+        _ = model.result
+        return model
+
+    def models(self) -> Rows[ModelSummary]:
+        """All stored models in short, oldest first.
+
+        >>> region.models()[0].model
+        'base'
+        """
+        from avahazard.workflow.models import show_models  # noqa: PLC0415
+
+        return show_models(self.database)
+
+    def ladder(self) -> Ladder:
+        """Every model and its error, oldest first; those not yet compared are compared.
+
+        Raises `AvahazardError` where there is no model.
+
+        >>> region.ladder().rows.to_frame()["held_out_crps_m"].notna().any()
+        True
+        """
+        from avahazard.workflow.ladder import ladder  # noqa: PLC0415
+
+        return ladder(self.database)

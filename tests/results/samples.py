@@ -1,0 +1,91 @@
+"""Results made by hand, to be changed by `dataclasses.replace`."""
+
+from __future__ import annotations
+
+from avahazard.results.base import Rows
+from avahazard.results.calibration import Calibration, Convergence
+from avahazard.results.comparison import (
+    Comparison,
+    Failure,
+    HeldOutScores,
+    MeasuredForce,
+    RunoutScores,
+    Scores,
+)
+from avahazard.results.diagnosis import Candidate, Diagnosis, PathEffectTest
+from avahazard.results.friction import FrictionDensity, Frictions, PerturbationCheck
+from avahazard.results.ladder import Rung, Standing
+
+RUNOUT = RunoutScores(9, 70.0, 1.0, 40.0, 0.5, 0.9, 12.0, 7.0, (1,) * 9 + (0,))
+FAILURE = Failure("volume", "above 80 000 m3", 9, 63.0, 0.002)
+FORCE = MeasuredForce("e1", 100.0, 12.0, 4.0, 0.5, 30.0)
+COMPARISON = Comparison(
+    model="base",
+    coordinate="elevation",
+    scores=Scores(RUNOUT, None, -50.0, 3.0, 0, 0),
+    held_out=HeldOutScores("path", RUNOUT, None, -55.0, 3.0),
+    where_it_fails=Rows([FAILURE]),
+    speed_misfit=None,
+    measured_force=None,
+)
+STANDING = Standing(70.0, 40.0, 72.0, 42.0, -55.0, -50.0, 3.0, 0.9, None, 12.0, 7.0)
+RUNG = Rung("base", None, (), 70.0, 40.0, 42.0, -50.0, 3.0, 0.9, None, 12.0, 8.0)
+NOT_COMPARED = Rung("new", None, (), *[None] * 9)
+CANDIDATE = Candidate(
+    effect="season",
+    gain=30.0,
+    evidence_gain=25.0,
+    held_out_gain=20.0,
+    p_value=0.005,
+    screened_gain=30.0,
+    chance_gain=2.0,
+    p_value_alone=0.001,
+    error_before_m=60.0,
+    error_after_m=55.0,
+    parameters={"season.slope": 0.1},
+    physics="Wet snow slides farther.",
+    confounded_with=(),
+)
+DIAGNOSIS = Diagnosis(
+    model="base",
+    verdict="adequate",
+    missing=(),
+    candidates=Rows(),
+    path_effect=PathEffectTest(0.1, 0.7),
+    detectable_m=25.0,
+    detectable_log_friction=0.05,
+    measure_next=Rows(),
+    still_needed={},
+    heavy_tails=False,
+    suspect_events=(),
+    n_worlds=39,
+    seed=0,
+)
+CALIBRATION = Calibration(
+    model="m",
+    parent=None,
+    law="exponential",
+    scatter="constant",
+    distribution="lognormal",
+    tails="normal",
+    centrifugal=True,
+    method="marginal",
+    effects=(),
+    n_events=12,
+    left_out={},
+    parameters={},
+    diagnostics=Convergence(1.0021, 812.4, 800.0, 0.31, 0, True),
+    chains=4,
+    draws=100,
+    seed=7,
+    data_fingerprint="ab" * 32,
+    notes=(),
+)
+FRICTIONS = Frictions(
+    events=Rows(),
+    density=Rows(
+        [FrictionDensity("all", 3, 40.0, (0.2, 0.3, 0.4), (1.0, 5.0, 1.0), (True, False, True))]
+    ),
+    perturbation=PerturbationCheck(0, 0, None, None, None, {}),
+    jumps=Rows(),
+)
