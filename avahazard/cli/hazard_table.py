@@ -8,11 +8,12 @@ from typing import Any
 from rich.console import Console
 
 from avahazard.cli.output import table
+from avahazard.results.hazard import HazardRow, Spread
 
 BEYOND, FAR = "beyond", "*"
 
 
-def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
+def show_bounds(console: Console, rows: Sequence[HazardRow]) -> None:
     """Print the rows of `hazard`: both ways, the volumes, and what the intervals mean."""
     console.print(
         table(
@@ -21,7 +22,7 @@ def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
             [_bounds(row) for row in rows],
         )
     )
-    apart = [row for row in rows if "natural" in row]
+    apart = [row for row in rows if row.natural is not None]
     if apart:
         console.print(
             table(
@@ -30,7 +31,7 @@ def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
                 [_apart(row) for row in apart],
             )
         )
-    mixed = [row for row in rows if "exceeded" in row]
+    mixed = [row for row in rows if row.exceeded is not None]
     if mixed:
         console.print(
             table(
@@ -39,7 +40,7 @@ def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
                 [_exceeded(row) for row in mixed],
             )
         )
-    returned = [row for row in rows if "volume_method" in row]
+    returned = [row for row in rows if row.volume_method is not None]
     if returned:
         console.print(
             table(
@@ -50,7 +51,7 @@ def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
         )
     for name, words in dict.fromkeys(pair for row in rows for pair in _intervals(row)):
         console.print(f"{name}: {words}.")
-    if any(row["p_left_profile"] > 0.0 for row in rows):
+    if any(row.p_left_profile > 0.0 for row in rows):
         console.print(
             "left: share that ran past the end of the profile; the mean is of those that stopped."
         )
@@ -58,88 +59,91 @@ def show_bounds(console: Console, rows: Sequence[dict[str, Any]]) -> None:
     cells += [_apart(row) for row in apart]
     if any(BEYOND in cell for line in cells for cell in line if isinstance(cell, str)):
         console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
-    if any(row["pooled"] for row in returned):
+    if any(row.pooled for row in returned):
         console.print(
             "pooled: few volumes on the path; scale and shape lean on those of all paths."
         )
-    if any("years_from" in row for row in returned):
-        console.print(_spans([row for row in returned if "years_from" in row]))
-    if any(row.get("extrapolated") for row in rows):
+    observed = [row for row in returned if row.years_from is not None]
+    if observed:
+        console.print(_spans(observed))
+    if any(row.extrapolated for row in rows):
         console.print(f"{FAR}: an extrapolation, as the record is under half of T (or see fit).")
 
 
-def _bounds(row: dict[str, Any]) -> tuple[Any, ...]:
-    x, z = row["runout_x_m"], row["runout_elevation_m"]
-    held = row["p_not_released"] > 0.5
+def _bounds(row: HazardRow) -> tuple[Any, ...]:
+    x, z = row.runout_x_m, row.runout_elevation_m
+    held = row.p_not_released > 0.5
     return (
-        row["path_id"],
+        row.path_id,
         _period(row),
-        _volume_text(row["volume_m3"]),
-        "held" if held else _metres(x["mean"]),
+        _volume_text(row.volume_m3),
+        "held" if held else _metres(x.mean),
         "–" if held else _range(x),
-        "held" if held else _metres(z["mean"]),
+        "held" if held else _metres(z.mean),
         "–" if held else _range(z),
-        "0" if row["p_left_profile"] == 0.0 else f"{row['p_left_profile']:.1%}",
+        "0" if row.p_left_profile == 0.0 else f"{row.p_left_profile:.1%}",
     )
 
 
-def _apart(row: dict[str, Any]) -> tuple[Any, ...]:
+def _apart(row: HazardRow) -> tuple[Any, ...]:
+    parts = (row.natural, row.parameters)
     return (
-        row["path_id"],
+        row.path_id,
         _period(row),
-        _volume_text(row["volume_m3"]),
-        _range(row["natural"]["runout_x_m"]),
-        _range(row["parameters"]["runout_x_m"]),
+        _volume_text(row.volume_m3),
+        *("–" if part is None else _range(part.runout_x_m) for part in parts),
     )
 
 
-def _exceeded(row: dict[str, Any]) -> tuple[Any, ...]:
-    x, z = row["exceeded"]["runout_x_m"], row["exceeded"]["runout_elevation_m"]
+def _exceeded(row: HazardRow) -> tuple[Any, ...]:
+    assert row.exceeded is not None
+    x, z = row.exceeded.runout_x_m, row.exceeded.runout_elevation_m
     return (
-        row["path_id"],
+        row.path_id,
         _period(row),
         "",
-        _metres(x["mean"]),
+        _metres(x.mean),
         _range(x),
-        _metres(z["mean"]),
+        _metres(z.mean),
         _range(z),
     )
 
 
-def _intervals(row: dict[str, Any]) -> list[tuple[str, str]]:
+def _intervals(row: HazardRow) -> list[tuple[str, str]]:
     """What each interval of a row is."""
-    found = [("Interval (a)", row["interval"])]
-    for key, name in (
-        ("natural", "natural"),
-        ("parameters", "parameters"),
-        ("exceeded", "Interval (b)"),
+    found = [("Interval (a)", row.interval)]
+    for part, name in (
+        (row.natural, "natural"),
+        (row.parameters, "parameters"),
+        (row.exceeded, "Interval (b)"),
     ):
-        if key in row:
-            found.append((name, row[key]["interval"]))
+        if part is not None:
+            found.append((name, part.interval))
     return found
 
 
-def _volume(row: dict[str, Any]) -> tuple[Any, ...]:
-    interval = row["volume_interval_m3"]
+def _volume(row: HazardRow) -> tuple[Any, ...]:
+    interval = row.volume_interval_m3
+    assert interval is not None
     return (
-        row["path_id"],
+        row.path_id,
         _period(row),
-        _volume_text(row["volume_m3"]),
-        f"{_volume_text(interval['q05'])}–{_volume_text(interval['q95'])}",
-        row.get("n_records"),
-        f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
-        f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
+        _volume_text(row.volume_m3),
+        f"{_volume_text(interval.q05)}–{_volume_text(interval.q95)}",
+        row.n_records,
+        "–" if row.first_year is None else f"{row.first_year}–{row.last_year}",
+        "–" if row.events_per_year is None else f"{row.events_per_year:.2f}",
         _source(row),
     )
 
 
-def _spans(rows: Sequence[dict[str, Any]]) -> str:
+def _spans(rows: Sequence[HazardRow]) -> str:
     """What the rates are, and where the observed years come from."""
     by_source: dict[str, list[str]] = {}
     for row in rows:
-        paths = by_source.setdefault(row["years_from"], [])
-        if row["path_id"] not in paths:
-            paths.append(row["path_id"])
+        paths = by_source.setdefault(str(row.years_from), [])
+        if row.path_id not in paths:
+            paths.append(row.path_id)
     if len(by_source) == 1:
         sources = next(iter(by_source))
     else:
@@ -147,20 +151,20 @@ def _spans(rows: Sequence[dict[str, Any]]) -> str:
     return f"a year: records over years; years: {sources}."
 
 
-def _source(row: dict[str, Any]) -> str:
-    if row.get("volume_source", "records") != "records":
-        return str(row["volume_source"])
-    return "pooled" if row["pooled"] else "own"
+def _source(row: HazardRow) -> str:
+    if row.volume_source != "records":
+        return str(row.volume_source)
+    return "pooled" if row.pooled else "own"
 
 
-def _period(row: dict[str, Any]) -> str:
-    period = row["return_period_years"]
-    mark = FAR if row.get("extrapolated") else ""
+def _period(row: HazardRow) -> str:
+    period = row.return_period_years
+    mark = FAR if row.extrapolated else ""
     return "–" if period is None else f"{period:g}{mark}"
 
 
-def _range(spread: dict[str, Any]) -> str:
-    return f"{_metres(spread['q05'])}–{_metres(spread['q95'])}"
+def _range(spread: Spread) -> str:
+    return f"{_metres(spread.q05)}–{_metres(spread.q95)}"
 
 
 def _metres(value: float | None) -> str:

@@ -3,36 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from rich.console import Console
 
 from avahazard.cli.output import table
+from avahazard.results.zones import ExceededHere, Place, Zone, ZonedPath
 
 BEYOND = "beyond"
 SHOWN = 12
 """Places in the table of one path."""
 
 
-def show_zones(console: Console, entries: Sequence[dict[str, Any]]) -> None:
+def show_zones(console: Console, entries: Sequence[ZonedPath]) -> None:
     """Print the zones of every path, the largest speeds, and for one path those at places."""
     first = entries[0]
-    density = first["density_kg_m3"]
+    density = first.density_kg_m3
     console.print(
         table(
-            f"Zones by the limits '{first['limits']}': x along the path in m",
+            f"Zones by the limits '{first.limits}': x along the path in m",
             ("path", "zone", ">from x", ">to x", ">its 5–95 %"),
-            [_zone(entry["path_id"], zone) for entry in entries for zone in entry["zones"]],
+            [_zone(entry.path_id, zone) for entry in entries for zone in entry.zones],
         )
     )
-    periods = [_period(found) for found in first["places"][0]["by_return_period"]]
+    periods = [_period(found) for found in first.places[0].by_return_period]
     if len(entries) == 1:
         headings = [f">{what} {period}" for period in periods for what in ("u", "p")]
         console.print(
             table(
-                f"{first['path_id']}: speed u in m/s and pressure p in kPa exceeded in T years",
+                f"{first.path_id}: speed u in m/s and pressure p in kPa exceeded in T years",
                 (">x m", ">z m", ">p/year", *headings),
-                [_place(place) for place in _few(first["places"])],
+                [_place(place) for place in _few(first.places)],
             )
         )
     else:
@@ -43,56 +43,55 @@ def show_zones(console: Console, entries: Sequence[dict[str, Any]]) -> None:
                 [_largest(e, k) for e in entries for k in range(len(periods))],
             )
         )
-    console.print(f"u, p: {first['interval']}.")
+    console.print(f"u, p: {first.interval}.")
     console.print(
-        f"p = ρu² with ρ of {density['mean']:g} ± {density['sd']:g} kg/m3; p/year: chance that a "
+        f"p = ρu² with ρ of {density.mean:g} ± {density.sd:g} kg/m3; p/year: chance that a "
         "year has an avalanche that comes so far."
     )
-    if any(zone["extrapolated"] for entry in entries for zone in entry["zones"]):
+    if any(zone.extrapolated for entry in entries for zone in entry.zones):
         console.print("*: an extrapolation of the record.")
-    if any(BEYOND in cell for e in entries for z in e["zones"] for cell in _zone("", z)):
+    if any(BEYOND in cell for e in entries for z in e.zones for cell in _zone("", z)):
         console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
 
 
-def _zone(path_id: str, zone: dict[str, Any]) -> tuple[str, ...]:
-    name = zone["zone"] + ("*" if zone["extrapolated"] else "")
-    if zone["to_x_m"] <= zone["from_x_m"]:
-        start = BEYOND if zone["beyond"] else "none"
+def _zone(path_id: str, zone: Zone) -> tuple[str, ...]:
+    name = zone.zone + ("*" if zone.extrapolated else "")
+    if zone.to_x_m <= zone.from_x_m:
+        start = BEYOND if zone.beyond else "none"
         return (path_id, name, start, "–", _interval(zone))
-    end = BEYOND if zone["beyond"] else f"{zone['to_x_m']:.0f}"
-    return (path_id, name, f"{zone['from_x_m']:.0f}", end, _interval(zone))
+    end = BEYOND if zone.beyond else f"{zone.to_x_m:.0f}"
+    return (path_id, name, f"{zone.from_x_m:.0f}", end, _interval(zone))
 
 
-def _period(found: dict[str, Any]) -> str:
-    return f"{found['return_period_years']:g}" + ("*" if found["extrapolated"] else "")
+def _period(found: ExceededHere) -> str:
+    return f"{found.return_period_years:g}" + ("*" if found.extrapolated else "")
 
 
-def _interval(zone: dict[str, Any]) -> str:
-    low, high = (
-        BEYOND if zone[key] is None else f"{zone[key]:.0f}" for key in ("to_x_q05_m", "to_x_q95_m")
-    )
+def _interval(zone: Zone) -> str:
+    ends = (zone.to_x_q05_m, zone.to_x_q95_m)
+    low, high = (BEYOND if x is None else f"{x:.0f}" for x in ends)
     return f"{low}–{high}"
 
 
-def _place(place: dict[str, Any]) -> tuple[str, ...]:
-    cells = [f"{place['x_m']:.0f}", f"{place['elevation_m']:.0f}"]
-    cells.append(f"{place['p_reach_per_year']:.2g}")
-    for found in place["by_return_period"]:
-        cells.append(f"{found['speed_m_s']['q50']:.0f}")
-        cells.append(f"{found['pressure_kpa']['q50']:.0f}")
+def _place(place: Place) -> tuple[str, ...]:
+    cells = [f"{place.x_m:.0f}", f"{place.elevation_m:.0f}"]
+    cells.append(f"{place.p_reach_per_year:.2g}")
+    for found in place.by_return_period:
+        cells.append(f"{found.speed_m_s.q50:.0f}")
+        cells.append(f"{found.pressure_kpa.q50:.0f}")
     return tuple(cells)
 
 
-def _largest(entry: dict[str, Any], k: int) -> tuple[str, ...]:
-    found = [place["by_return_period"][k] for place in entry["places"]]
-    cells = [entry["path_id"], _period(found[0])]
-    for what in ("speed_m_s", "pressure_kpa"):
-        values = max((f[what] for f in found), key=lambda v: float(v["q50"]))
-        cells += [f"{values['q50']:.0f}", f"{values['q05']:.0f}–{values['q95']:.0f}"]
+def _largest(entry: ZonedPath, k: int) -> tuple[str, ...]:
+    found = [place.by_return_period[k] for place in entry.places]
+    cells = [entry.path_id, _period(found[0])]
+    for values in ([f.speed_m_s for f in found], [f.pressure_kpa for f in found]):
+        most = max(values, key=lambda v: v.q50)
+        cells += [f"{most.q50:.0f}", f"{most.q05:.0f}–{most.q95:.0f}"]
     return tuple(cells)
 
 
-def _few(places: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def _few(places: Sequence[Place]) -> list[Place]:
     """About `SHOWN` of the places, evenly, with the first and the last."""
     last = len(places) - 1
     return [places[i] for i in sorted({round(k * last / SHOWN) for k in range(SHOWN + 1)})]

@@ -10,21 +10,14 @@ from numpy.typing import NDArray
 from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.passing import passing_rate
-from avahazard.hazard.runout_bounds import QUANTILES, Spread, spread
+from avahazard.hazard.runout_bounds import QUANTILES, spread
+from avahazard.results.hazard import RunoutInterval
 
 Floats = NDArray[np.float64]
 
 N_LEVELS = 199
 """Probabilities at which the natural variability is followed."""
 N_PLACES = 60
-
-
-@dataclass(frozen=True, slots=True)
-class RunoutSpread:
-    """Mean and quantiles of x and of elevation (m)."""
-
-    x: Spread
-    elevation: Spread
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,12 +127,15 @@ def at_the_middle(avalanches: Avalanches, n: int) -> Avalanches:
     )
 
 
-def runout_spread(avalanches: Avalanches, x: Floats) -> RunoutSpread:
-    """Mean and quantiles of runouts x (m) `[n]`, inf beyond the profile, and their elevations."""
+def runout_interval(avalanches: Avalanches, x: Floats, interval: str) -> RunoutInterval:
+    """Mean and quantiles of runouts x (m) `[n]`, inf beyond the profile, and their elevations.
+
+    `interval` says what varies among them.
+    """
     smooth = avalanches.site.smooth
     inside = np.isfinite(x)
     height = np.where(inside, smooth.height(np.where(inside, x, smooth.x_max)), -np.inf)
-    return RunoutSpread(spread(x), spread(height))
+    return RunoutInterval(spread(x), spread(height), interval)
 
 
 def _ends(avalanches: Avalanches) -> tuple[float, float]:

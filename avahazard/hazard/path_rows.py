@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.row import hazard_row
-from avahazard.hazard.runout_bounds import Spread
 from avahazard.hazard.scenario import Scenario
 from avahazard.hazard.uncertainties import annual_reach, uncertainties
 from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.hazard.words import interval_words
 from avahazard.inference.seeds import generator
+from avahazard.results.hazard import HazardRow, Spread
 
 HELD_WORTH_A_NOTE, HELD_TOO_MANY = 0.05, 0.5
 """Shares of draws that do not start: from the first it is said, from the second no bounds are
@@ -23,7 +22,7 @@ UNKNOWN = Spread(None, None, None, None)
 
 def path_rows(
     path: PathHazard, scenarios: Sequence[Scenario], n_draws: int, seed: int
-) -> list[dict[str, Any]]:
+) -> list[HazardRow]:
     """A row for each scenario of a path (`workflow.hazard`), each from `n_draws` draws.
 
     The first has `reach`, the annual chance along the path, where the rate is known. A row hangs
@@ -31,15 +30,14 @@ def path_rows(
     """
     rows = [_row(path, scenario, n_draws, seed) for scenario in scenarios]
     if path.rate_known:
-        rows[0]["reach"] = annual_reach(path)
+        rows[0] = replace(rows[0], reach=annual_reach(path))
     return rows
 
 
-def _row(path: PathHazard, scenario: Scenario, n_draws: int, seed: int) -> dict[str, Any]:
+def _row(path: PathHazard, scenario: Scenario, n_draws: int, seed: int) -> HazardRow:
     period = scenario.return_period
     keys = (seed, "hazard", path.path_id, repr(scenario.volume_m3), repr(period))
     bounds = volume_bounds(path, scenario.any_volume_m3, n_draws, generator(*keys))
-    apart = uncertainties(path, scenario)
     notes = []
     held = bounds.p_not_released
     if held > HELD_WORTH_A_NOTE:
@@ -50,13 +48,9 @@ def _row(path: PathHazard, scenario: Scenario, n_draws: int, seed: int) -> dict[
         )
     if held > HELD_TOO_MANY:
         bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
-        apart = {}
-    row = hazard_row(
-        path.path_id,
-        scenario.volume_m3,
-        bounds,
-        interval_words(path, return_period=period is not None),
-        scenario.returned,
-        scenario.frequency,
-    )
-    return {**row, **apart, "return_period_years": period, "notes": notes}
+    row = hazard_row(scenario, bounds, interval_words(path, return_period=period is not None))
+    row = replace(row, notes=tuple(notes))
+    if held > HELD_TOO_MANY:
+        return row
+    apart = uncertainties(path, scenario)
+    return replace(row, natural=apart.natural, parameters=apart.parameters, exceeded=apart.exceeded)

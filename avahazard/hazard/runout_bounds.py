@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from avahazard.hazard.runout_curve import RunoutCurve, pieces
 from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED
+from avahazard.results.hazard import Spread
 
 Floats = NDArray[np.float64]
 Distribution = Literal["lognormal", "normal"]
@@ -20,20 +21,6 @@ Distribution = Literal["lognormal", "normal"]
 QUANTILES = (0.05, 0.5, 0.95)
 STEPS = tuple(k / 20 for k in range(1, 20))
 """Probabilities 5, 10, … 95 %, at which the distribution of the runout is told."""
-
-
-@dataclass(frozen=True, slots=True)
-class Spread:
-    """Mean and quantiles in m; None where they lie beyond the end of the profile.
-
-    A quantile is a run among those drawn, never a value between two. The mean is that of the runs
-    that stopped on the profile; it is None as soon as one of the quantiles is.
-    """
-
-    mean: float | None
-    q05: float | None
-    q50: float | None
-    q95: float | None
 
 
 @dataclass(frozen=True, slots=True)

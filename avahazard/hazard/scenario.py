@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from avahazard.hazard.event_volumes import ANY_VOLUME_M3
-from avahazard.hazard.volume_frequency import ReturnVolume, VolumeFrequency
+from avahazard.hazard.volume_frequency import VolumeFrequency
+from avahazard.results.volumes import ReturnLevel
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +21,7 @@ class Scenario:
     path_id: str
     volume_m3: float | None
     return_period: float | None = None
-    returned: ReturnVolume | None = None
+    returned: ReturnLevel | None = None
     frequency: VolumeFrequency | None = None
 
     @property

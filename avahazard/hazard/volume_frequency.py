@@ -22,6 +22,7 @@ from avahazard.hazard.shape_grid import (
 )
 from avahazard.hazard.volume_record import VolumeRecord, without_record_error
 from avahazard.records.errors import AvahazardError
+from avahazard.results.volumes import ReturnLevel
 
 Floats = NDArray[np.float64]
 Family = Literal["gev", "gpd"]
@@ -61,17 +62,6 @@ class VolumeFrequency:
         """Rates and volumes of all avalanches, for the runout exceeded once in T years."""
         low, high = self.draws.ends()
         return event_volumes(self.draws.rate, self.draws.rate_over, low, high)
-
-
-@dataclass(frozen=True, slots=True)
-class ReturnVolume:
-    """Volume (m3) of a return period: median of its posterior, and its 5 and 95 %."""
-
-    return_period_years: float
-    volume_m3: float
-    q05_m3: float
-    q95_m3: float
-    extrapolated: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,7 +183,7 @@ def _threshold_draws(
     return ThresholdDraws(rate, share, threshold, scale, shape, below, weight)
 
 
-def return_volume(frequency: VolumeFrequency, return_period_years: float) -> ReturnVolume:
+def return_volume(frequency: VolumeFrequency, return_period_years: float) -> ReturnLevel:
     """The volume that a year's largest avalanche exceeds with chance 1/T.
 
     Raises `AvahazardError` where events are rarer than T.
@@ -209,7 +199,7 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
     low, middle, high = np.exp(
         np.quantile(frequency.draws.log_volume(1.0 / period), [0.05, 0.5, 0.95])
     )
-    return ReturnVolume(
+    return ReturnLevel(
         return_period_years=period,
         volume_m3=float(middle),
         q05_m3=float(low),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.path_panels import BOUNDS, draw_panels, draw_profile, mark_stops
+from avahazard.results.hazard import HazardRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +31,7 @@ class AlphaBetaPath:
     smooth: SmoothProfile
     found: tuple[AlphaBeta, ...]
     stop_x: Floats
-    row: dict[str, Any] | None
+    row: HazardRow | None
 
 
 def draw_alpha_beta(file: FilePath, paths: Sequence[AlphaBetaPath]) -> None:
@@ -109,12 +110,12 @@ def mark_alpha_beta(
             panel.plot(found.runout_x, smooth.height(found.runout_x) - down, "^", color=color, ms=6)
 
 
-def _draw_bounds(panel: Axes, smooth: SmoothProfile, row: dict[str, Any], tick: float) -> None:
-    spread = row["runout_x_m"]
-    low, high = (smooth.x_max if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
+def _draw_bounds(panel: Axes, smooth: SmoothProfile, row: HazardRow, tick: float) -> None:
+    spread = row.runout_x_m
+    low, high = (smooth.x_max if x is None else x for x in (spread.q05, spread.q95))
     along = np.linspace(low, high, 60)
-    period = row["return_period_years"]
-    what = f"V = {row['volume_m3']:.3g} m³" if period is None else f"T = {period:g} years"
+    period = row.return_period_years
+    what = f"V = {row.volume_m3:.3g} m³" if period is None else f"T = {period:g} years"
     panel.plot(
         along,
         smooth.height(along) + 2.2 * tick,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.alpha_beta_figure import mark_alpha_beta
 from avahazard.report.path_panels import BOUNDS, draw_panels, draw_profile, mark_stops
+from avahazard.results.hazard import HazardRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +34,7 @@ class DrawnPath:
     release_x: float
     stop_x: Floats
     n_left: int
-    row: dict[str, Any]
+    row: HazardRow
     baseline: tuple[AlphaBeta, ...] = ()
 
 
@@ -53,8 +54,8 @@ def _draw_path(panel: Axes, path: DrawnPath) -> list[Axes]:
         path.release_x, smooth.height(path.release_x), "v", color="black", label="release", ms=7
     )
     mark_stops(panel, smooth, path.stop_x, tick)
-    spread = path.row["runout_x_m"]
-    low, high = (end if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
+    spread = path.row.runout_x_m
+    low, high = (end if x is None else x for x in (spread.q05, spread.q95))
     along = np.linspace(low, high, 200)
     panel.plot(
         along,
@@ -65,12 +66,12 @@ def _draw_path(panel: Axes, path: DrawnPath) -> list[Axes]:
         solid_capstyle="butt",
         label="runout, 5 to 95 %",
     )
-    if spread["mean"] is not None:
-        mean = float(spread["mean"])
+    if spread.mean is not None:
+        mean = spread.mean
         panel.plot(
             mean, smooth.height(mean) + 2.2 * tick, "D", color=BOUNDS, ms=6, label="runout, mean"
         )
-    if spread["q95"] is None:
+    if spread.q95 is None:
         panel.annotate("beyond", (end, smooth.height(end)), color=BOUNDS, fontsize=8)
     mark_alpha_beta(panel, smooth, path.baseline, tick)
     panel.text(
@@ -80,13 +81,13 @@ def _draw_path(panel: Axes, path: DrawnPath) -> list[Axes]:
 
 
 def _words(path: DrawnPath) -> str:
-    row, x = path.row, path.row["runout_x_m"]
+    row, x = path.row, path.row.runout_x_m
     lines = []
-    if row["volume_m3"] is not None:
-        volume = float(f"{row['volume_m3']:.3g}")
-        lines.append(f"V = {volume:,.0f} m³{', extrapolated' if row.get('extrapolated') else ''}")
-    if x["mean"] is not None:
-        lines.append(f"x = {x['mean']:.0f} m ({x['q05']:.0f} to {x['q95']:.0f})")
+    if row.volume_m3 is not None:
+        volume = float(f"{row.volume_m3:.3g}")
+        lines.append(f"V = {volume:,.0f} m³{', extrapolated' if row.extrapolated else ''}")
+    if x.mean is not None:
+        lines.append(f"x = {x.mean:.0f} m ({x.q05:.0f} to {x.q95:.0f})")
     left = f", {path.n_left} ran past the end" if path.n_left else ""
     lines.append(f"{len(path.stop_x) + path.n_left} records{left}")
     return "\n".join(lines)

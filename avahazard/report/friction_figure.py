@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from avahazard.report.picture import picture
+from avahazard.results.friction import FrictionDensity
 
 
-def draw_densities(file: Path, densities: Sequence[Mapping[str, Any]]) -> None:
-    """Draw densities `{"path_id", "n", "mu", "pdf", "extrapolated"}` to `file`.
+def draw_densities(file: Path, densities: Sequence[FrictionDensity]) -> None:
+    """Draw densities to `file`.
 
     Parts beyond the records are dashed; the density of all events is the thick line.
 
@@ -21,17 +21,17 @@ def draw_densities(file: Path, densities: Sequence[Mapping[str, Any]]) -> None:
     """
     with picture(file) as axes:
         for density in densities:
-            whole = density["path_id"] == "all"
+            whole = density.path_id == "all"
             (line,) = axes.plot(
-                density["mu"],
-                np.where(density["extrapolated"], np.nan, density["pdf"]),
+                density.mu,
+                np.where(density.extrapolated, np.nan, density.pdf),
                 color="black" if whole else None,
                 linewidth=2.5 if whole else 1.2,
-                label=f"{density['path_id']} ({density['n']})",
+                label=f"{density.path_id} ({density.n})",
             )
             axes.plot(
-                density["mu"],
-                np.where(density["extrapolated"], density["pdf"], np.nan),
+                density.mu,
+                np.where(density.extrapolated, density.pdf, np.nan),
                 "--",
                 color=line.get_color(),
                 linewidth=0.8,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
+
+from avahazard.results.hazard import HazardRow, RunoutInterval
 
 STATISTICS = ("mean", "q05", "q50", "q95")
 APART = ("exceeded", "natural", "parameters")
@@ -13,7 +15,7 @@ FIRST_COLUMNS = "path_id,return_period_years,volume_m3,"
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
-def write_hazard(file: FilePath, rows: Sequence[Mapping[str, Any]]) -> None:
+def write_hazard(file: FilePath, rows: Sequence[HazardRow]) -> None:
     """Write the rows of `hazard` as CSV: lengths in m, an empty cell beyond the profile.
 
     Texts that a spreadsheet would run as formulas begin with an apostrophe.
@@ -33,26 +35,26 @@ def is_own_csv(file: FilePath) -> bool:
         return handle.read(len(FIRST_COLUMNS)) == FIRST_COLUMNS.encode()
 
 
-def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+def _flat(row: HazardRow) -> dict[str, Any]:
     cells = {
-        "path_id": row["path_id"],
-        "return_period_years": row["return_period_years"],
-        "volume_m3": row["volume_m3"],
-        "extrapolated": int(bool(row.get("extrapolated"))),
+        "path_id": row.path_id,
+        "return_period_years": row.return_period_years,
+        "volume_m3": row.volume_m3,
+        "extrapolated": int(bool(row.extrapolated)),
         **_lengths("", row),
-        "p_left_profile": row["p_left_profile"],
-        "n_draws": row["n_draws"],
-        "interval": row["interval"],
+        "p_left_profile": row.p_left_profile,
+        "n_draws": row.n_draws,
+        "interval": row.interval,
     }
     for name in APART:
-        if found := row.get(name):
-            cells |= {**_lengths(f"{name}_", found), f"{name}_interval": found["interval"]}
+        if found := getattr(row, name):
+            cells |= {**_lengths(f"{name}_", found), f"{name}_interval": found.interval}
     return cells
 
 
-def _lengths(prefix: str, found: Mapping[str, Any]) -> dict[str, Any]:
+def _lengths(prefix: str, found: HazardRow | RunoutInterval) -> dict[str, Any]:
     return {
-        f"{prefix}{length}_{statistic}_m": found[f"{length}_m"][statistic]
+        f"{prefix}{length}_{statistic}_m": getattr(getattr(found, f"{length}_m"), statistic)
         for length in ("runout_x", "runout_elevation")
         for statistic in STATISTICS
     }

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path as FilePath
-from typing import Any
 
 from avahazard.effects.site import recorded_stops, release_place
 from avahazard.hazard.alpha_beta import alpha_beta_runouts
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.report.bounds_figure import DrawnPath, draw_bounds
+from avahazard.results.hazard import HazardRow
 
 
-def draw_hazard(
-    file: FilePath, title: str, records: Records, rows: Sequence[dict[str, Any]]
-) -> None:
+def draw_hazard(file: FilePath, title: str, records: Records, rows: Sequence[HazardRow]) -> None:
     """Draw the rows of `hazard` to `file`, a panel each.
 
     The recorded stops and the α-β runouts of their paths are shown beside them.
@@ -27,7 +25,7 @@ def draw_hazard(
     smooth = {p.path_id: smooth_profile(p.x_m, p.y_m) for p in records.profiles}
     drawn = []
     for row in rows:
-        path, ground = paths[row["path_id"]], smooth[row["path_id"]]
+        path, ground = paths[row.path_id], smooth[row.path_id]
         release_x = release_place(ground, path.release_elevation_m)
         events = [e for e in records.events if e.path_id == path.path_id]
         drawn.append(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from avahazard.report.picture import figure
+from avahazard.results.volumes import PathVolumes, ReturnLevel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +18,7 @@ FIT, RECORDS = "#c0392b", "#33607f"
 
 
 def draw_return_levels(
-    file: Path, entries: Sequence[Mapping[str, Any]], curves: Sequence[Sequence[Mapping[str, Any]]]
+    file: Path, entries: Sequence[PathVolumes], curves: Sequence[Sequence[ReturnLevel]]
 ) -> None:
     """Draw a panel for each of the `entries` of `volumes` to `file`.
 
@@ -39,29 +40,29 @@ def draw_return_levels(
         drawn.supylabel("volume (m³)", fontsize=10)
 
 
-def _draw(panel: Axes, entry: Mapping[str, Any], curve: Sequence[Mapping[str, Any]]) -> None:
-    years = [level["return_period_years"] for level in curve]
+def _draw(panel: Axes, entry: PathVolumes, curve: Sequence[ReturnLevel]) -> None:
+    years = [level.return_period_years for level in curve]
     panel.fill_between(
         years,
-        [level["q05_m3"] for level in curve],
-        [level["q95_m3"] for level in curve],
+        [level.q05_m3 for level in curve],
+        [level.q95_m3 for level in curve],
         color=FIT,
         alpha=0.2,
         linewidth=0,
         label="5 to 95 %",
     )
     for far, style, label in ((False, "-", "volume of T"), (True, ":", None)):
-        part = [level for level in curve if level["extrapolated"] is far]
+        part = [level for level in curve if level.extrapolated is far]
         panel.plot(
-            [level["return_period_years"] for level in part],
-            [level["volume_m3"] for level in part],
+            [level.return_period_years for level in part],
+            [level.volume_m3 for level in part],
             style,
             color=FIT,
             label=label,
         )
     panel.plot(
-        [point["return_period_years"] for point in entry["maxima"]],
-        [point["volume_m3"] for point in entry["maxima"]],
+        [point.return_period_years for point in entry.maxima],
+        [point.volume_m3 for point in entry.maxima],
         "o",
         color=RECORDS,
         markersize=3.5,
@@ -70,5 +71,5 @@ def _draw(panel: Axes, entry: Mapping[str, Any], curve: Sequence[Mapping[str, An
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.tick_params(labelbottom=True)
-    panel.set_title(entry["path_id"], fontsize=10, loc="left")
+    panel.set_title(entry.path_id, fontsize=10, loc="left")
     panel.spines[["top", "right"]].set_visible(False)

@@ -9,11 +9,11 @@ from avahazard.results.base import ABSENT, Result, Rows
 
 @dataclass(frozen=True, slots=True)
 class Quantiles(Result):
-    """5, 50 and 95 %; None where they lie beyond the profile."""
+    """5, 50 and 95 %."""
 
-    q05: float | None
-    q50: float | None
-    q95: float | None
+    q05: float
+    q50: float
+    q95: float
 
 
 @dataclass(frozen=True, slots=True)

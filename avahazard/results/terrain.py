@@ -74,7 +74,7 @@ class SpeedHere(Result):
     speed_m_s: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Runout(Result):
     """One run of the block: where it stops, and its speed on the way.
 
@@ -83,6 +83,9 @@ class Runout(Result):
     """
 
     path_id: str
+    model: str | None = field(default=None, metadata=ABSENT)
+    volume_m3: float | None = field(default=None, metadata=ABSENT)
+    mu_from: str | None = field(default=None, metadata=ABSENT)
     mu: float
     status: str
     release_x_m: float
@@ -92,15 +95,15 @@ class Runout(Result):
     speed_max_m_s: float
     lift_off_x_m: float | None
     speeds: Rows[SpeedHere]
-    model: str | None = field(default=None, metadata=ABSENT)
-    volume_m3: float | None = field(default=None, metadata=ABSENT)
-    mu_from: str | None = field(default=None, metadata=ABSENT)
     notes: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)
 class TerrainRunout(Result):
-    """The α-β runout of a path by one regression; angles in degrees, x in m, None for none."""
+    """The α-β runout of a path by one regression; angles in degrees, x in m, None for none.
+
+    `runout_x_low_m` is that of α + sd, the shorter runout, `runout_x_high_m` that of α - sd.
+    """
 
     path_id: str
     coefficients: str

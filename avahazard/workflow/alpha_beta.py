@@ -12,6 +12,9 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.path import Path
+from avahazard.results.base import Rows
+from avahazard.results.hazard import HazardRow
+from avahazard.results.terrain import TerrainRunout
 from avahazard.store.models import load_model
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, latest_result
@@ -24,14 +27,11 @@ def alpha_beta_paths(
     *,
     model: str | None = None,
     plot: FilePath | None = None,
-) -> list[dict[str, Any]]:
+) -> Rows[TerrainRunout]:
     """Return the α-β runout by every regression, for one path or all that have a profile.
 
-    A row for each path and regression: `path_id`, `coefficients` (its name), `source`, `status`,
-    `release_x_m`, `beta_deg`, `beta_x_m`, `alpha_deg`, `alpha_sd_deg`, `runout_x_m`,
-    `runout_elevation_m`, `runout_x_low_m` (at α + sd), `runout_x_high_m` (at α - sd) and `notes`;
-    None where there is none. With `plot` a picture is written there; it shows the latest bounds
-    by `model` too, if one is named.
+    With `plot` a picture is written there; it shows the latest bounds by `model` too, if one is
+    named.
 
     Raises:
         AvahazardError: the database, the path, its profile, or the model or its bounds are
@@ -50,8 +50,8 @@ def alpha_beta_paths(
     paths = _paths(records, path_id)
     found = [(path, *_runouts(records, path)) for path in paths]
     if plot is not None:
-        _draw(plot, records, found, bounds)
-    return [_row(path, smooth, one) for path, smooth, both in found for one in both]
+        _draw(plot, records, found, [HazardRow.from_dict(row) for row in bounds])
+    return Rows(_row(path, smooth, one) for path, smooth, both in found for one in both)
 
 
 def _runouts(records: Records, path: Path) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
@@ -72,48 +72,48 @@ def _paths(records: Records, path_id: str | None) -> list[Path]:
     return paths
 
 
-def _row(path: Path, smooth: SmoothProfile, found: AlphaBeta) -> dict[str, Any]:
-    return {
-        "path_id": path.path_id,
-        "coefficients": found.regression.name,
-        "source": found.regression.source,
-        "status": found.status,
-        "release_x_m": found.release_x,
-        "beta_deg": found.beta_deg,
-        "beta_x_m": found.beta_x,
-        "alpha_deg": found.alpha_deg,
-        "alpha_sd_deg": found.regression.sd_deg,
-        "runout_x_m": found.runout_x,
-        "runout_elevation_m": (
+def _row(path: Path, smooth: SmoothProfile, found: AlphaBeta) -> TerrainRunout:
+    return TerrainRunout(
+        path_id=path.path_id,
+        coefficients=found.regression.name,
+        source=found.regression.source,
+        status=found.status,
+        release_x_m=found.release_x,
+        beta_deg=found.beta_deg,
+        beta_x_m=found.beta_x,
+        alpha_deg=found.alpha_deg,
+        alpha_sd_deg=found.regression.sd_deg,
+        runout_x_m=found.runout_x,
+        runout_elevation_m=(
             None if found.runout_x is None else float(smooth.height(found.runout_x))
         ),
-        "runout_x_low_m": found.runout_low_x,
-        "runout_x_high_m": found.runout_high_x,
-        "notes": _notes(path, found),
-    }
+        runout_x_low_m=found.runout_low_x,
+        runout_x_high_m=found.runout_high_x,
+        notes=_notes(path, found),
+    )
 
 
-def _notes(path: Path, found: AlphaBeta) -> list[str]:
+def _notes(path: Path, found: AlphaBeta) -> tuple[str, ...]:
     if found.status == "no_beta_point":
-        return [f"{path.path_id}: the profile never flattens to 10°: there is no β-point."]
+        return (f"{path.path_id}: the profile never flattens to 10°: there is no β-point.",)
     if found.further_beta_x:
         places = ", ".join(f"{x:.0f}" for x in found.further_beta_x)
-        return [
+        return (
             f"{path.path_id}: the path flattens to 10° again at x = {places} m; "
-            "the first place is taken."
-        ]
-    return []
+            "the first place is taken.",
+        )
+    return ()
 
 
 def _draw(
     plot: FilePath,
     records: Records,
     found: list[tuple[Path, SmoothProfile, tuple[AlphaBeta, ...]]],
-    bounds: list[dict[str, Any]],
+    bounds: list[HazardRow],
 ) -> None:
     from avahazard.report.alpha_beta_figure import AlphaBetaPath, draw_alpha_beta  # noqa: PLC0415
 
-    rows = {row["path_id"]: row for row in reversed(bounds)}
+    rows = {row.path_id: row for row in reversed(bounds)}
     events = {p.path_id: [e for e in records.events if e.path_id == p.path_id] for p, _, _ in found}
     draw_alpha_beta(
         plot,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from avahazard.effects.catalogue import catalogue, definition, require
 from avahazard.effects.effect import Definition
@@ -21,10 +20,11 @@ from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
+from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.stored.document import result_document
+from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import save_calibrated
 
 
@@ -44,10 +44,10 @@ def calibrate(
     draws: int | None = None,
     seed: int = 0,
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
-) -> dict[str, Any]:
+) -> Calibration:
     """Calibrate a model on the records (of `paths`, if any are named) and store it as `name`.
 
-    Returns the document of `result_document`. All is stored at the end, or nothing.
+    All is stored at the end, or nothing.
 
     Raises:
         AvahazardError: the name is taken, a path or effect is unknown or cannot be told from
@@ -80,9 +80,9 @@ def calibrate(
         progress=lambda share: report(f"Calibrating {name}", share, 1.0),
     )
     fingerprint = data_fingerprint(records)
-    document = result_document(found, name, seed=seed, data_fingerprint=fingerprint)
-    save_calibrated(database, found, document, paths=tuple(dict.fromkeys(paths)))
-    return document
+    result = calibration_result(found, name, seed=seed, data_fingerprint=fingerprint)
+    save_calibrated(database, found, result, paths=tuple(dict.fromkeys(paths)))
+    return result
 
 
 def _kept_effects(with_: Sequence[str], left_out: Sequence[Definition]) -> list[str]:

@@ -16,6 +16,7 @@ from avahazard.records.path import Path, Profile
 from avahazard.report.hazard_csv import is_own_csv, write_hazard
 from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
+from avahazard.results.hazard import HazardRow
 from avahazard.store.models import load_model, now
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, ZONES, latest_result
@@ -56,7 +57,8 @@ def export(database: str, name: str, file: FilePath) -> Export:
             f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
         )
     if ending == ".csv":
-        _replace(file, is_own_csv, lambda part: write_hazard(part, rows))
+        bounds = [HazardRow.from_dict(dict(row)) for row in rows]
+        _replace(file, is_own_csv, lambda part: write_hazard(part, bounds))
         return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), ())
     made, notes = _layers(records, rows, zones or [])
     if zones is None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from avahazard.inference.likelihood.predicted import predict_records
@@ -12,14 +10,14 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.inference.paper.least_squares import LawFit, fit_law
 from avahazard.records.errors import AvahazardError
+from avahazard.results.base import Rows
+from avahazard.results.friction import Fits, FittedParameter, LeastSquares
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
 
-def fit_laws(database: str) -> dict[str, Any]:
-    """Return `fits`, one entry a law (docs/results.md), and `notes` on what was left out.
-
-    Volumes in m3. `n_events` of an entry counts the events with a volume and a friction.
+def fit_laws(database: str) -> Fits:
+    """Fit every law; `n_events` of a fit counts the events with a volume and a friction.
 
     Raises:
         AvahazardError: the database is missing, or there are too few such events.
@@ -47,18 +45,20 @@ def fit_laws(database: str) -> dict[str, Any]:
             "they have no volume, or no friction stops the block where they did (see "
             "`avahazard friction`)."
         )
-    return {"fits": fits, "notes": notes}
+    return Fits(Rows(fits), tuple(notes))
 
 
-def _entry(fit: LawFit, n_events: int) -> dict[str, Any]:
-    parameters = zip(fit.law.names, fit.law.units, fit.parameters, fit.standard_errors, strict=True)
-    return {
-        "law": fit.law.name,
-        "parameters": {
-            name: {"value": value, "se": se, "unit": unit} for name, unit, value, se in parameters
+def _entry(fit: LawFit, n_events: int) -> LeastSquares:
+    names, units = fit.law.names, fit.law.units
+    parameters = zip(names, units, fit.parameters, fit.standard_errors, strict=True)
+    return LeastSquares(
+        law=fit.law.name,
+        parameters={
+            name: FittedParameter(float(value), float(se), unit)
+            for name, unit, value, se in parameters
         },
-        "covariance": fit.covariance,
-        "r2": fit.r2,
-        "aic": fit.aic,
-        "n_events": n_events,
-    }
+        covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
+        r2=float(fit.r2),
+        aic=float(fit.aic),
+        n_events=n_events,
+    )

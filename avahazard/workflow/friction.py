@@ -5,8 +5,9 @@ These are the paper's views of the records, for people. Calibration does not use
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper.apparent import STATUSES, jump_size
-from avahazard.inference.paper.back_calculation import N_REPLICATES, Frictions, back_calculate
+from avahazard.inference.paper.back_calculation import N_REPLICATES, BackCalculation, back_calculate
 from avahazard.inference.paper.density import DEFAULT_KAPPA, choose_kappa, holy_density
 from avahazard.inference.paper.least_squares import fit_law
 from avahazard.physics.block import STOPPED
@@ -23,6 +24,15 @@ from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
+from avahazard.results.base import Rows
+from avahazard.results.friction import (
+    ApparentEvent,
+    FrictionDensity,
+    Frictions,
+    LargestJump,
+    PerturbationCheck,
+    PerturbedParameter,
+)
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
@@ -41,8 +51,8 @@ def show_frictions(
     path_id: str | None = None,
     kappa: Kappa = DEFAULT_KAPPA,
     plot: FilePath | None = None,
-) -> dict[str, Any]:
-    """Return the apparent friction of every event, of one path or all (docs/results.md).
+) -> Frictions:
+    """The apparent friction of every event, of one path or all.
 
     `kappa` "auto" takes, for each density, that with the best held-out likelihood. With
     `plot` a picture of the densities is written there.
@@ -64,36 +74,42 @@ def show_frictions(
     observations = build_observations(records)
     predicted = predict_records(observations, (), {})
     found = back_calculate(observations, predicted)
-    names = [
-        observations.columns.paths[k] if k >= 0 else None for k in observations.columns.path_index
-    ]
-    document: dict[str, Any] = {
-        "events": [
-            {
-                "event_id": observations.columns.event_id[i],
-                "path_id": names[i],
-                "mu": found.mu[i],
-                "mu_sd": found.perturbation.mu_sd[i],
-                "status": STATUSES[found.status[i]],
-                "mu_low": found.mu_low[i],
-                "mu_high": found.mu_high[i],
-            }
-            for i in range(observations.n_events)
-        ],
-        "density": friction_densities(found.mu, observations, kappa),
-        "perturbation": _perturbation(found, observations),
-        "jumps": _jumps(observations, predicted, found),
-    }
+    frictions = Frictions(
+        events=_events(found, observations),
+        density=friction_densities(found.mu, observations, kappa),
+        perturbation=_perturbation(found, observations),
+        jumps=_jumps(observations, predicted, found),
+    )
     if plot is not None:
         from avahazard.report.friction_figure import draw_densities  # noqa: PLC0415 (slow)
 
-        draw_densities(plot, document["density"])
-    return document
+        draw_densities(plot, frictions.density)
+    return frictions
+
+
+def _events(found: BackCalculation, observations: Observations) -> Rows[ApparentEvent]:
+    columns = observations.columns
+    return Rows(
+        ApparentEvent(
+            event_id=columns.event_id[i],
+            path_id=columns.paths[k] if k >= 0 else None,
+            mu=_finite(found.mu[i]),
+            mu_sd=_finite(found.perturbation.mu_sd[i]),
+            status=STATUSES[found.status[i]],
+            mu_low=_finite(found.mu_low[i]),
+            mu_high=_finite(found.mu_high[i]),
+        )
+        for i, k in enumerate(columns.path_index)
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def friction_densities(
     mu: Floats, observations: Observations, kappa: Kappa = DEFAULT_KAPPA
-) -> list[dict[str, Any]]:
+) -> Rows[FrictionDensity]:
     """Holy's density of all events and of each path that has at least two frictions.
 
     `mu` `[n_events]` are apparent frictions, nan where there is none; `kappa` as in
@@ -111,47 +127,45 @@ def friction_densities(
         density = holy_density(mu[members], width)
         x = np.linspace(density.mu[0] - TAIL / width, density.mu[-1] + TAIL / width, N_POINTS)
         densities.append(
-            {
-                "path_id": name,
-                "n": int(np.sum(members)),
-                "kappa": density.kappa,
-                "mu": x,
-                "pdf": density.pdf(x),
-                "extrapolated": density.extrapolated(x),
-            }
+            FrictionDensity(
+                path_id=name,
+                n=int(np.sum(members)),
+                kappa=float(density.kappa),
+                mu=tuple(x.tolist()),
+                pdf=tuple(density.pdf(x).tolist()),
+                extrapolated=tuple(density.extrapolated(x).tolist()),
+            )
         )
-    return densities
+    return Rows(densities)
 
 
-def _perturbation(found: Frictions, observations: Observations) -> dict[str, Any]:
+def _perturbation(found: BackCalculation, observations: Observations) -> PerturbationCheck:
     """What the errors of the records do to the frictions, and to the law fitted to them."""
     sd = found.perturbation.mu_sd[np.isfinite(found.perturbation.mu_sd)]
     volume = np.exp(observations.columns.log_volume)
-    document: dict[str, Any] = {
-        "n_replicates": N_REPLICATES,
-        "n_events": len(sd),
-        "mu_sd_median": float(np.median(sd)) if len(sd) else None,
-        "mu_sd_max": float(np.max(sd)) if len(sd) else None,
-        "law": None,
-        "parameters": {},
-    }
+    check = PerturbationCheck(
+        n_replicates=N_REPLICATES,
+        n_events=len(sd),
+        mu_sd_median=float(np.median(sd)) if len(sd) else None,
+        mu_sd_max=float(np.max(sd)) if len(sd) else None,
+        law=None,
+        parameters={},
+    )
     try:
         fit = fit_law(law(LAW), volume, found.mu)
         mean, spread = found.perturbation.law_spread(law(LAW), volume)
     except AvahazardError:  # too few events with a volume for a law
-        return document
-    parameters = zip(fit.law.names, fit.parameters, fit.standard_errors, mean, spread, strict=True)
-    document["law"] = LAW
-    document["parameters"] = {
-        name: {"value": value, "se": se, "mean": centre, "sd": width}
-        for name, value, se, centre, width in parameters
+        return check
+    figures = np.column_stack([fit.parameters, fit.standard_errors, mean, spread]).tolist()
+    parameters = {
+        name: PerturbedParameter(*row) for name, row in zip(fit.law.names, figures, strict=True)
     }
-    return document
+    return replace(check, law=LAW, parameters=parameters)
 
 
 def _jumps(
-    observations: Observations, predicted: Predicted, found: Frictions
-) -> list[dict[str, Any]]:
+    observations: Observations, predicted: Predicted, found: BackCalculation
+) -> Rows[LargestJump]:
     """For each path where F jumps within the frictions of its events, the largest jump.
 
     A jump is from one friction of the grid to the next.
@@ -173,5 +187,5 @@ def _jumps(
             if steps[j] >= jump_size(y, stopped) and steps[j] > largest:
                 largest, at = float(steps[j]), j
         if largest > 0.0:
-            jumps.append({"path_id": name, "mu": float(MU[at]), "jump_m": largest})
-    return jumps
+            jumps.append(LargestJump(name, float(MU[at]), largest))
+    return Rows(jumps)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,9 @@ from avahazard.hazard.scenario import Scenario
 from avahazard.hazard.volume_frequency import return_volume
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import paths_to_run
+from avahazard.records.plain import plain
+from avahazard.results.base import Rows
+from avahazard.results.hazard import Hazard, HazardRow
 from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import StoredFit, load_stored
@@ -37,10 +39,10 @@ def hazard(
     seed: int = 0,
     effect_files: Sequence[FilePath] = (),
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Compute and store the runout, and return its rows with notes for people.
+) -> Hazard:
+    """Compute and store the runout of paths.
 
-    One row (docs/results.md) for each path and each return period (years) or volume (m3),
+    One row for each path and each return period (years) or volume (m3),
     sorted by path; with neither given, a return period of 100 years. Paths are those named, or
     all with a profile; among the latter those without what a return period needs are left out
     with a note. `source` says where the frequency of volumes comes from.
@@ -59,7 +61,7 @@ def hazard(
     scenarios, notes = _scenarios(stored, return_periods, volumes, paths, frequencies)
     n_rows = sum(len(of_path) for of_path in scenarios.values())
     report("Runout", 0.0, n_rows)
-    rows: list[dict[str, Any]] = []
+    rows: list[HazardRow] = []
     for path_id, of_path in scenarios.items():
         rate = _volumes(stored, of_path, frequencies)
         at = [scenario.any_volume_m3 for scenario in of_path]
@@ -67,8 +69,8 @@ def hazard(
         rows += path_rows(path, of_path, n_draws, seed)
         report("Runout", float(len(rows)), n_rows)
     with writing(database) as session:
-        save_result(session, BOUNDS, name, rows)
-    return rows, notes + _notes(stored, rows)
+        save_result(session, BOUNDS, name, plain(rows))
+    return Hazard(Rows(rows), (*notes, *_notes(stored, rows)))
 
 
 def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
@@ -125,22 +127,22 @@ def _volumes(
     return frequencies.rate_alone(scenarios[0].path_id)
 
 
-def _notes(stored: StoredFit, rows: Sequence[dict[str, Any]]) -> list[str]:
-    notes = [note for row in rows for note in row["notes"]]
+def _notes(stored: StoredFit, rows: Sequence[HazardRow]) -> list[str]:
+    notes = [note for row in rows for note in row.notes]
     if stored.records_changed:
         notes.append(f"the records have changed since {stored.name} was calibrated.")
-    if not stored.result["diagnostics"]["converged"]:
+    if not stored.result.diagnostics.converged:
         notes.append(f"the chains of {stored.name} have not converged.")
     if ignores_volume(stored):
         notes.append("this model's runout is the same for every volume and return period.")
-    impossible = sum(row["n_nonpositive_friction"] for row in rows)
+    impossible = sum(row.n_nonpositive_friction for row in rows)
     if impossible:
-        drawn = sum(row["n_draws"] for row in rows)
+        drawn = sum(row.n_draws for row in rows)
         notes.append(
             f"{impossible} of {drawn} draws of friction were not over 0, as the normal "
             "distribution has it; they are left out. The lognormal one never does this."
         )
-    far = sorted({row["path_id"] for row in rows if row.get("extrapolated")})
+    far = sorted({row.path_id for row in rows if row.extrapolated})
     if far:
         notes.append(
             f"the return period is over twice the observed years of {', '.join(far)}, or past "

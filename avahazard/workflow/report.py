@@ -9,6 +9,7 @@ from avahazard import __version__
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
 from avahazard.report.html.content import ReportContent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
@@ -114,7 +115,7 @@ def gather(
     report("Writing the report", 0.3, 1.0)
     events = event_views(stored.training.events, stored.model, found.mu, found.status)
     report("Writing the report", 0.6, 1.0)
-    baseline = alpha_beta_paths(database) if everything.profiles else []
+    baseline = plain(alpha_beta_paths(database)) if everything.profiles else []
     paths = path_views(stored, events, rows, baseline, zones, grounds)
     report("Writing the report", 0.9, 1.0)
     calibration = show_model(database, name)
@@ -122,13 +123,13 @@ def gather(
     return ReportContent(
         model=calibration,
         created=str(calibration.created),
-        draws=load_parameter_draws(database, name),
+        draws={key: v.ravel() for key, v in load_parameter_draws(database, name).items()},
         paths=paths,
         events=events,
         n_speeds=sum(len(track.x) for track in observations.speeds),
         covariates=unknown_columns(observations),
         friction=friction_view(stored.model),
-        densities=friction_densities(found.mu, observations),
+        densities=plain(friction_densities(found.mu, observations)),
         ladder=ladder_rows(models, comparisons),
         comparison=comparisons[name],
         diagnosis=None if diagnosis is None else Diagnosis.from_dict(diagnosis),

@@ -109,8 +109,8 @@ def _speeds(
         for i in np.flatnonzero(observations.columns.path_index == k).tolist():
             if rows[i]["p_not_released"] > 0.5:
                 continue
-            found = run_site(site, float(friction[i]), resistance)["speeds"]
-            places = np.array([[s["x_m"], s["speed_m_s"]] for s in found])
+            found = run_site(site, float(friction[i]), resistance).speeds
+            places = np.array([[s.x_m, s.speed_m_s] for s in found])
             lines.append((rows[i], places[:, 0], places[:, 1]))
         yield site.path.path_id, lines
 

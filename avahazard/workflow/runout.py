@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from avahazard.physics.speed import speeds_along
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile
+from avahazard.results.base import Rows
+from avahazard.results.terrain import Runout, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.stored.model import load_stored
@@ -25,11 +27,8 @@ SPEED_EVERY_M = 10.0
 MOST_PLACES = 100
 
 
-def run_path(database: str, path_id: str, mu: float) -> dict[str, Any]:
-    """Run the block of friction `mu` down a path from its release (docs/results.md).
-
-    Elevations and x in m, speeds in m/s. `lift_off_x_m` is where the block first
-    lost the ground (None: never).
+def run_path(database: str, path_id: str, mu: float) -> Runout:
+    """Run the block of friction `mu` down a path from its release.
 
     Raises:
         AvahazardError: the database, the path or its profile is missing, or μ is not a
@@ -40,17 +39,16 @@ def run_path(database: str, path_id: str, mu: float) -> dict[str, Any]:
     with reading(database) as session:
         records = load_records(session)
     path = find_path(records, path_id)
-    return {"path_id": path_id, **run_site(path_site(path, find_profile(records, path)), mu)}
+    return run_site(path_site(path, find_profile(records, path)), mu)
 
 
 def run_model(
     database: str, path_id: str, name: str, *, volume_m3: float | None, mu: float | None = None
-) -> dict[str, Any]:
-    """Run the block down a path with the effects of model `name` (docs/results.md).
+) -> Runout:
+    """Run the block down a path with the effects of model `name`.
 
     The friction is the posterior median of that of an event of `volume_m3`, or `mu` where that
-    is given; effects on the motion are at their posterior means. Besides the keys of `run_path`:
-    `model`, `volume_m3`, `mu_from` and `notes`.
+    is given; effects on the motion are at their posterior means.
 
     Raises:
         AvahazardError: there is no such model, path or profile, or neither `mu` nor a volume
@@ -73,18 +71,17 @@ def run_model(
     notes = []
     if stored.records_changed:
         notes.append(f"the records have changed since {name} was calibrated.")
-    return {
-        "path_id": path_id,
-        "model": name,
-        "volume_m3": volume_m3,
-        "mu_from": source,
-        **run_site(site, mu, resistance),
-        "notes": notes,
-    }
+    return replace(
+        run_site(site, mu, resistance),
+        model=name,
+        volume_m3=volume_m3,
+        mu_from=source,
+        notes=tuple(notes),
+    )
 
 
-def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> dict[str, Any]:
-    """Return the document of `run_path` but for its path; by itself without any effect."""
+def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Runout:
+    """Run the block down a path from its first release; by itself without any effect."""
     resistance = no_resistance(site.terrain) if resistance is None else resistance
     terrain = site.terrain_for(resistance)
     cells = build_cells(terrain, resistance)
@@ -100,20 +97,21 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> dic
     if not left:
         # At the stop itself the interpolation leaves a rest of rounding.
         speeds[len(x) - 1] = 0.0
-    return {
-        "mu": mu,
-        "status": STATUS_NAMES[status],
-        "release_x_m": release_x,
-        "release_elevation_m": float(site.smooth.height(release_x)),
-        "runout_x_m": None if left else end,
-        "runout_elevation_m": None if left else float(stops.y[0, 0]),
-        "speed_max_m_s": float(speeds.max()),
-        "lift_off_x_m": float(stops.lift_off_x[0, 0]),
-        "speeds": [
-            {"x_m": float(place), "speed_m_s": float(speed)}
-            for place, speed in zip(x, speeds, strict=False)
-        ],
-    }
+    lift_off = float(stops.lift_off_x[0, 0])
+    return Runout(
+        path_id=site.path.path_id,
+        mu=mu,
+        status=STATUS_NAMES[status],
+        release_x_m=release_x,
+        release_elevation_m=float(site.smooth.height(release_x)),
+        runout_x_m=None if left else end,
+        runout_elevation_m=None if left else float(stops.y[0, 0]),
+        speed_max_m_s=float(speeds.max()),
+        lift_off_x_m=lift_off if np.isfinite(lift_off) else None,
+        speeds=Rows(
+            SpeedHere(float(place), float(speed)) for place, speed in zip(x, speeds, strict=False)
+        ),
+    )
 
 
 def _places(start: float, end: float) -> Floats:

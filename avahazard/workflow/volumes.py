@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequ
 from avahazard.hazard.volume_frequency import VolumeFrequency, return_volume
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
+from avahazard.results.base import Rows
+from avahazard.results.volumes import PathVolumes, ReturnLevel, Volumes, YearlyMaximum
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
@@ -27,15 +29,11 @@ def volumes(
     source: VolumeSource | None = None,
     seed: int = 0,
     plot: FilePath | None = None,
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """The frequency of volumes of each path, with notes for people; nothing is stored.
+) -> Volumes:
+    """The frequency of volumes of each path; nothing is stored.
 
-    Each entry has `path_id`, `method` (a sentence), `source`, `pooled`, the record (`n_records`,
-    `n_volumes`, `first_year`, `last_year`, `years_not_observed`, `events_per_year`; None without
-    one), `levels` (for each return period `return_period_years`, `volume_m3`, `q05_m3`, `q95_m3`
-    of its posterior, `extrapolated`) and `maxima`: the yearly largest volumes with the return
-    periods of their rank, as fitted. Periods that are shorter than the time between avalanches
-    have no level. `plot` draws them.
+    Levels are those of `return_periods` (years); periods that are shorter than the time between
+    avalanches have no level. `plot` draws them.
 
     Raises:
         AvahazardError: a path is unknown, no path has what is needed, a return period is not
@@ -77,56 +75,45 @@ def volumes(
         from avahazard.report.return_level_figure import draw_return_levels  # noqa: PLC0415
 
         draw_return_levels(plot, entries, curves)
-    return entries, notes
+    return Volumes(Rows(entries), tuple(notes))
 
 
 def _entry(
     frequency: VolumeFrequency, frequencies: Frequencies, periods: Sequence[float]
-) -> dict[str, Any]:
+) -> PathVolumes:
     record = frequency.record
-    return {
-        "path_id": frequency.path_id,
-        "method": frequency.method,
-        "source": frequency.source,
-        "pooled": frequency.pooled,
-        "n_records": None if record is None else record.n_events,
-        "n_volumes": None if record is None else len(record.log_volumes),
-        "first_year": None if record is None else record.first_year,
-        "last_year": None if record is None else record.last_year,
-        "years_not_observed": None if record is None else record.n_unobserved,
-        "events_per_year": None if record is None else record.events_per_year,
-        "levels": _levels(frequency, periods),
-        "maxima": _maxima(frequencies, frequency.path_id),
-    }
+    return PathVolumes(
+        path_id=frequency.path_id,
+        method=frequency.method,
+        source=frequency.source,
+        pooled=frequency.pooled,
+        n_records=None if record is None else record.n_events,
+        n_volumes=None if record is None else len(record.log_volumes),
+        first_year=None if record is None else record.first_year,
+        last_year=None if record is None else record.last_year,
+        years_not_observed=None if record is None else record.n_unobserved,
+        events_per_year=None if record is None else record.events_per_year,
+        levels=_levels(frequency, periods),
+        maxima=_maxima(frequencies, frequency.path_id),
+    )
 
 
-def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> list[dict[str, Any]]:
+def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> Rows[ReturnLevel]:
     """The return levels that there are: events may be rarer than a short period."""
     found = []
     for period in periods:
-        try:
-            level = return_volume(frequency, period)
-        except AvahazardError:
-            continue
-        found.append(
-            {
-                "return_period_years": period,
-                "volume_m3": level.volume_m3,
-                "q05_m3": level.q05_m3,
-                "q95_m3": level.q95_m3,
-                "extrapolated": level.extrapolated,
-            }
-        )
-    return found
+        with suppress(AvahazardError):
+            found.append(return_volume(frequency, period))
+    return Rows(found)
 
 
-def _maxima(frequencies: Frequencies, path_id: str) -> list[dict[str, float]]:
+def _maxima(frequencies: Frequencies, path_id: str) -> Rows[YearlyMaximum]:
     """The yearly largest volumes and the return periods of their rank, (n + 1) / rank."""
     record = frequencies.region.records.get(path_id)
     if record is None:
-        return []
+        return Rows()
     largest = np.sort(np.exp(record.log_maxima))[::-1]
-    return [
-        {"return_period_years": (record.n_years + 1) / rank, "volume_m3": float(volume)}
+    return Rows(
+        YearlyMaximum((record.n_years + 1) / rank, float(volume))
         for rank, volume in enumerate(largest, 1)
-    ]
+    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,10 @@ from avahazard.hazard.zones.limits_file import read_limits
 from avahazard.hazard.zones.pressure import DENSITY_KG_M3, DENSITY_SD_KG_M3
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import paths_to_run
+from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
+from avahazard.results.base import Rows
+from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.results import ZONES, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import StoredFit, load_stored
@@ -39,19 +41,11 @@ def zones(
     plot: FilePath | None = None,
     effect_files: Sequence[FilePath] = (),
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Find and store speed, pressure and zones, and return them with notes for people.
+) -> Zones:
+    """Find and store speed, pressure and zones along paths.
 
-    An entry for each path named, or each that has a profile and a rate of avalanches, by path:
-    `path_id`, `limits` (name), `density_kg_m3` (`mean`, `sd`), `release_x_m`, `end_x_m` (of the
-    profile), `interval` (what the quantiles are of), `p_not_released` (share of avalanches),
-    `places`, `zones` and `notes`. Each of `places`, from the highest release to the end, has
-    `x_m`, `elevation_m`, `p_reach_per_year` (median chance that a year's avalanches pass it) and
-    `by_return_period`: for those given and those of the limits the speed (m/s) and pressure ρu²
-    (kPa) that a year exceeds with chance 1/T, at 5, 50 and 95 % of the posterior, and whether
-    that is `extrapolated` from the record.
-    Each of `zones`, the worst first: `zone`, `color`, `from_x_m`, `to_x_m`, `to_x_q05_m`,
-    `to_x_q95_m` (None: beyond), `beyond` (`ZonePiece`) and `extrapolated`.
+    One entry for each path named, or each that has a profile and a rate of avalanches, by path,
+    at the return periods (years) given and those of the limits.
     `limits` is the name of a preset or of a TOML file; with `plot` a picture is written there.
 
     Raises:
@@ -73,25 +67,26 @@ def zones(
     frequencies = volume_frequencies(stored.records, seed, source)
     rates, notes = _rates(stored, frequencies, paths)
     periods = sorted({*return_periods, *wanted.return_periods})
+    of_flow = Density(density, density_sd)
     report("Zones", 0.0, len(rates))
     entries, smooth = [], {}
     for path_id, rate in rates.items():
         path = stored_path_hazard(stored, path_id, rate, seed=seed)
         far = {period for period in periods if frequencies.extrapolated(path_id, period)}
-        entries.append(path_zones(path, wanted, periods, (density, density_sd), far, seed))
+        entries.append(path_zones(path, wanted, periods, of_flow, far, seed))
         smooth[path_id] = path.avalanches.site.smooth
         report("Zones", float(len(entries)), len(rates))
     with writing(database) as session:
-        save_result(session, ZONES, name, entries)
+        save_result(session, ZONES, name, plain(entries))
     if plot is not None:
-        from avahazard.report.zones_figure import ZonedPath, draw_zones  # noqa: PLC0415 (slow)
+        from avahazard.report.zones_figure import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
 
         names = {path.path_id: path.name or path.path_id for path in stored.records.paths}
         drawn = [
-            ZonedPath(names[key], smooth[key], e) for key, e in zip(smooth, entries, strict=True)
+            DrawnZones(names[key], smooth[key], e) for key, e in zip(smooth, entries, strict=True)
         ]
         draw_zones(plot, f"Zones by {name}, limits '{wanted.name}'", drawn)
-    return entries, [*notes, *wanted.notes, *_notes(stored, entries)]
+    return Zones(Rows(entries), (*notes, *wanted.notes, *_notes(stored, entries)))
 
 
 def load_limits(limits: str) -> Limits:
@@ -143,8 +138,8 @@ def _rates(
     return found, notes
 
 
-def _notes(stored: StoredFit, entries: Sequence[dict[str, Any]]) -> list[str]:
-    notes = [note for entry in entries for note in entry["notes"]]
+def _notes(stored: StoredFit, entries: Sequence[ZonedPath]) -> list[str]:
+    notes = [note for entry in entries for note in entry.notes]
     if not any(entry.limits_speed for entry in stored.definitions):
         mend = " or ".join(e.key for e in catalogue().values() if e.limits_speed)
         notes.append(
@@ -154,6 +149,6 @@ def _notes(stored: StoredFit, entries: Sequence[dict[str, Any]]) -> list[str]:
         )
     if stored.records_changed:
         notes.append(f"the records have changed since {stored.name} was calibrated.")
-    if not stored.result["diagnostics"]["converged"]:
+    if not stored.result.diagnostics.converged:
         notes.append(f"the chains of {stored.name} have not converged.")
     return notes

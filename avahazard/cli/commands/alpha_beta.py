@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -11,6 +11,7 @@ from rich.console import Console
 from avahazard.cli.options import picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
+from avahazard.results.terrain import TerrainRunout
 
 
 def alpha_beta(
@@ -48,28 +49,28 @@ def alpha_beta(
                 [_cells(row) for row in rows],
             )
         )
-        for name, source in {row["coefficients"]: row["source"] for row in rows}.items():
+        for name, source in {row.coefficients: row.source for row in rows}.items():
             console.print(f"{name}: {source}.")
         if any("beyond" in cell for row in rows for cell in _cells(row)):
             console.print("beyond: the line at α meets no ground before the profile ends.")
 
     emit(context, rows, render)
-    for note in dict.fromkeys(note for row in rows for note in row["notes"]):
+    for note in dict.fromkeys(note for row in rows for note in row.notes):
         warn(note)
 
 
-def _cells(row: dict[str, Any]) -> tuple[str, ...]:
-    if row["beta_deg"] is None:
-        return (row["path_id"], row["coefficients"], *["–"] * 6)
+def _cells(row: TerrainRunout) -> tuple[str, ...]:
+    if row.beta_deg is None or row.beta_x_m is None or row.alpha_deg is None:
+        return (row.path_id, row.coefficients, *["–"] * 6)
     return (
-        row["path_id"],
-        row["coefficients"],
-        f"{row['beta_deg']:.1f}",
-        f"{row['beta_x_m']:.0f}",
-        f"{row['alpha_deg']:.1f}",
-        f"{row['alpha_sd_deg']:.1f}",
-        _place(row["runout_x_m"]),
-        f"{_place(row['runout_x_low_m'])}–{_place(row['runout_x_high_m'])}",
+        row.path_id,
+        row.coefficients,
+        f"{row.beta_deg:.1f}",
+        f"{row.beta_x_m:.0f}",
+        f"{row.alpha_deg:.1f}",
+        f"{row.alpha_sd_deg:.1f}",
+        _place(row.runout_x_m),
+        f"{_place(row.runout_x_low_m)}–{_place(row.runout_x_high_m)}",
     )
 
 

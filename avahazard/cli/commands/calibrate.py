@@ -6,7 +6,6 @@ from enum import StrEnum
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from avahazard.cli.model_table import show_calibration
 from avahazard.cli.options import Seed
@@ -20,7 +19,6 @@ from avahazard.inference.model.specification import (
     ScatterName,
     TailsName,
 )
-from avahazard.results.calibration import Calibration
 
 LawName = StrEnum("LawName", {name: name for name in LAWS})  # type: ignore[misc]
 EXPONENTIAL = LawName("exponential")
@@ -77,7 +75,7 @@ def calibrate(
     from avahazard.workflow.calibrate import calibrate as run  # noqa: PLC0415
 
     with show_progress() as report:
-        document = run(
+        found = run(
             settings(context).database,
             name,
             law=law.value,
@@ -94,9 +92,6 @@ def calibrate(
             report=report,
         )
 
-    def render(console: Console) -> None:
-        show_calibration(console, Calibration.from_dict(document))
-
-    emit(context, document, render)
-    for note in document["notes"]:
+    emit(context, found, lambda console: show_calibration(console, found))
+    for note in found.notes:
         warn(note)

@@ -19,19 +19,19 @@ def fit(context: typer.Context) -> None:
     from avahazard.inference.model.laws import LAWS  # noqa: PLC0415
     from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
 
-    document = fit_laws(settings(context).database)
+    found = fit_laws(settings(context).database)
 
     def render(console: Console) -> None:
         rows = []
-        for entry in document["fits"]:
-            law, r2, aic = LAWS[entry["law"]].formula, f"{entry['r2']:.3f}", f"{entry['aic']:.1f}"
-            for name, parameter in entry["parameters"].items():
-                value = f"{number(parameter['value'])} {parameter['unit']}".rstrip()
-                rows.append((law, name, value, parameter["se"], r2, aic))
+        for entry in found.rows:
+            law, r2, aic = LAWS[entry.law].formula, f"{entry.r2:.3f}", f"{entry.aic:.1f}"
+            for name, parameter in entry.parameters.items():
+                value = f"{number(parameter.value)} {parameter.unit}".rstrip()
+                rows.append((law, name, value, parameter.se, r2, aic))
                 law = r2 = aic = ""
         columns = ("law", "", ">value", ">± se", ">r²", ">AIC")
         console.print(table("Least squares of apparent friction", columns, rows))
 
-    emit(context, document["fits"], render)
-    for note in document["notes"]:
+    emit(context, found.rows, render)
+    for note in found.notes:
         warn(note)

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from pathlib import Path
 from statistics import median
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -14,6 +14,7 @@ from rich.console import Console
 from avahazard.cli.options import picture
 from avahazard.cli.output import emit, number, table, warn
 from avahazard.cli.settings import settings
+from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
 
 
 def _kappa(text: str) -> str:
@@ -51,43 +52,43 @@ def friction(
     """
     from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
-    document = show_frictions(
+    found = show_frictions(
         settings(context).database, path, "auto" if kappa == "auto" else float(kappa), plot
     )
 
     def render(console: Console) -> None:
         if path is None:
-            _render_paths(console, document)
+            _render_paths(console, found)
         else:
-            _render_events(console, document)
-        _render_perturbation(console, document["perturbation"])
+            _render_events(console, found)
+        _render_perturbation(console, found.perturbation)
 
-    emit(context, document, render)
-    for jump in document["jumps"]:
+    emit(context, found, render)
+    for jump in found.jumps:
         warn(
-            f"{jump['path_id']}: the runout jumps by up to {jump['jump_m']:.0f} m (near μ = "
-            f"{jump['mu']:.3f}): no friction stops the block in between."
+            f"{jump.path_id}: the runout jumps by up to {jump.jump_m:.0f} m (near μ = "
+            f"{jump.mu:.3f}): no friction stops the block in between."
         )
 
 
-def _render_paths(console: Console, document: dict[str, Any]) -> None:
-    kappas = {density["path_id"]: density["kappa"] for density in document["density"]}
-    groups: dict[str | None, list[dict[str, Any]]] = {}
-    for event in document["events"]:
-        groups.setdefault(event["path_id"], []).append(event)
+def _render_paths(console: Console, found: Frictions) -> None:
+    kappas = {density.path_id: density.kappa for density in found.density}
+    groups: dict[str | None, list[ApparentEvent]] = {}
+    for event in found.events:
+        groups.setdefault(event.path_id, []).append(event)
     if len(groups) > 1:
-        groups["all"] = document["events"]
+        groups["all"] = list(found.events)
     rows = []
     for name, events in groups.items():
-        found = [event["mu"] for event in events if math.isfinite(event["mu"])]
-        odd = Counter(event["status"] for event in events if event["status"] != "unique")
+        known = [event.mu for event in events if event.mu is not None]
+        odd = Counter(event.status for event in events if event.status != "unique")
         rows.append(
             (
                 name,
                 len(events),
-                min(found, default=None),
-                median(found) if found else None,
-                max(found, default=None),
+                min(known, default=None),
+                median(known) if known else None,
+                max(known, default=None),
                 kappas.get("all" if name is None else name),
                 ", ".join(f"{n} {status}" for status, n in odd.items()) or None,
             )
@@ -96,42 +97,35 @@ def _render_paths(console: Console, document: dict[str, Any]) -> None:
     console.print(table("Apparent friction", columns, rows))
 
 
-def _render_events(console: Console, document: dict[str, Any]) -> None:
-    rows = [
-        (event["event_id"], _finite(event["mu"]), _finite(event["mu_sd"]), _status(event))
-        for event in document["events"]
-    ]
+def _render_events(console: Console, found: Frictions) -> None:
+    rows = [(event.event_id, event.mu, event.mu_sd, _status(event)) for event in found.events]
     console.print(table("Apparent friction", ("event", ">μ", ">sd", "status"), rows))
-    for density in document["density"][:1]:
-        peak = density["mu"][density["pdf"].argmax()]
-        console.print(f"Density: κ = {number(density['kappa'])}, highest at μ = {peak:.3f}.")
+    for density in found.density[:1]:
+        peak = density.mu[density.pdf.index(max(density.pdf))]
+        console.print(f"Density: κ = {number(density.kappa)}, highest at μ = {peak:.3f}.")
 
 
-def _status(event: dict[str, Any]) -> str:
+def _status(event: ApparentEvent) -> str:
     """The status, with what is known of μ where that is an interval."""
-    low, high = event["mu_low"], event["mu_high"]
-    match event["status"]:
+    low, high = event.mu_low, event.mu_high
+    match event.status:
         case "jump" | "several":
-            return f"{event['status']}: {low:.3f} to {high:.3f}"
-        case "below" if math.isfinite(high):
+            return f"{event.status}: {low:.3f} to {high:.3f}"
+        case "below" if high is not None:
             return f"below {high:.3f}"
-        case "above" if math.isfinite(low):
+        case "above" if low is not None:
             return f"above {low:.3f}"
-    return str(event["status"])
+    return str(event.status)
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _render_perturbation(console: Console, check: dict[str, Any]) -> None:
-    if check["mu_sd_median"] is None:
+def _render_perturbation(console: Console, check: PerturbationCheck) -> None:
+    if check.mu_sd_median is None or check.mu_sd_max is None:
         return
     console.print(
-        f"Records moved within their errors {check['n_replicates']} times: μ moves by "
-        f"{check['mu_sd_median']:.3f} (sd, median event), {check['mu_sd_max']:.3f} at most."
+        f"Records moved within their errors {check.n_replicates} times: μ moves by "
+        f"{check.mu_sd_median:.3f} (sd, median event), {check.mu_sd_max:.3f} at most."
     )
-    if check["law"]:
-        columns = (f"{check['law']} law", ">value", ">± se", ">mean when moved", ">± sd")
-        rows = [(name, *values.values()) for name, values in check["parameters"].items()]
+    if check.law:
+        columns = (f"{check.law} law", ">value", ">± se", ">mean when moved", ">± sd")
+        rows = [(name, p.value, p.se, p.mean, p.sd) for name, p in check.parameters.items()]
         console.print(table("", columns, rows))

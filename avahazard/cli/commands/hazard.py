@@ -63,7 +63,7 @@ def hazard(
     from avahazard.workflow.hazard import hazard as run  # noqa: PLC0415
 
     with show_progress() as report:
-        rows, notes = run(
+        found = run(
             settings(context).database,
             name,
             return_periods=return_period or (),
@@ -75,6 +75,6 @@ def hazard(
             effect_files=effect_file or (),
             report=report,
         )
-    emit(context, rows, lambda console: show_bounds(console, rows))
-    for note in notes:
+    emit(context, found.rows, lambda console: show_bounds(console, found.rows))
+    for note in found.notes:
         warn(note)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -12,6 +12,7 @@ from rich.console import Console
 from avahazard.cli.options import OnePath
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
+from avahazard.results.terrain import Runout, SpeedHere
 
 SHOWN = 10
 """Places in the table of speeds for people."""
@@ -48,25 +49,25 @@ def runout(
         raise typer.BadParameter("Give --mu MU, or --model NAME with --volume M3.")
     if volume is not None and model is None:
         raise typer.BadParameter("A --volume changes the run only through a --model.")
-    document = _run(settings(context).database, path, mu, volume, model)
+    found = _run(settings(context).database, path, mu, volume, model)
 
     def render(console: Console) -> None:
-        console.print(_ending(document), soft_wrap=True)
-        if document["status"] != "not_released":
-            rows = [(f"{p['x_m']:.0f}", f"{p['speed_m_s']:.1f}") for p in _few(document["speeds"])]
+        console.print(_ending(found), soft_wrap=True)
+        if found.status != "not_released":
+            rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in _few(found.speeds)]
             console.print(table("", (">x m", ">speed m/s"), rows))
-            console.print(f"Largest speed {document['speed_max_m_s']:.1f} m/s.")
+            console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
 
-    emit(context, document, render)
-    if math.isfinite(document["lift_off_x_m"]):
-        warn(f"the block loses the ground at x = {document['lift_off_x_m']:.0f} m.")
-    for note in document.get("notes", ()):
+    emit(context, found, render)
+    if found.lift_off_x_m is not None:
+        warn(f"the block loses the ground at x = {found.lift_off_x_m:.0f} m.")
+    for note in found.notes or ():
         warn(note)
 
 
 def _run(
     database: str, path: str, mu: float | None, volume: float | None, model: str | None
-) -> dict[str, Any]:
+) -> Runout:
     from avahazard.workflow.runout import run_model, run_path  # noqa: PLC0415
 
     if model is not None:
@@ -75,23 +76,19 @@ def _run(
     return run_path(database, path, mu)
 
 
-def _ending(document: dict[str, Any]) -> str:
-    by = f" ({document['mu_from']}, {document['model']})" if "model" in document else ""
+def _ending(found: Runout) -> str:
+    by = f" ({found.mu_from}, {found.model})" if found.model else ""
     start = (
-        f"{document['path_id']}, μ = {document['mu']:.4g}{by}: released at "
-        f"{document['release_elevation_m']:.0f} m, "
+        f"{found.path_id}, μ = {found.mu:.4g}{by}: released at {found.release_elevation_m:.0f} m, "
     )
-    if document["status"] == "left_profile":
+    if found.status == "left_profile":
         return f"{start}leaves the profile at its end."
-    if document["status"] == "not_released":
+    if found.status == "not_released":
         return f"{start}does not move: the slope is less than μ."
-    return (
-        f"{start}stops at {document['runout_elevation_m']:.1f} m "
-        f"(x = {document['runout_x_m']:.1f} m)."
-    )
+    return f"{start}stops at {found.runout_elevation_m:.1f} m (x = {found.runout_x_m:.1f} m)."
 
 
-def _few(speeds: Sequence[dict[str, float]]) -> list[dict[str, float]]:
+def _few(speeds: Sequence[SpeedHere]) -> list[SpeedHere]:
     """About `SHOWN` of the places, evenly, with the first and the last."""
     last = len(speeds) - 1
     return [speeds[i] for i in sorted({round(k * last / SHOWN) for k in range(SHOWN + 1)})]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -22,6 +23,7 @@ from avahazard.cli.options import (
 )
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
+from avahazard.results.volumes import PathVolumes
 
 
 def volumes(
@@ -52,7 +54,7 @@ def volumes(
     """
     from avahazard.workflow.volumes import volumes as run  # noqa: PLC0415
 
-    entries, notes = run(
+    found = run(
         settings(context).database,
         paths=path or (),
         return_periods=return_period or (),
@@ -60,26 +62,26 @@ def volumes(
         seed=seed,
         plot=plot,
     )
-    emit(context, entries, lambda console: _show(console, entries))
-    for note in notes:
+    emit(context, found.rows, lambda console: _show(console, found.rows))
+    for note in found.notes:
         warn(note)
 
 
-def _show(console: Console, entries: list[dict[str, Any]]) -> None:
+def _show(console: Console, entries: Sequence[PathVolumes]) -> None:
     rows = []
     for entry in entries:
-        name = entry["path_id"]
-        for level in entry["levels"]:
-            far = "*" if level["extrapolated"] else ""
-            period = f"{level['return_period_years']:g}{far}"
-            interval = f"{_volume(level['q05_m3'])}–{_volume(level['q95_m3'])}"
-            rows.append((name, period, _volume(level["volume_m3"]), interval))
+        name = entry.path_id
+        for level in entry.levels:
+            far = "*" if level.extrapolated else ""
+            period = f"{level.return_period_years:g}{far}"
+            interval = f"{_volume(level.q05_m3)}–{_volume(level.q95_m3)}"
+            rows.append((name, period, _volume(level.volume_m3), interval))
             name = ""
     columns = ("path", ">T yr", ">V m3", ">5–95 % m3")
     console.print(table("Volumes of return periods, with 90 % of their posterior", columns, rows))
     for entry in entries:
-        console.print(f"{entry['path_id']}: {entry['method']}.")
-    if any(level["extrapolated"] for entry in entries for level in entry["levels"]):
+        console.print(f"{entry.path_id}: {entry.method}.")
+    if any(level.extrapolated for entry in entries for level in entry.levels):
         console.print("*: an extrapolation, past twice the record or past the table.")
 
 

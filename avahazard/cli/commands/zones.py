@@ -64,7 +64,7 @@ def zones(
     from avahazard.workflow.zones import zones as run  # noqa: PLC0415
 
     with show_progress() as report:
-        entries, notes = run(
+        found = run(
             settings(context).database,
             name,
             return_periods=return_period or (),
@@ -78,6 +78,6 @@ def zones(
             effect_files=effect_file or (),
             report=report,
         )
-    emit(context, entries, lambda console: show_zones(console, entries))
-    for note in notes:
+    emit(context, found.rows, lambda console: show_zones(console, found.rows))
+    for note in found.notes:
         warn(note)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.runout_bounds import spread
 from avahazard.hazard.zones.limits import Limits, Rule
+from avahazard.results.base import Rows
+from avahazard.results.zones import Zone
 
 Floats = NDArray[np.float64]
 
@@ -19,53 +21,46 @@ class Exceeded:
     """What is exceeded once in one return period, by posterior draw.
 
     `runout_x` (m) `[n_parameters]`, inf past the end of the profile; `pressure_kpa`
-    `[n_parameters, n_places]`, 0 past the runout.
+    `[n_parameters, n_places]`, 0 past the runout. `extrapolated`: the record is too short for the
+    return period.
     """
 
     runout_x: Floats
     pressure_kpa: Floats
+    extrapolated: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class ZonePiece:
-    """A zone from `from_x` to `to_x` (m), both medians over the posterior.
-
-    `to_x` is the end of the profile where the zone goes on `beyond` it; `to_x_q05`, `to_x_q95`
-    are None where they lie beyond it.
-    """
-
-    name: str
-    color: str
-    from_x: float
-    to_x: float
-    to_x_q05: float | None
-    to_x_q95: float | None
-    beyond: bool
-
-
-def zone_pieces(
-    limits: Limits, x: Floats, exceeded: Mapping[float, Exceeded]
-) -> tuple[ZonePiece, ...]:
+def zone_pieces(limits: Limits, x: Floats, exceeded: Mapping[float, Exceeded]) -> Rows[Zone]:
     """Every zone of the limits, the worst first, from its upper to its lower end.
 
     `x` (m) `[n_places]` run from the release to the end of the profile; `exceeded` is by return
     period. A zone ends at the farthest place where one of its rules, or of a worse zone's, holds:
     what lies above such a place is in the zone too, as the track of an avalanche is, also where a
     steep reach follows a flat one. A zone that no draw in two has begins and ends at one place.
+    Ends are medians over the posterior.
     """
     ends = np.full(len(next(iter(exceeded.values())).runout_x), x[0])
-    pieces = []
+    zones = []
     start = float(x[0])
     for zone in limits.zones:
         for rule in zone.rules:
             ends = np.maximum(ends, _farthest(rule, x, exceeded[rule.return_period_years]))
         found = spread(ends)
         end = float(x[-1]) if found.q50 is None else found.q50
-        pieces.append(
-            ZonePiece(zone.name, zone.color, start, end, found.q05, found.q95, found.q50 is None)
+        zones.append(
+            Zone(
+                zone=zone.name,
+                color=zone.color,
+                from_x_m=start,
+                to_x_m=end,
+                to_x_q05_m=found.q05,
+                to_x_q95_m=found.q95,
+                beyond=found.q50 is None,
+                extrapolated=any(exceeded[r.return_period_years].extrapolated for r in zone.rules),
+            )
         )
         start = end
-    return tuple(pieces)
+    return Rows(zones)
 
 
 def _farthest(rule: Rule, x: Floats, exceeded: Exceeded) -> Floats:

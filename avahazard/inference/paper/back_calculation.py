@@ -23,7 +23,7 @@ N_REPLICATES = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frictions:
+class BackCalculation:
     """Apparent friction `mu` and its `status` (`apparent.STATUSES`), each `[n_events]`.
 
     `mu_low`, `mu_high` bracket it; `perturbation` holds replicates of the moved records.
@@ -36,7 +36,7 @@ class Frictions:
     perturbation: Perturbation
 
 
-def back_calculate(observations: Observations, predicted: Predicted) -> Frictions:
+def back_calculate(observations: Observations, predicted: Predicted) -> BackCalculation:
     """Invert F at every record, and again at `N_REPLICATES` sets of records moved by their errors.
 
     `predicted` is that of the model without effects. Without a profile μ = H/L.
@@ -71,7 +71,7 @@ def back_calculate(observations: Observations, predicted: Predicted) -> Friction
     if np.any(straight):
         moved[:, straight] = _perturb_straight(observations, straight)
         sd[straight] = np.nanstd(moved[:, straight], axis=0, ddof=1)
-    return Frictions(mu, low, high, status, Perturbation(moved, sd))
+    return BackCalculation(mu, low, high, status, Perturbation(moved, sd))
 
 
 def _held_from(status: NDArray[np.int8]) -> Floats:

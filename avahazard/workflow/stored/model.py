@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
+from avahazard.results.calibration import Calibration
 from avahazard.store.calibrations import latest_calibration, save_calibration
 from avahazard.store.draws import load_draws
 from avahazard.store.models import StoredModel, load_model, save_model
@@ -39,8 +39,7 @@ class StoredFit:
     """A stored model, fitted to the records that it was calibrated on as they are now.
 
     `records` are all of the database, `training` those of the calibration: on `paths`, none: all.
-    `own` are definitions from the user's file, given again; `result` is the document of the
-    calibration.
+    `own` are definitions from the user's file, given again.
     """
 
     name: str
@@ -50,7 +49,7 @@ class StoredFit:
     paths: tuple[str, ...]
     own: tuple[Definition, ...]
     fingerprint: str
-    result: dict[str, Any]
+    result: Calibration
     records: Records
     training: Records
 
@@ -86,18 +85,18 @@ class StoredFit:
 def save_calibrated(
     database: str,
     found: Calibrated,
-    document: dict[str, Any],
+    result: Calibration,
     *,
     paths: tuple[str, ...] = (),
     effect_file: str | None = None,
 ) -> None:
     """Store a model with its calibration: all of it, or nothing.
 
-    `document` is its `result_document`; `paths` those it was calibrated on, none: all;
-    `effect_file` the text of the user's effects. Raises `AvahazardError` for a taken name or a
+    `paths` are those that it was calibrated on, none: all; `effect_file` is the text of the
+    user's effects. Raises `AvahazardError` for a taken name or a
     parent that is not there.
     """
-    name = document["model"]
+    name, document = result.model, result.to_dict()
     model, by_chain = found.model, found.chains.draws.shape[:2]
     slots = [slot.name for slot in model.posterior.layout.slots]
     draws = {key: found.chains.draws[..., k] for k, key in enumerate(found.chains.names)}
@@ -112,15 +111,15 @@ def save_calibrated(
         "slots": slots,
     }
     with writing(database) as session:
-        save_model(session, name, specification, parent=document["parent"], effect_file=effect_file)
+        save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
         save_calibration(
             session,
             name,
             settings={"method": model.method, "chains": by_chain[0], "draws": by_chain[1]},
-            seed=document["seed"],
-            data_fingerprint=document["data_fingerprint"],
+            seed=result.seed,
+            data_fingerprint=result.data_fingerprint,
             diagnostics=document["diagnostics"],
-            converged=document["diagnostics"]["converged"],
+            converged=result.diagnostics.converged,
             result=document,
             draws=draws,
         )
@@ -166,18 +165,18 @@ def load_stored(database: str, name: str, own: Sequence[Definition] = ()) -> Sto
         paths=paths,
         own=tuple(own),
         fingerprint=calibration.data_fingerprint,
-        result=calibration.result,
+        result=Calibration.from_dict(calibration.result),
         records=records,
         training=training,
     )
 
 
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
-    """Draws `[n_draws]` of the parameters that people read, in the order of the document."""
+    """Draws `[n_chains, n_draws]` of the parameters that people read, in the result's order."""
     with reading(database) as session:
         calibration = latest_calibration(session, name)
         draws = load_draws(session, calibration.id)
-    return {key: draws[key].ravel() for key in calibration.result["parameters"] if key in draws}
+    return {key: draws[key] for key in calibration.result["parameters"] if key in draws}
 
 
 def _require_own(

@@ -1,24 +1,24 @@
-"""The document that tells what a calibration found."""
+"""What a calibration found, summed up."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.results.calibration import Calibration, Convergence, ParameterSummary
 
 Floats = NDArray[np.float64]
 
 KDE_DRAWS, KDE_POINTS = 4000, 401
 
 
-def result_document(
+def calibration_result(
     found: Calibrated, name: str, *, seed: int, data_fingerprint: str, parent: str | None = None
-) -> dict[str, Any]:
-    """The document of `calibrate` and `add` (docs/results.md)."""
+) -> Calibration:
+    """Sum up what was found of a model: its parameters and convergence, with notes."""
     specification, chains = found.model.specification, found.chains
     n_chains, n_draws = chains.draws.shape[:2]
     checks = chains.diagnostics
@@ -29,33 +29,33 @@ def result_document(
             f"sample size {min(checks.ess_bulk_min, checks.ess_tail_min):.0f}): the model is "
             "stored as such. More --draws may help."
         )
-    return {
-        "model": name,
-        "parent": parent,
-        "law": specification.law,
-        "scatter": specification.scatter,
-        "distribution": specification.distribution,
-        "tails": specification.tails,
-        "centrifugal": specification.centrifugal,
-        "method": found.model.method,
-        "effects": list(specification.effects),
-        "n_events": found.n_events,
-        "left_out": found.left_out,
-        "parameters": {key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
-        "diagnostics": {
-            "rhat_max": checks.rhat_max,
-            "ess_bulk_min": checks.ess_bulk_min,
-            "ess_tail_min": checks.ess_tail_min,
-            "acceptance": checks.acceptance,
-            "divergent_or_stuck_chains": checks.stuck_chains,
-            "converged": checks.converged,
-        },
-        "chains": n_chains,
-        "draws": n_draws,
-        "seed": seed,
-        "data_fingerprint": data_fingerprint,
-        "notes": notes,
-    }
+    return Calibration(
+        model=name,
+        parent=parent,
+        law=specification.law,
+        scatter=specification.scatter,
+        distribution=specification.distribution,
+        tails=specification.tails,
+        centrifugal=specification.centrifugal,
+        method=found.model.method,
+        effects=specification.effects,
+        n_events=found.n_events,
+        left_out=found.left_out,
+        parameters={key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
+        diagnostics=Convergence(
+            rhat_max=float(checks.rhat_max) if np.isfinite(checks.rhat_max) else None,
+            ess_bulk_min=checks.ess_bulk_min,
+            ess_tail_min=checks.ess_tail_min,
+            acceptance=checks.acceptance,
+            divergent_or_stuck_chains=checks.stuck_chains,
+            converged=checks.converged,
+        ),
+        chains=n_chains,
+        draws=n_draws,
+        seed=seed,
+        data_fingerprint=data_fingerprint,
+        notes=tuple(notes),
+    )
 
 
 def _all_draws(found: Calibrated) -> Iterator[tuple[str, Floats, str]]:
@@ -66,17 +66,17 @@ def _all_draws(found: Calibrated) -> Iterator[tuple[str, Floats, str]]:
         yield f"path:{path_id}", draws, "log friction"
 
 
-def summary(draws: Floats, unit: str) -> dict[str, float | str]:
+def summary(draws: Floats, unit: str) -> ParameterSummary:
     """Mean, sd, mode and 5 and 95 % quantiles of draws `[n]`."""
     low, high = np.quantile(draws, [0.05, 0.95])
-    return {
-        "mean": float(draws.mean()),
-        "sd": float(draws.std(ddof=1)),
-        "mode": mode(draws),
-        "q05": float(low),
-        "q95": float(high),
-        "unit": unit,
-    }
+    return ParameterSummary(
+        mean=float(draws.mean()),
+        sd=float(draws.std(ddof=1)),
+        mode=mode(draws),
+        q05=float(low),
+        q95=float(high),
+        unit=unit,
+    )
 
 
 def mode(draws: Floats) -> float:
