@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.exceedance import exceeded_runout, runout_spread
+from avahazard.hazard.exceedance import exceeded_runout
 from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
+from avahazard.hazard.runout_bounds import spread
 from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.hazard.volume_frequency import Family, return_volume
 from avahazard.inference.model.observations import build_observations
@@ -69,7 +70,7 @@ def judge(world: TrueWorld) -> dict[str, Any]:
                 volume_matters=True,
                 seed=world.seed,
             )
-            b = runout_spread(path.avalanches, exceeded_runout(path.avalanches, YEARS)).x
+            b = spread(exceeded_runout(path.avalanches, YEARS))
             a = volume_bounds(path, at, 20_000, generator(world.seed, "coverage", path_id)).x
             line[family] = {
                 "volume_m3": [returned.q05_m3, returned.volume_m3, returned.q95_m3],

@@ -2,32 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from rich.console import Console
 
 from avahazard.cli.hazard_table import show_bounds
-
-SPREAD: dict[str, float | None] = {"mean": 1900.4, "q05": 1200.0, "q50": 1800.0, "q95": 2600.0}
-
-
-def row(**more: Any) -> dict[str, Any]:
-    return {
-        "path_id": "p",
-        "return_period_years": None,
-        "volume_m3": 123_456.0,
-        "runout_x_m": SPREAD,
-        "runout_elevation_m": SPREAD,
-        "interval": "what varies",
-        "p_left_profile": 0.0,
-        "p_not_released": 0.0,
-        "pooled": False,
-        **more,
-    }
+from avahazard.results.hazard import HazardRow, RunoutInterval, Spread, VolumeInterval
+from tests.results.rows import NOTHING, SPREAD
+from tests.results.rows import hazard_row as row
 
 
-def shown(capsys: pytest.CaptureFixture[str], *rows: dict[str, Any]) -> str:
+def shown(capsys: pytest.CaptureFixture[str], *rows: HazardRow) -> str:
     show_bounds(Console(width=80), rows)
     printed = capsys.readouterr().out
     assert max(map(len, printed.splitlines())) <= 80
@@ -43,7 +27,7 @@ def test_a_volume(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_beyond_the_profile(capsys: pytest.CaptureFixture[str]) -> None:
-    spread = {"mean": None, "q05": 1200.0, "q50": 1800.0, "q95": None}
+    spread = Spread(None, 1200.0, 1800.0, None)
     printed = shown(capsys, row(runout_x_m=spread, p_left_profile=0.12))
     assert "beyond 1200–beyond" in printed
     assert "12.0%" in printed
@@ -51,25 +35,22 @@ def test_beyond_the_profile(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_held_at_the_release(capsys: pytest.CaptureFixture[str]) -> None:
-    none = dict.fromkeys(SPREAD)
-    printed = shown(
-        capsys, row(runout_x_m=none, runout_elevation_m=none, p_not_released=0.9, volume_m3=None)
-    )
+    held = row(runout_x_m=NOTHING, runout_elevation_m=NOTHING, p_not_released=0.9, volume_m3=None)
+    printed = shown(capsys, held)
     assert "any held – held –" in printed
     assert "beyond" not in printed
 
 
 def test_both_ways_and_what_varies(capsys: pytest.CaptureFixture[str]) -> None:
-    lengths = {"runout_x_m": SPREAD, "runout_elevation_m": SPREAD}
-    beyond = {**lengths, "runout_x_m": {**SPREAD, "mean": None, "q95": None}}
+    beyond = Spread(None, 1200.0, 1800.0, None)
     printed = shown(
         capsys,
         row(
             return_period_years=300.0,
             extrapolated=True,
-            natural={**lengths, "interval": "nature"},
-            parameters={**lengths, "interval": "ignorance"},
-            exceeded={**beyond, "interval": "both"},
+            natural=RunoutInterval(SPREAD, SPREAD, "nature"),
+            parameters=RunoutInterval(SPREAD, SPREAD, "ignorance"),
+            exceeded=RunoutInterval(beyond, SPREAD, "both"),
         ),
     )
     assert "p 300* 123000 1200–2600 1200–2600" in printed
@@ -82,7 +63,8 @@ def test_return_periods_tell_where_volumes_come_from(capsys: pytest.CaptureFixtu
     returned = {
         "return_period_years": 100.0,
         "volume_method": "GEV",
-        "volume_interval_m3": {"q05": 5e4, "q95": 2.5e6},
+        "volume_interval_m3": VolumeInterval(5e4, 2.5e6),
+        "volume_source": "records",
         "n_records": 12,
         "first_year": 1900,
         "last_year": 2000,

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
-from typing import Any
 
 from rich.console import Console
 
 from avahazard.cli.zones_table import show_zones
+from avahazard.results.base import Rows
+from avahazard.results.zones import ZonedPath
 from tests.cli.zone_entries import entry
 
 
-def shown(entries: list[dict[str, Any]]) -> str:
+def shown(entries: list[ZonedPath]) -> str:
     console = Console(file=StringIO(), width=80)
     show_zones(console, entries)
     file = console.file
@@ -32,7 +34,8 @@ def test_one_path_place_by_place() -> None:
 
 def test_a_zone_that_begins_beyond_the_profile() -> None:
     one = entry(beyond=True)
-    one["zones"][1]["from_x_m"] = 900.0
+    red, blue = one.zones
+    one = replace(one, zones=Rows((red, replace(blue, from_x_m=900.0))))
     assert "P01 blue* beyond – 700–beyond" in shown([one])
 
 

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from avahazard.records.path import Profile
+from avahazard.results.hazard import HazardRow, RunoutInterval, Spread
 from tests.gis.surface import CODE, NORTH, WEST
+from tests.results.rows import hazard_row
 
 
 def profile(path_id: str = "P", crs: str | None = CODE, east: float = 0.0) -> Profile:
@@ -24,33 +26,32 @@ def profile(path_id: str = "P", crs: str | None = CODE, east: float = 0.0) -> Pr
     )
 
 
-def spread(low: float, q95: float | None) -> dict[str, float | None]:
+def spread(low: float, q95: float | None) -> Spread:
     """Give the four statistics of one length."""
-    mean = None if q95 is None else low + 60.0
-    return {"mean": mean, "q05": low, "q50": low + 50.0, "q95": q95}
+    return Spread(None if q95 is None else low + 60.0, low, low + 50.0, q95)
+
+
+def bounds_row(path_id: str = "P", period: float | None = 100.0) -> HazardRow:
+    """Give a row of `hazard`: the upper bound of (a) lies past the end of the profile."""
+    both = (spread(700.0, None), spread(1500.0, None))
+    apart = RunoutInterval(*both, "what varies")
+    x = spread(800.0, 930.5)
+    return hazard_row(
+        path_id=path_id,
+        return_period_years=period,
+        volume_m3=20_000.0,
+        p_left_profile=0.06,
+        runout_x_m=both[0],
+        runout_elevation_m=both[1],
+        natural=apart,
+        parameters=apart,
+        exceeded=None if period is None else RunoutInterval(x, x, "uncertainty"),
+    )
 
 
 def bounds(path_id: str = "P", period: float | None = 100.0) -> dict[str, Any]:
-    """Give a row of `hazard`: the upper bound of (a) lies past the end of the profile."""
-    lengths = {
-        "runout_x_m": spread(700.0, None),
-        "runout_elevation_m": spread(1500.0, None),
-        "interval": "what varies",
-    }
-    row = {
-        "path_id": path_id,
-        "return_period_years": period,
-        "volume_m3": 20_000.0,
-        "p_left_profile": 0.06,
-        "n_draws": 100,
-        **lengths,
-        "natural": lengths,
-        "parameters": lengths,
-    }
-    if period is not None:
-        x = spread(800.0, 930.5)
-        row["exceeded"] = {"runout_x_m": x, "runout_elevation_m": x, "interval": "uncertainty"}
-    return row
+    """Give the same as the store keeps it."""
+    return bounds_row(path_id, period).to_dict()
 
 
 def zones(path_id: str = "P") -> dict[str, Any]:

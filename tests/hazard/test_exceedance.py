@@ -14,8 +14,9 @@ from avahazard.hazard.exceedance import (
     middle_runout,
     natural_runouts,
     reach,
-    runout_spread,
+    runout_interval,
 )
+from avahazard.hazard.runout_bounds import spread
 from avahazard.hazard.volume_bounds import volume_bounds
 from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, path, stop, stops
 
@@ -79,10 +80,10 @@ def test_natural_and_parameters_apart() -> None:
     coordinates = draws(SIGMA, 400)
     coordinates[:, 0] += 0.05 * rng.standard_normal(400)
     avalanches = avalanches_of(coordinates, one_volume(VOLUME, 400))
-    natural = runout_spread(avalanches, natural_runouts(avalanches)).x
-    parameters = runout_spread(avalanches, middle_runout(avalanches)).x
-    for spread, sd in ((natural, SIGMA), (parameters, 0.05)):
-        for z, value in ((1.645, spread.q05), (0.0, spread.q50), (-1.645, spread.q95)):
+    natural = spread(natural_runouts(avalanches))
+    parameters = spread(middle_runout(avalanches))
+    for found, sd in ((natural, SIGMA), (parameters, 0.05)):
+        for z, value in ((1.645, found.q05), (0.0, found.q50), (-1.645, found.q95)):
             assert value == pytest.approx(stop(MEDIAN * np.exp(sd * z)), rel=0.03)
 
 
@@ -103,8 +104,10 @@ def test_beyond_the_profile() -> None:
     avalanches = avalanches_of(draws(SIGMA, 3), one_volume(2e6, 3, rate=5.0))
     x = exceeded_runout(avalanches, 300.0)
     assert np.isinf(x).all()
-    spread = runout_spread(avalanches, x)
-    assert (spread.x.q50, spread.elevation.q50, spread.x.mean) == (None, None, None)
+    found = runout_interval(avalanches, x, "what varies")
+    x_m, elevation_m = found.runout_x_m, found.runout_elevation_m
+    assert (x_m.q50, elevation_m.q50, x_m.mean) == (None, None, None)
+    assert found.interval == "what varies"
 
 
 def test_a_volume_between_the_nodes() -> None:
@@ -120,9 +123,9 @@ def test_stops_that_scatter_in_metres_agree_with_the_paper_s_way() -> None:
     coordinates = draws(60.0, 50)
     given = path(coordinates, one_volume(VOLUME, 50), metres=True, at=[VOLUME])
     avalanches = given.avalanches
-    natural = runout_spread(avalanches, natural_runouts(avalanches))
+    natural = runout_interval(avalanches, natural_runouts(avalanches), "nature")
     bounds = volume_bounds(given, VOLUME, 40_000, np.random.default_rng(0))
     for key in ("q05", "q50", "q95"):
-        assert getattr(natural.elevation, key) == pytest.approx(
+        assert getattr(natural.runout_elevation_m, key) == pytest.approx(
             getattr(bounds.elevation, key), abs=3.0
         )

@@ -1,11 +1,12 @@
-import json
-
 import numpy as np
 
 from avahazard.hazard.row import hazard_row
-from avahazard.hazard.runout_bounds import RunoutBounds, Spread
-from avahazard.hazard.volume_frequency import ReturnVolume, fit_volume_frequency, region_of
+from avahazard.hazard.runout_bounds import RunoutBounds
+from avahazard.hazard.scenario import Scenario
+from avahazard.hazard.volume_frequency import fit_volume_frequency, region_of
 from avahazard.hazard.volume_record import VolumeRecord
+from avahazard.results.hazard import Spread
+from avahazard.results.volumes import ReturnLevel
 
 BOUNDS = RunoutBounds(
     x=Spread(None, 1800.0, 1900.0, None),
@@ -24,10 +25,10 @@ RECORD = VolumeRecord(
 
 
 def test_row_of_a_return_period() -> None:
-    volume = ReturnVolume(100.0, 5e4, 2e4, 9e4, extrapolated=True)
+    volume = ReturnLevel(100.0, 5e4, 2e4, 9e4, extrapolated=True)
     frequency = fit_volume_frequency(region_of([RECORD]), "p", np.random.default_rng(0))
-    row = hazard_row("p", volume.volume_m3, BOUNDS, "friction", volume, frequency)
-    assert json.loads(json.dumps(row)) == {
+    row = hazard_row(Scenario("p", 5e4, 100.0, volume, frequency), BOUNDS, "friction")
+    assert row.to_dict() == {
         "path_id": "p",
         "return_period_years": 100.0,
         "volume_m3": 5e4,
@@ -50,10 +51,11 @@ def test_row_of_a_return_period() -> None:
         "years_not_observed": 0,
         "events_per_year": 0.4,
         "extrapolated": True,
+        "notes": [],
     }
 
 
 def test_row_of_a_given_volume() -> None:
-    row = hazard_row("p", 1e4, BOUNDS, "friction")
-    assert row["return_period_years"] is None
-    assert "volume_method" not in row
+    row = hazard_row(Scenario("p", 1e4), BOUNDS, "friction")
+    assert row.return_period_years is None
+    assert "volume_method" not in row.to_dict()

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.report.alpha_beta_figure import AlphaBetaPath, draw_alpha_beta
+from avahazard.results.hazard import HazardRow, Spread
+from tests.results.rows import hazard_row
 
-ROW = {
-    "runout_x_m": {"q05": 1500.0, "q50": 1700.0, "q95": None, "mean": None},
-    "return_period_years": 100.0,
-    "volume_m3": 1e4,
-}
+ROW = hazard_row(
+    runout_x_m=Spread(None, 1500.0, 1700.0, None), return_period_years=100.0, volume_m3=1e4
+)
 
 
-def drawn(length: float, row: dict[str, Any] | None = None) -> AlphaBetaPath:
+def drawn(length: float, row: HazardRow | None = None) -> AlphaBetaPath:
     x = np.linspace(0.0, length, 80)
     smooth = smooth_profile(x, 2000.0 - x + 2.5e-4 * x**2)
     found = tuple(alpha_beta(smooth, 0.0, regression) for regression in REGRESSIONS)

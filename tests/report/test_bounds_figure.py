@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,20 +10,21 @@ import pytest
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.bounds_figure import DrawnPath, draw_bounds
+from avahazard.results.hazard import Spread
+from tests.results.rows import hazard_row
 
 X = np.arange(0.0, 3001.0, 50.0)
 
 
 def drawn(q95: float | None, volume: float | None = 2e4, n_stops: int = 3) -> DrawnPath:
-    spread: dict[str, Any] = {"q05": 1200.0, "q50": 1500.0, "q95": q95}
-    spread["mean"] = None if q95 is None else 1550.0
+    spread = Spread(None if q95 is None else 1550.0, 1200.0, 1500.0, q95)
     return DrawnPath(
         name="Path (made up)",
         smooth=smooth_profile(X, 2000.0 - 0.8 * X + 1e-4 * X**2),
         release_x=100.0,
         stop_x=np.linspace(1200.0, 1900.0, n_stops),
         n_left=1,
-        row={"runout_x_m": spread, "volume_m3": volume},
+        row=hazard_row(runout_x_m=spread, volume_m3=volume),
     )
 
 

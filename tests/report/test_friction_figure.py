@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from avahazard.report.friction_figure import draw_densities
+from avahazard.results.friction import FrictionDensity
 
 
 def test_each_density_is_a_line_dashed_beyond_the_records(tmp_path: Path) -> None:
     mu = np.linspace(0.2, 0.8, 61)
-    density = {"n": 9, "mu": mu, "pdf": np.exp(-mu), "extrapolated": mu > 0.6}
-    draw_densities(tmp_path / "a.svg", [{"path_id": "all", **density}, {"path_id": "B", **density}])
+    curve = (tuple(mu), tuple(np.exp(-mu)), tuple(mu > 0.6))
+    draw_densities(
+        tmp_path / "a.svg", [FrictionDensity(name, 9, 5.0, *curve) for name in ("all", "B")]
+    )
     drawn = (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert drawn.count("stroke-dasharray") == 2

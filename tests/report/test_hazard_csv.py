@@ -6,12 +6,12 @@ import csv
 from pathlib import Path
 
 from avahazard.report.hazard_csv import is_own_csv, write_hazard
-from tests.gis.results import bounds
+from tests.gis.results import bounds_row
 
 
 def written(file: Path, *paths: str, period: float | None = 100.0) -> list[dict[str, str]]:
     """Write bounds of these paths, and read them back."""
-    write_hazard(file, [bounds(path, period) for path in paths])
+    write_hazard(file, [bounds_row(path, period) for path in paths])
     with file.open(newline="", encoding="utf-8") as handle:
         return list(csv.DictReader(handle))
 

@@ -12,11 +12,13 @@ import pytest
 from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
+from avahazard.results.hazard import Spread
 from avahazard.store.models import save_model
 from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files
+from tests.results.rows import hazard_row
 
 Write = Callable[[str, str], Path]
 X = np.arange(0.0, 2401.0, 30.0)
@@ -39,21 +41,21 @@ def mine(database: str, write: Write) -> str:
 
 def test_a_row_for_each_path_and_regression(mine: str) -> None:
     rows = alpha_beta_paths(mine)
-    assert [(row["path_id"], row["coefficients"]) for row in rows] == [
+    assert [(row.path_id, row.coefficients) for row in rows] == [
         *(("bowl", "norway"), ("bowl", "austria")),
         *(("steep", "norway"), ("steep", "austria")),
     ]
     smooth = smooth_profile(X, np.round(height(X), 3))
     for row, regression in zip(rows, REGRESSIONS, strict=False):
         # Of 1900 m on the bowl.
-        assert smooth.height(row["release_x_m"]) == pytest.approx(1900.0, abs=0.01)
-        expected = alpha_beta(smooth, row["release_x_m"], regression)
-        assert row["runout_x_m"] == expected.runout_x
-        assert row["runout_elevation_m"] == pytest.approx(smooth.height(row["runout_x_m"]))
-        assert row["runout_x_low_m"] < row["runout_x_m"] < row["runout_x_high_m"]
-        assert row["alpha_sd_deg"] == regression.sd_deg
-    assert (rows[2]["status"], rows[2]["runout_x_m"]) == ("no_beta_point", None)
-    assert "never flattens to 10°" in rows[2]["notes"][0]
+        assert smooth.height(row.release_x_m) == pytest.approx(1900.0, abs=0.01)
+        expected = alpha_beta(smooth, row.release_x_m, regression)
+        assert row.runout_x_m == expected.runout_x
+        assert row.runout_elevation_m == pytest.approx(smooth.height(row.runout_x_m))
+        assert row.runout_x_low_m < row.runout_x_m < row.runout_x_high_m
+        assert row.alpha_sd_deg == regression.sd_deg
+    assert (rows[2].status, rows[2].runout_x_m) == ("no_beta_point", None)
+    assert "never flattens to 10°" in rows[2].notes[0]
 
 
 def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None:
@@ -61,10 +63,10 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
         save_model(session, "m", {})
     with pytest.raises(AvahazardError, match="No bounds by m are stored"):
         alpha_beta_paths(mine, model="m", plot=tmp_path / "a.svg")
-    spread = {"q05": 1500.0, "q50": 1700.0, "q95": 1900.0, "mean": 1700.0}
-    row = {"path_id": "bowl", "runout_x_m": spread, "return_period_years": None, "volume_m3": 1e4}
+    spread = Spread(1700.0, 1500.0, 1700.0, 1900.0)
+    row = hazard_row(path_id="bowl", runout_x_m=spread, volume_m3=1e4)
     with writing(mine) as session:
-        save_result(session, BOUNDS, "m", [row])
+        save_result(session, BOUNDS, "m", [row.to_dict()])
     alpha_beta_paths(mine, "bowl", model="m", plot=tmp_path / "a.svg")
     assert "V = 1e+04 m³: 5 to 95 %" in (tmp_path / "a.svg").read_text()
 

@@ -27,14 +27,14 @@ def test_a_law_is_given_back_and_leads(database: str) -> None:
     mu = 1.07 * volume**-0.065
     with writing(database) as session:
         save_records(session, _straight(volume, mu))
-    document = fit_laws(database)
-    fits = {entry["law"]: entry for entry in document["fits"]}
-    assert fits["power"]["parameters"]["alpha"]["value"] == pytest.approx(1.07)
-    assert fits["power"]["parameters"]["beta"]["value"] == pytest.approx(0.065)
-    assert fits["exponential"]["parameters"]["n"]["unit"] == "1/m3"
-    assert min(fits.values(), key=lambda entry: entry["aic"])["law"] in ("power", "rational")
-    assert np.shape(fits["rational"]["covariance"]) == (4, 4)
-    assert document["notes"] == []
+    found = fit_laws(database)
+    fits = {entry.law: entry for entry in found.rows}
+    assert fits["power"].parameters["alpha"].value == pytest.approx(1.07)
+    assert fits["power"].parameters["beta"].value == pytest.approx(0.065)
+    assert fits["exponential"].parameters["n"].unit == "1/m3"
+    assert min(fits.values(), key=lambda entry: entry.aic).law in ("power", "rational")
+    assert np.shape(fits["rational"].covariance) == (4, 4)
+    assert found.notes == ()
 
 
 def test_events_without_a_volume_are_counted(database: str) -> None:
@@ -43,9 +43,9 @@ def test_events_without_a_volume_are_counted(database: str) -> None:
     bare = Event("bare", fall_height_m=500.0, runout_length_m=900.0)
     with writing(database) as session:
         save_records(session, Records(events=(*records.events, bare)))
-    document = fit_laws(database)
-    assert {entry["n_events"] for entry in document["fits"]} == {4}
-    assert "1 of 5 events are left out" in document["notes"][-1]
+    found = fit_laws(database)
+    assert {entry.n_events for entry in found.rows} == {4}
+    assert "1 of 5 events are left out" in found.notes[-1]
 
 
 def test_no_volume_at_all(database: str) -> None:

@@ -23,37 +23,37 @@ def _stored(database: str, records: Records) -> None:
         save_records(session, records)
 
 
-def test_document(database: str) -> None:
+def test_what_is_shown(database: str) -> None:
     events = tuple(
         replace(event, volume_m3=1e4 * (i + 1))
         for i, event in enumerate(known_stops(runout_sigma_m=5))
     )
     _stored(database, bowl(1900.0, events))
-    document = show_frictions(database, "B", 8.0)
-    assert [event["path_id"] for event in document["events"]] == ["B"] * 10
-    assert document["jumps"] == []
-    whole, one = document["density"]
-    assert (whole["path_id"], one["path_id"], one["kappa"], one["n"]) == ("all", "B", 8.0, 10)
-    assert np.array_equal(whole["pdf"], one["pdf"])
-    inside = ~np.asarray(one["extrapolated"])
-    assert one["mu"][inside].min() >= 0.418
-    assert one["mu"][inside].max() <= 0.702
-    check = document["perturbation"]
-    assert (check["n_replicates"], check["n_events"], check["law"]) == (
+    found = show_frictions(database, "B", 8.0)
+    assert [event.path_id for event in found.events] == ["B"] * 10
+    assert found.jumps == ()
+    whole, one = found.density
+    assert (whole.path_id, one.path_id, one.kappa, one.n) == ("all", "B", 8.0, 10)
+    assert whole.pdf == one.pdf
+    inside = ~np.asarray(one.extrapolated)
+    assert np.array(one.mu)[inside].min() >= 0.418
+    assert np.array(one.mu)[inside].max() <= 0.702
+    check = found.perturbation
+    assert (check.n_replicates, check.n_events, check.law) == (
         N_REPLICATES,
         10,
         "exponential",
     )
-    a = check["parameters"]["a"]
-    assert a["mean"] == pytest.approx(a["value"], abs=3.0 * a["sd"])
-    assert 0.0 < a["sd"] < a["se"]
+    a = check.parameters["a"]
+    assert a.mean == pytest.approx(a.value, abs=3.0 * a.sd)
+    assert 0.0 < a.sd < a.se
 
 
 def test_without_volumes_there_is_no_law(database: str) -> None:
     _stored(database, bowl(1900.0, known_stops()))
-    check = show_frictions(database)["perturbation"]
-    assert (check["law"], check["parameters"]) == (None, {})
-    assert check["mu_sd_median"] > 0.0
+    check = show_frictions(database).perturbation
+    assert (check.law, check.parameters) == (None, {})
+    assert check.mu_sd_median > 0.0
 
 
 def test_a_terrace_makes_f_jump(database: str) -> None:
@@ -63,14 +63,14 @@ def test_a_terrace_makes_f_jump(database: str) -> None:
     y = 1200.0 - np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(x))])
     edge = Event("edge", "T", runout_x_m=800.0)
     _stored(database, Records((Path("T"),), (Profile("T", x, y),), (edge,)))
-    document = show_frictions(database)
-    (event,) = document["events"]
-    assert event["status"] == "jump"
-    assert event["mu_low"] < event["mu"] < event["mu_high"]
-    (jump,) = document["jumps"]
-    assert jump["path_id"] == "T"
-    assert jump["jump_m"] > 100.0
-    assert event["mu_low"] - 0.003 < jump["mu"] < event["mu_high"]
+    found = show_frictions(database)
+    (event,) = found.events
+    assert event.status == "jump"
+    assert event.mu_low < event.mu < event.mu_high
+    (jump,) = found.jumps
+    assert jump.path_id == "T"
+    assert jump.jump_m > 100.0
+    assert event.mu_low - 0.003 < jump.mu < event.mu_high
 
 
 def test_a_path_withoutknown_stops(database: str) -> None:

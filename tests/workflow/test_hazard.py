@@ -20,8 +20,11 @@ from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_table import RunoutTable
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
 from avahazard.report.hazard_csv import write_hazard
 from avahazard.report.hazard_picture import draw_hazard
+from avahazard.results.base import Rows
+from avahazard.results.hazard import HazardRow, Spread
 from avahazard.store import upkeep
 from avahazard.store.results import BOUNDS, latest_result
 from avahazard.store.session import reading
@@ -52,52 +55,50 @@ def mine(models: str, tmp_path: Path) -> str:
     return str(shutil.copy(models, tmp_path / "mine.db"))
 
 
-def rows_of(database: str, name: str, **more: Any) -> list[dict[str, Any]]:
-    return hazard(database, name, **more)[0]
+def rows_of(database: str, name: str, **more: Any) -> Rows[HazardRow]:
+    return hazard(database, name, **more).rows
 
 
 def test_hundred_years_for_every_path_by_default(mine: str) -> None:
     rows = rows_of(mine, "gibbs")
-    assert [row["path_id"] for row in rows] == sorted(p.path_id for p in twin_records().paths)
-    assert {row["return_period_years"] for row in rows} == {100.0}
+    assert [row.path_id for row in rows] == sorted(p.path_id for p in twin_records().paths)
+    assert {row.return_period_years for row in rows} == {100.0}
     for row in rows:
-        assert (
-            row["volume_interval_m3"]["q05"] < row["volume_m3"] < row["volume_interval_m3"]["q95"]
-        )
-        x = row["runout_x_m"]
-        assert x["q05"] < x["q50"] < x["q95"]
-        assert "observed_from to observed_to" in row["volume_method"]
+        assert row.volume_interval_m3.q05 < row.volume_m3 < row.volume_interval_m3.q95
+        x = row.runout_x_m
+        assert x.q05 < x.q50 < x.q95
+        assert "observed_from to observed_to" in row.volume_method
         check_apart(row)
-        middle = row["reach"]["p_per_year"]["q50"]
+        middle = row.reach.p_per_year.q50
         assert (np.diff(middle) <= 0.0).all()
         # The chance falls to 1 % where the runout of 100 years is.
-        crossing = np.interp(-0.01, -np.array(middle), row["reach"]["x_m"])
-        exceeded = row["exceeded"]["runout_x_m"]["q50"]
+        crossing = np.interp(-0.01, -np.array(middle), row.reach.x_m)
+        exceeded = row.exceeded.runout_x_m.q50
         if exceeded is not None:
             assert crossing == pytest.approx(exceeded, abs=60.0)
     with reading(mine) as session:
-        assert latest_result(session, BOUNDS, "gibbs") == rows
+        assert latest_result(session, BOUNDS, "gibbs") == plain(rows)
 
 
-def check_apart(row: dict[str, Any]) -> None:
+def check_apart(row: HazardRow) -> None:
     """Each part of what varies is narrower than all of it."""
-    whole, natural = row["runout_x_m"], row["natural"]["runout_x_m"]
-    assert natural["q50"] == pytest.approx(whole["q50"], rel=0.03)
-    parameters = row["parameters"]["runout_x_m"]
-    if whole["q95"] is not None and parameters["q95"] is not None:
-        width = whole["q95"] - whole["q05"]
-        assert 0.5 * width < natural["q95"] - natural["q05"] < 1.05 * width
-        assert 0.0 < parameters["q95"] - parameters["q05"] < width
-    assert "all parameters" in row["natural"]["interval"]
-    assert "error of the rate" in row["exceeded"]["interval"]
+    whole, natural = row.runout_x_m, row.natural.runout_x_m
+    assert natural.q50 == pytest.approx(whole.q50, rel=0.03)
+    parameters = row.parameters.runout_x_m
+    if whole.q95 is not None and parameters.q95 is not None:
+        width = whole.q95 - whole.q05
+        assert 0.5 * width < natural.q95 - natural.q05 < 1.05 * width
+        assert 0.0 < parameters.q95 - parameters.q05 < width
+    assert "all parameters" in row.natural.interval
+    assert "error of the rate" in row.exceeded.interval
 
 
 def test_periods_and_volumes_give_rows_for_both(mine: str) -> None:
     rows = rows_of(mine, "gibbs", return_periods=[30.0], volumes=[1e4, 1e4], paths=["scey"])
-    assert [(row["return_period_years"], row["volume_m3"]) for row in rows][1:] == [(None, 1e4)]
-    assert rows[0]["return_period_years"] == 30.0
-    assert "fixed: the volume of the return period" in rows[0]["interval"]
-    assert rows[1]["interval"].endswith("fixed: the volume")
+    assert [(row.return_period_years, row.volume_m3) for row in rows][1:] == [(None, 1e4)]
+    assert rows[0].return_period_years == 30.0
+    assert "fixed: the volume of the return period" in rows[0].interval
+    assert rows[1].interval.endswith("fixed: the volume")
 
 
 def test_tables_and_profiles_are_made_once_for_a_path(
@@ -129,9 +130,9 @@ def test_tables_and_profiles_are_made_once_for_a_path(
 
 def test_larger_volumes_and_longer_periods_go_further(mine: str) -> None:
     volumes = rows_of(mine, "gibbs", volumes=[1e4, 1e6], paths=["saint-clement"])
-    assert volumes[1]["runout_x_m"]["q50"] > volumes[0]["runout_x_m"]["q50"] + 100.0
+    assert volumes[1].runout_x_m.q50 > volumes[0].runout_x_m.q50 + 100.0
     periods = rows_of(mine, "gibbs", return_periods=[10.0, 100.0], paths=["saint-clement"])
-    assert periods[1]["volume_m3"] > periods[0]["volume_m3"]
+    assert periods[1].volume_m3 > periods[0].volume_m3
 
 
 def test_a_row_does_not_hang_on_the_others(mine: str) -> None:
@@ -143,20 +144,19 @@ def test_a_row_does_not_hang_on_the_others(mine: str) -> None:
 
 def test_the_metropolis_model_scatters_in_metres(mine: str) -> None:
     (row,) = rows_of(mine, "metropolis", volumes=[3e4], paths=["saugy"])
-    assert "sigma metres of elevation" in row["interval"]
-    z = row["runout_elevation_m"]
-    sigma = load_stored(mine, "metropolis").result["parameters"]["sigma"]["mean"]
-    assert z["q95"] - z["q05"] == pytest.approx(2 * 1.645 * sigma, rel=0.1)
+    assert "sigma metres of elevation" in row.interval
+    z = row.runout_elevation_m
+    sigma = load_stored(mine, "metropolis").result.parameters["sigma"].mean
+    assert z.q95 - z.q05 == pytest.approx(2 * 1.645 * sigma, rel=0.1)
 
 
 def test_a_model_without_volume_says_so_and_needs_none(mine: str) -> None:
-    rows, notes = hazard(
-        mine, "constant", return_periods=[100.0], volumes=[1e3, 1e6], paths=["scey"]
-    )
-    medians = [row["runout_x_m"]["q50"] for row in rows]
+    found = hazard(mine, "constant", return_periods=[100.0], volumes=[1e3, 1e6], paths=["scey"])
+    rows, notes = found.rows, found.notes
+    medians = [row.runout_x_m.q50 for row in rows]
     assert medians == pytest.approx([medians[0]] * 3, rel=0.01)
     assert any("same for every volume" in note for note in notes)
-    assert "does not matter" in rows[0]["interval"]
+    assert "does not matter" in rows[0].interval
 
 
 def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) -> None:
@@ -166,14 +166,14 @@ def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) 
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
     with pytest.raises(AvahazardError, match="No dated event of path bare has a volume"):
         hazard(mine, "gibbs", paths=["bare"])
-    rows_, notes = hazard(mine, "gibbs")
-    assert "bare" not in {row["path_id"] for row in rows_}
-    assert any("left out: No dated event of path bare" in note for note in notes)
-    assert any("records have changed" in note for note in notes)
-    assert rows_of(mine, "gibbs", volumes=[1e4], paths=["bare"])[0]["runout_x_m"]["mean"] > 0
+    found = hazard(mine, "gibbs")
+    assert "bare" not in {row.path_id for row in found.rows}
+    assert any("left out: No dated event of path bare" in note for note in found.notes)
+    assert any("records have changed" in note for note in found.notes)
+    assert rows_of(mine, "gibbs", volumes=[1e4], paths=["bare"])[0].runout_x_m.mean > 0
     (any_volume,) = rows_of(mine, "constant", paths=["bare"])
-    assert (any_volume["volume_m3"], any_volume["return_period_years"]) == (None, 100.0)
-    assert any_volume["exceeded"]["runout_x_m"]["q50"] > 0.0
+    assert (any_volume.volume_m3, any_volume.return_period_years) == (None, 100.0)
+    assert any_volume.exceeded.runout_x_m.q50 > 0.0
 
 
 def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, write: Write) -> None:
@@ -181,37 +181,39 @@ def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, writ
     points = [(x, 2000 - 0.1 * x if x <= 300 else 2240 - 0.9 * x) for x in range(0, 1801, 30)]
     rows = "\n".join(f"shelf,{x},{y:.1f}" for x, y in points)
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
-    (row,), notes = hazard(mine, "gibbs", volumes=[1e4], paths=["shelf"])
-    assert row["p_not_released"] > 0.9
-    assert set(row["runout_x_m"].values()) == {None}
-    assert any("shelf: the block does not start" in note for note in notes)
+    found = hazard(mine, "gibbs", volumes=[1e4], paths=["shelf"])
+    (row,) = found.rows
+    assert row.p_not_released > 0.9
+    assert row.runout_x_m == Spread(None, None, None, None)
+    assert any("shelf: the block does not start" in note for note in found.notes)
 
 
 def test_volumes_of_a_table_by_both_ways(mine: str, write: Write) -> None:
     text = "path_id,return_period_years,volume_m3\nscey,30,20000\n"
     source = VolumeSource(table=write("table.csv", text))
-    rows, notes = hazard(mine, "gibbs", return_periods=[30.0, 300.0], source=source)
-    assert [row["path_id"] for row in rows] == ["scey"] * 2
-    assert [row["extrapolated"] for row in rows] == [False, True]
+    found = hazard(mine, "gibbs", return_periods=[30.0, 300.0], source=source)
+    rows, notes = found.rows, found.notes
+    assert [row.path_id for row in rows] == ["scey"] * 2
+    assert [row.extrapolated for row in rows] == [False, True]
     assert "past the ends of the table" in " ".join(notes)
-    assert "n_records" not in rows[0]
-    assert rows[0]["volume_m3"] == pytest.approx(2e4)
+    assert rows[0].n_records is None
+    assert rows[0].volume_m3 == pytest.approx(2e4)
     # One volume each 30 years: the farthest of 30 years is a common avalanche, of 300 a rare one.
-    assert rows[0]["exceeded"]["runout_x_m"]["q50"] < rows[0]["runout_x_m"]["q05"]
-    assert rows[1]["exceeded"]["runout_x_m"]["q50"] > rows[1]["runout_x_m"]["q50"]
+    assert rows[0].exceeded.runout_x_m.q50 < rows[0].runout_x_m.q05
+    assert rows[1].exceeded.runout_x_m.q50 > rows[1].runout_x_m.q50
 
 
 def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
     (before,) = rows_of(mine, "gibbs", paths=["nants"])
-    first, last = before["first_year"], before["last_year"]
+    first, last = before.first_year, before.last_year
     text = "path_id,observed_from,observed_to,not_observed\n"
     text += f"nants,{first},{last},{first - 5}-{first + 40}\n"
     import_files(mine, [write("paths.csv", text)], update=True)
     (after,) = rows_of(mine, "gibbs", paths=["nants"])
-    assert after["years_not_observed"] == 41
+    assert after.years_not_observed == 41
     years = last - first + 1 - 41
-    assert after["events_per_year"] == pytest.approx(after["n_records"] / years)
-    assert "41 years not observed" in after["volume_method"]
+    assert after.events_per_year == pytest.approx(after.n_records / years)
+    assert "41 years not observed" in after.volume_method
 
 
 def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
@@ -241,12 +243,12 @@ def test_no_such_model(mine: str) -> None:
 
 def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:
     rows = rows_of(mine, "gibbs", return_periods=[100.0, 1e4], paths=["saint-clement"])
-    assert rows[1]["runout_x_m"]["q95"] is None
+    assert rows[1].runout_x_m.q95 is None
     write_hazard(tmp_path / "bounds.csv", rows)
     with (tmp_path / "bounds.csv").open(encoding="utf-8") as handle:
         found = list(csv.DictReader(handle))
     assert [line["path_id"] for line in found] == ["saint-clement"] * 2
-    assert float(found[0]["runout_x_q50_m"]) == pytest.approx(rows[0]["runout_x_m"]["q50"])
+    assert float(found[0]["runout_x_q50_m"]) == pytest.approx(rows[0].runout_x_m.q50)
     assert found[1]["runout_x_q95_m"] == ""
     draw_hazard(tmp_path / "bounds.png", "twin", twin_records(), rows)
     assert (tmp_path / "bounds.png").read_bytes()[:4] == b"\x89PNG"

@@ -12,6 +12,7 @@ from avahazard.inference.model.laws import LAWS
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
+from avahazard.results.terrain import SpeedHere
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
@@ -29,49 +30,49 @@ def _site(length_m: float = 1900.0):
 
 @pytest.mark.parametrize("mu", [0.42, 0.5, 0.6])
 def test_the_stop_is_that_of_small_steps(mu: float) -> None:
-    document = run_site(_site(), mu)
-    assert document["status"] == "stopped"
-    assert document["runout_x_m"] == pytest.approx(stop_x(mu), abs=0.05)
+    found = run_site(_site(), mu)
+    assert found.status == "stopped"
+    assert found.runout_x_m == pytest.approx(stop_x(mu), abs=0.05)
 
 
 def test_speeds_run_from_release_to_stop() -> None:
-    document = run_site(_site(), 0.45)
-    x = np.array([place["x_m"] for place in document["speeds"]])
-    speed = np.array([place["speed_m_s"] for place in document["speeds"]])
+    found = run_site(_site(), 0.45)
+    x = np.array([place.x_m for place in found.speeds])
+    speed = np.array([place.speed_m_s for place in found.speeds])
     assert (x[0], speed[0], speed[-1]) == (0.0, 0.0, 0.0)
-    assert x[-1] == document["runout_x_m"]
+    assert x[-1] == found.runout_x_m
     assert np.diff(x).max() == pytest.approx(np.diff(x).min())
     assert len(x) == 100
     assert np.all(speed[1:-1] > 0.0)
-    assert document["speed_max_m_s"] >= speed.max()
+    assert found.speed_max_m_s >= speed.max()
 
 
 def test_short_runs_have_a_place_every_ten_metres() -> None:
-    document = run_site(_site(), 0.75)
-    x = [place["x_m"] for place in document["speeds"]]
+    found = run_site(_site(), 0.75)
+    x = [place.x_m for place in found.speeds]
     assert 5.0 < x[1] - x[0] <= 10.0
 
 
 def test_a_run_that_leaves_or_does_not_start() -> None:
     left = run_site(_site(1000.0), 0.2)
-    assert (left["status"], left["runout_x_m"], left["runout_elevation_m"]) == (
+    assert (left.status, left.runout_x_m, left.runout_elevation_m) == (
         "left_profile",
         None,
         None,
     )
-    assert left["speeds"][-1]["x_m"] == 1000.0
-    assert left["speeds"][-1]["speed_m_s"] > 10.0
+    assert left.speeds[-1].x_m == 1000.0
+    assert left.speeds[-1].speed_m_s > 10.0
     held = run_site(_site(), 0.9)
-    assert (held["status"], held["runout_x_m"]) == ("not_released", 0.0)
-    assert held["speeds"] == [{"x_m": 0.0, "speed_m_s": 0.0}]
+    assert (held.status, held.runout_x_m) == ("not_released", 0.0)
+    assert held.speeds == (SpeedHere(0.0, 0.0),)
 
 
 def test_from_the_database(database: str) -> None:
     with writing(database) as session:
         save_records(session, bowl())
-    assert run_path(database, "B", 0.45) == {"path_id": "B", **run_site(_site(), 0.45)} | {
-        "lift_off_x_m": pytest.approx(np.nan, nan_ok=True)
-    }
+    found = run_path(database, "B", 0.45)
+    assert found == run_site(_site(), 0.45)
+    assert (found.path_id, found.lift_off_x_m) == ("B", None)
     with pytest.raises(AvahazardError, match="friction is 0"):
         run_path(database, "B", 0.0)
 
@@ -94,48 +95,48 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.mark.parametrize(("name", "law"), [("plain", "exponential"), ("gibbs", "exponential")])
 def test_friction_is_the_median_over_the_posterior(models: str, name: str, law: str) -> None:
-    document = run_model(models, "scey", name, volume_m3=2e4)
+    found = run_model(models, "scey", name, volume_m3=2e4)
     model = load_stored(models, name).model
     u = model.draws[:, :2]
     expected = np.median(np.exp(LAWS[law].log_friction(u, np.array([2e4]))))
-    assert document["mu"] == pytest.approx(expected, rel=1e-12)
-    assert document["mu_from"] == "posterior median"
-    plain = run_path(models, "scey", document["mu"])
-    assert document["runout_x_m"] == plain["runout_x_m"]
-    assert document["speeds"] == plain["speeds"]
-    assert (document["model"], document["volume_m3"], document["notes"]) == (name, 2e4, [])
+    assert found.mu == pytest.approx(expected, rel=1e-12)
+    assert found.mu_from == "posterior median"
+    plain = run_path(models, "scey", found.mu)
+    assert found.runout_x_m == plain.runout_x_m
+    assert found.speeds == plain.speeds
+    assert (found.model, found.volume_m3, found.notes) == (name, 2e4, ())
 
 
 def test_normal_friction_without_centrifugal(models: str) -> None:
-    document = run_model(models, "scey", "normal", volume_m3=2e4)
+    found = run_model(models, "scey", "normal", volume_m3=2e4)
     model = load_stored(models, "normal").model
     natural = LAWS["power"].to_natural(model.draws[:, :2])
-    assert document["mu"] == pytest.approx(np.median(natural[:, 0] * 2e4 ** -natural[:, 1]))
+    assert found.mu == pytest.approx(np.median(natural[:, 0] * 2e4 ** -natural[:, 1]))
     # Without the load of curvature the block runs further at the same friction.
-    curved = run_path(models, "scey", document["mu"])
-    assert document["runout_x_m"] > curved["runout_x_m"] + 20.0
+    curved = run_path(models, "scey", found.mu)
+    assert found.runout_x_m > curved.runout_x_m + 20.0
 
 
 def test_a_path_has_its_own_friction(models: str) -> None:
     model = load_stored(models, "paths").model
     base = np.exp(model.draws[:, 0] - model.draws[:, 1] * 0.02)
     for path_id in ("scey", "saugy"):
-        document = run_model(models, path_id, "paths", volume_m3=2e4)
+        found = run_model(models, path_id, "paths", volume_m3=2e4)
         expected = np.median(base * np.exp(model.offsets[path_id]))
-        assert document["mu"] == pytest.approx(expected)
+        assert found.mu == pytest.approx(expected)
 
 
 def test_an_effect_on_the_motion_acts(models: str) -> None:
-    document = run_model(models, "scey", "drag", volume_m3=None, mu=0.45)
+    found = run_model(models, "scey", "drag", volume_m3=None, mu=0.45)
     plain = run_path(models, "scey", 0.45)
-    assert document["mu_from"] == "given"
-    assert document["speed_max_m_s"] < plain["speed_max_m_s"]
-    assert document["runout_x_m"] < plain["runout_x_m"]
+    assert found.mu_from == "given"
+    assert found.speed_max_m_s < plain.speed_max_m_s
+    assert found.runout_x_m < plain.runout_x_m
 
 
 def test_a_path_that_the_model_does_not_know(models: str) -> None:
-    document = run_model(models, "gurraz", "plain", volume_m3=2e4)
-    assert document["mu"] == run_model(models, "scey", "plain", volume_m3=2e4)["mu"]
+    found = run_model(models, "gurraz", "plain", volume_m3=2e4)
+    assert found.mu == run_model(models, "scey", "plain", volume_m3=2e4).mu
 
 
 @pytest.mark.parametrize("volume", [None, 0.0, -5.0, float("nan")])
@@ -151,4 +152,4 @@ def test_records_that_changed_are_noted(database: str) -> None:
     with writing(database) as session:
         new = Event("new", "scey", runout_elevation_m=1100.0, volume_m3=1e4)
         save_records(session, Records(events=(new,)))
-    assert "have changed" in run_model(database, "scey", "m", volume_m3=1e4)["notes"][0]
+    assert "have changed" in run_model(database, "scey", "m", volume_m3=1e4).notes[0]

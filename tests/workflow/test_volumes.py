@@ -26,42 +26,44 @@ def twin(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def test_every_path_has_its_levels_and_its_records(twin: str, tmp_path: Path) -> None:
-    entries, notes = volumes(twin, plot=tmp_path / "levels.png")
-    assert notes == []
-    assert [e["path_id"] for e in entries] == sorted(p.path_id for p in twin_records().paths)
+    found = volumes(twin, plot=tmp_path / "levels.png")
+    entries = found.rows
+    assert found.notes == ()
+    assert [e.path_id for e in entries] == sorted(p.path_id for p in twin_records().paths)
     for entry in entries:
-        found = [level["volume_m3"] for level in entry["levels"]]
-        assert found == sorted(found)
-        for level in entry["levels"]:
-            assert level["q05_m3"] < level["volume_m3"] < level["q95_m3"]
-            years = entry["last_year"] - entry["first_year"] + 1
-            assert level["extrapolated"] is (level["return_period_years"] > 2 * years)
-        ranked = [point["volume_m3"] for point in entry["maxima"]]
+        of_levels = [level.volume_m3 for level in entry.levels]
+        assert of_levels == sorted(of_levels)
+        for level in entry.levels:
+            assert level.q05_m3 < level.volume_m3 < level.q95_m3
+            years = entry.last_year - entry.first_year + 1
+            assert level.extrapolated is (level.return_period_years > 2 * years)
+        ranked = [point.volume_m3 for point in entry.maxima]
         assert ranked == sorted(ranked, reverse=True)
-        assert entry["maxima"][0]["return_period_years"] == years + 1
+        assert entry.maxima[0].return_period_years == years + 1
     assert (tmp_path / "levels.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_periods_shorter_than_the_time_between_avalanches_have_no_level(twin: str) -> None:
-    (entry,), _ = volumes(twin, paths=["scey"], return_periods=[1.5, 100.0])
-    assert [level["return_period_years"] for level in entry["levels"]] == [100.0]
+    (entry,) = volumes(twin, paths=["scey"], return_periods=[1.5, 100.0]).rows
+    assert [level.return_period_years for level in entry.levels] == [100.0]
 
 
 def test_over_a_threshold(twin: str) -> None:
     source = VolumeSource("gpd", 3e4)
-    (entry,), _ = volumes(twin, paths=["saint-clement"], source=source)
-    assert "generalised Pareto of log volume over 30000 m3 (given)" in entry["method"]
-    (automatic,), _ = volumes(twin, paths=["saint-clement"], source=VolumeSource("gpd"))
-    assert "(the median)" in automatic["method"]
+    (entry,) = volumes(twin, paths=["saint-clement"], source=source).rows
+    assert "generalised Pareto of log volume over 30000 m3 (given)" in entry.method
+    (automatic,) = volumes(twin, paths=["saint-clement"], source=VolumeSource("gpd")).rows
+    assert "(the median)" in automatic.method
 
 
 def test_a_table_of_ones_own(twin: str, write: Write) -> None:
     rows = "path_id,return_period_years,volume_m3\nscey,10,2e4\nscey,100,6e4\n"
     source = VolumeSource(table=write("table.csv", rows))
-    (entry,), notes = volumes(twin, source=source, return_periods=[10.0, 300.0])
-    assert (entry["path_id"], entry["source"], entry["n_records"]) == ("scey", "given", None)
-    assert [level["extrapolated"] for level in entry["levels"]] == [False, True]
-    assert len(notes) == 6
+    found = volumes(twin, source=source, return_periods=[10.0, 300.0])
+    (entry,) = found.rows
+    assert (entry.path_id, entry.source, entry.n_records) == ("scey", "given", None)
+    assert [level.extrapolated for level in entry.levels] == [False, True]
+    assert len(found.notes) == 6
     with pytest.raises(AvahazardError, match="no row of path nants"):
         volumes(twin, paths=["nants"], source=source)
 
@@ -73,8 +75,8 @@ def test_snowfall_needs_a_release_area(twin: str, write: Write) -> None:
         volumes(twin, paths=["scey"], source=source)
     assert "--update" in caught.value.hint
     import_files(twin, [write("paths.csv", "path_id,release_area_m2\nscey,20000\n")], update=True)
-    (entry,), _ = volumes(twin, paths=["scey"], source=source, return_periods=[30.0])
-    assert entry["levels"][0]["volume_m3"] == pytest.approx(1.35 * 20000 * 0.4, rel=0.15)
+    (entry,) = volumes(twin, paths=["scey"], source=source, return_periods=[30.0]).rows
+    assert entry.levels[0].volume_m3 == pytest.approx(1.35 * 20000 * 0.4, rel=0.15)
     only = VolumeSource(snowfall=write("snow.csv", rows.replace("depth_m", "depth_m,path_id", 1)))
     with pytest.raises(AvahazardError):
         volumes(twin, paths=["scey"], source=only)

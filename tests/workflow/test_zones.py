@@ -12,6 +12,9 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
+from avahazard.results.base import Rows
+from avahazard.results.zones import ZonedPath
 from avahazard.store import upkeep
 from avahazard.store.results import ZONES, latest_result
 from avahazard.store.session import reading
@@ -51,14 +54,14 @@ def mine(models: str, tmp_path: Path) -> str:
     return str(shutil.copy(models, tmp_path / "mine.db"))
 
 
-def median(entry: dict[str, Any], period: float, what: str) -> np.ndarray:
+def median(entry: ZonedPath, period: float, what: str) -> np.ndarray:
     """Medians of speed or pressure at the places of an entry."""
     (k,) = (
         k
-        for k, found in enumerate(entry["places"][0]["by_return_period"])
-        if found["return_period_years"] == period
+        for k, found in enumerate(entry.places[0].by_return_period)
+        if found.return_period_years == period
     )
-    return np.array([p["by_return_period"][k][what]["q50"] for p in entry["places"]])
+    return np.array([getattr(p.by_return_period[k], what).q50 for p in entry.places])
 
 
 @dataclass(frozen=True)
@@ -66,8 +69,8 @@ class Found:
     """What one call found, its database, its picture."""
 
     database: str
-    entries: list[dict[str, Any]]
-    notes: list[str]
+    entries: Rows[ZonedPath]
+    notes: tuple[str, ...]
     picture: str
 
 
@@ -75,7 +78,7 @@ class Found:
 def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
     folder = tmp_path_factory.mktemp("french")
     file = str(shutil.copy(models, folder / "found.db"))
-    entries, notes = zones(
+    found = zones(
         file,
         "gibbs",
         limits="french",
@@ -83,60 +86,60 @@ def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
         return_periods=[10.0],
         plot=folder / "zones.svg",
     )
-    return Found(file, entries, notes, (folder / "zones.svg").read_text())
+    return Found(file, found.rows, found.notes, (folder / "zones.svg").read_text())
 
 
 def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
     with reading(french.database) as session:
-        assert latest_result(session, ZONES, "gibbs") == french.entries
+        assert latest_result(session, ZONES, "gibbs") == plain(french.entries)
     assert french.picture.count("<!-- yellow zone -->") == 1
-    assert [e["path_id"] for e in french.entries] == ["saugy", "scey"]
+    assert [e.path_id for e in french.entries] == ["saugy", "scey"]
     assert any("no drag" in note for note in french.notes)
     assert any("scey: T = 300 is past twice the observed years" in note for note in french.notes)
-    assert [z["extrapolated"] for z in french.entries[1]["zones"]] == [False, False, True]
+    assert [z.extrapolated for z in french.entries[1].zones] == [False, False, True]
     for entry in french.entries:
         ten, hundred, rare = (median(entry, t, "speed_m_s") for t in (10.0, 100.0, 300.0))
         assert (ten <= hundred).all()
         assert (hundred <= rare).all()
         assert ten[0] == 0.0
-        assert entry["p_not_released"] < 0.01
+        assert entry.p_not_released < 0.01
         assert rare.max() > 40.0
         assert median(entry, 100.0, "pressure_kpa").max() == pytest.approx(
             0.3 * hundred.max() ** 2, rel=0.05
         )
-        chance = [place["p_reach_per_year"] for place in entry["places"]]
+        chance = [place.p_reach_per_year for place in entry.places]
         assert chance == sorted(chance, reverse=True)
-        assert [z["zone"] for z in entry["zones"]] == ["red", "blue", "yellow"]
-        ends = [entry["release_x_m"], *(z["to_x_m"] for z in entry["zones"])]
-        assert [z["from_x_m"] for z in entry["zones"]] == ends[:-1]
+        assert [z.zone for z in entry.zones] == ["red", "blue", "yellow"]
+        ends = [entry.release_x_m, *(z.to_x_m for z in entry.zones)]
+        assert [z.from_x_m for z in entry.zones] == ends[:-1]
         assert ends == sorted(ends)
 
 
 def test_zones_end_where_hazard_says_that_runouts_do(french: Found) -> None:
-    rows, _ = hazard(french.database, "gibbs", return_periods=[100.0, 300.0], paths=["scey"])
-    for zone, row in zip(french.entries[1]["zones"][1:], rows, strict=True):
-        x = row["exceeded"]["runout_x_m"]
-        assert (zone["to_x_q05_m"], zone["to_x_m"]) == pytest.approx((x["q05"], x["q50"]), abs=10)
+    rows = hazard(french.database, "gibbs", return_periods=[100.0, 300.0], paths=["scey"]).rows
+    for zone, row in zip(french.entries[1].zones[1:], rows, strict=True):
+        x = row.exceeded.runout_x_m
+        assert (zone.to_x_q05_m, zone.to_x_m) == pytest.approx((x.q05, x.q50), abs=10)
 
 
 def test_a_path_does_not_hang_on_the_others(french: Found, mine: str) -> None:
-    alone, _ = zones(mine, "gibbs", limits="french", paths=["scey"], return_periods=[10.0])
+    alone = zones(mine, "gibbs", limits="french", paths=["scey"], return_periods=[10.0]).rows
     assert alone == french.entries[1:]
 
 
 def test_limits_and_density_of_ones_own(mine: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(OWN)
     own = str(tmp_path / "own.toml")
-    (entry,) = zones(mine, "gibbs", limits=own, paths=["scey"], density=150.0, density_sd=0.0)[0]
-    assert entry["limits"] == "own.toml"
-    strong, reached = entry["zones"]
-    assert (strong["zone"], strong["color"]) == ("strong", "#aa0000")
-    x = np.array([place["x_m"] for place in entry["places"]])
+    (entry,) = zones(mine, "gibbs", limits=own, paths=["scey"], density=150.0, density_sd=0.0).rows
+    assert entry.limits == "own.toml"
+    strong, reached = entry.zones
+    assert (strong.zone, strong.color) == ("strong", "#aa0000")
+    x = np.array([place.x_m for place in entry.places])
     pressure = median(entry, 50.0, "pressure_kpa")
     assert pressure == pytest.approx(0.15 * median(entry, 50.0, "speed_m_s") ** 2, rel=0.05)
     # The median of the ends is near the end by the medians.
-    assert strong["to_x_m"] == pytest.approx(x[pressure >= 100.0][-1], abs=2 * (x[1] - x[0]))
-    assert reached["to_x_m"] > strong["to_x_m"]
+    assert strong.to_x_m == pytest.approx(x[pressure >= 100.0][-1], abs=2 * (x[1] - x[0]))
+    assert reached.to_x_m > strong.to_x_m
 
 
 def test_a_block_that_does_not_start_is_told(mine: str, write: Write) -> None:
@@ -145,9 +148,12 @@ def test_a_block_that_does_not_start_is_told(mine: str, write: Write) -> None:
     points = "\n".join(f"shelf,{x},{y:.1f}" for x, y in places)
     write("events.csv", "event_id,path_id,runout_x_m,date\ns1,shelf,1500,1950\n")
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
-    (entry,), notes = zones(mine, "constant", paths=["shelf"])
-    assert entry["p_not_released"] > 0.9
-    assert any("shelf: 100% of the avalanches stop at their release" in note for note in notes)
+    found = zones(mine, "constant", paths=["shelf"])
+    (entry,) = found.rows
+    assert entry.p_not_released > 0.9
+    assert any(
+        "shelf: 100% of the avalanches stop at their release" in note for note in found.notes
+    )
 
 
 def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) -> None:
@@ -159,8 +165,8 @@ def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) 
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
     with pytest.raises(AvahazardError, match="No dated event of path bare has a volume"):
         zones(mine, "gibbs", paths=["bare"])
-    (entry,) = zones(mine, "constant", paths=["bare"])[0]
-    assert entry["zones"][0]["to_x_m"] > entry["release_x_m"]
+    (entry,) = zones(mine, "constant", paths=["bare"]).rows
+    assert entry.zones[0].to_x_m > entry.release_x_m
 
 
 @pytest.mark.parametrize(

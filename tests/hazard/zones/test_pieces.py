@@ -19,7 +19,7 @@ def flow(stop_x: float, top_kpa: float, n: int = 1) -> Exceeded:
 
 
 def ends(limits: Limits, exceeded: dict[float, Exceeded]) -> list[tuple[str, float, float]]:
-    return [(z.name, z.from_x, z.to_x) for z in zone_pieces(limits, X, exceeded)]
+    return [(z.zone, z.from_x_m, z.to_x_m) for z in zone_pieces(limits, X, exceeded)]
 
 
 def test_swiss_zones() -> None:
@@ -51,7 +51,7 @@ def test_pressure_ends_at_the_runout_not_at_the_next_place() -> None:
         X,
         {100.0: Exceeded(np.array([610.0]), pressure)},
     )
-    assert found[0].to_x == pytest.approx(602.5)
+    assert found[0].to_x_m == pytest.approx(602.5)
 
 
 def test_above_a_place_in_a_zone_all_is_in_it() -> None:
@@ -59,7 +59,7 @@ def test_above_a_place_in_a_zone_all_is_in_it() -> None:
     pressure = np.where(X > 900.0, 0.0, pressure)[None]
     limits = Limits("one", (ZoneLimits("a", "#000000", (Rule(100.0, 30.0),)),))
     (found,) = zone_pieces(limits, X, {100.0: Exceeded(np.array([920.0]), pressure)})
-    assert 900.0 < found.to_x < 920.0
+    assert 900.0 < found.to_x_m < 920.0
 
 
 def test_quantiles_over_the_draws_and_beyond_the_profile() -> None:
@@ -68,12 +68,16 @@ def test_quantiles_over_the_draws_and_beyond_the_profile() -> None:
     limits = Limits("one", (ZoneLimits("a", "#000000", (Rule(100.0),)),))
     exceeded = {100.0: Exceeded(runout, np.zeros((1000, len(X))))}
     (found,) = zone_pieces(limits, X, exceeded)
-    assert (found.to_x, found.beyond, found.to_x_q95) == (pytest.approx(849.5, abs=1), False, None)
-    assert found.to_x_q05 == pytest.approx(445.0, abs=1.0)
+    assert (found.to_x_m, found.beyond, found.to_x_q95_m) == (
+        pytest.approx(849.5, abs=1),
+        False,
+        None,
+    )
+    assert found.to_x_q05_m == pytest.approx(445.0, abs=1.0)
     far = {100.0: Exceeded(np.full(3, np.inf), np.full((3, len(X)), 50.0))}
     for rule in (Rule(100.0), Rule(100.0, 30.0)):
         (found,) = zone_pieces(Limits("one", (ZoneLimits("a", "#000000", (rule,)),)), X, far)
-        assert (found.to_x, found.beyond, found.to_x_q05) == (X[-1], True, None)
+        assert (found.to_x_m, found.beyond, found.to_x_q05_m) == (X[-1], True, None)
 
 
 def test_density_has_its_mean_and_spread() -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from avahazard.workflow.stored.document import summary
 from scipy.optimize import minimize
 
 from avahazard.inference.likelihood.predicted import predict_records
@@ -18,7 +19,6 @@ from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.workflow.stored.document import summary
 from tests.workflow.twin import TRUTH, twin_study
 from tests.workflow.worlds import bowl, height, stop_x
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from avahazard.workflow.stored.document import mode, result_document, summary
 
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
@@ -14,7 +15,6 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
-from avahazard.workflow.stored.document import mode, result_document, summary
 from tests.criticism.studies import straight
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from avahazard.workflow.stored.document import result_document
 
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.inference.fitting.refinement import refined_grids
@@ -23,7 +24,6 @@ from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.workflow.stored.document import result_document
 from avahazard.workflow.stored.model import (
     load_stored,
     only_paths,
