@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from avahazard.records.plain import plain
 from avahazard.results.base import PICTURES
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
@@ -33,7 +32,7 @@ def _ladder(file: Path, found: Ladder) -> None:
 def _frictions(file: Path, found: Frictions) -> None:
     from avahazard.report.friction_figure import draw_densities  # noqa: PLC0415 (slow)
 
-    draw_densities(file, plain(found.density))
+    draw_densities(file, found.density)
 
 
 PICTURES.update(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
+from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.ladder import BeforeAndAfter
 from avahazard.store.models import load_model, refuse_taken_name
@@ -22,7 +23,7 @@ from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import comparison, stored_comparison
 from avahazard.workflow.ladder import standing
-from avahazard.workflow.stored.document import result_document
+from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import (
     StoredFit,
     load_stored,
@@ -43,12 +44,11 @@ def add(
     *,
     effect_files: Sequence[Path] = (),
     report: Report = lambda _what, _done, _total: None,
-) -> dict[str, Any]:
+) -> Calibration:
     """Add `effects` to the model `name`, calibrate from its mode, compare, store as `new_name`.
 
     Chains, draws and seed are the parent's. `effect_files` hold the user's own effects, of the
-    parent and new ones. Returns the document of `calibrate` and `comparison`, the scores
-    `before` and `after` with the noise floor.
+    parent and new ones.
 
     Raises:
         AvahazardError: a name is taken or unknown, an effect is unknown, already there or cannot
@@ -77,20 +77,20 @@ def add(
     if specification == parent.specification:
         raise AvahazardError(f"The model {name} has {', '.join(effects)} already.")
     facts = {**parent.facts, **new_facts}
-    seed = int(parent.result["seed"])
+    seed = parent.result.seed
     same_method = parent.method == "marginal"
     found = calibrate_model(
         observations,
         specification,
         facts,
-        n_chains=int(parent.result["chains"]) if same_method else N_CHAINS,
-        n_draws=int(parent.result["draws"]) if same_method else N_DRAWS["marginal"],
+        n_chains=parent.result.chains if same_method else N_CHAINS,
+        n_draws=parent.result.draws if same_method else N_DRAWS["marginal"],
         seed=seed,
         own=definitions,
         start=_start(parent, assemble(observations, specification, facts, definitions)),
         progress=lambda share: report(f"Calibrating {new_name}", share, 1.0),
     )
-    document = result_document(
+    result = calibration_result(
         found, new_name, seed=seed, data_fingerprint=parent.fingerprint, parent=name
     )
     after = comparison(
@@ -104,7 +104,7 @@ def add(
     save_calibrated(
         database,
         found,
-        document,
+        result,
         paths=parent.paths,
         effect_file=stored_text(own, specification.effects),
     )
@@ -112,7 +112,7 @@ def add(
         if fresh and before is not None:
             save_result(session, COMPARISON, name, before.to_dict())
         save_result(session, COMPARISON, new_name, after.to_dict())
-    return {**document, "comparison": before_and_after(before, after)}
+    return replace(result, comparison=before_and_after(before, after))
 
 
 def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndAfter:

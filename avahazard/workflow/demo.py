@@ -9,9 +9,6 @@ from pathlib import Path as FilePath
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_csv import write_hazard
 from avahazard.report.hazard_picture import draw_hazard
-from avahazard.results.base import Rows
-from avahazard.results.calibration import Calibration
-from avahazard.results.hazard import HazardRow
 from avahazard.results.made import Demo
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
@@ -57,12 +54,12 @@ def run_demo(
         import_files(name, sources)
     model = calibrate(name, MODEL, report=report)
     gibbs = calibrate(name, PAPERS_MODEL, method="gibbs", report=report)
-    rows, notes = hazard(name, MODEL, return_periods=[RETURN_PERIOD], report=report)
-    write_hazard(folder / BOUNDS, rows)
+    bounds = hazard(name, MODEL, return_periods=[RETURN_PERIOD], report=report)
+    write_hazard(folder / BOUNDS, bounds.rows)
     with reading(name) as session:
         records = load_records(session)
     title = f"100-year runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
-    draw_hazard(folder / PICTURE, title, records, rows)
+    draw_hazard(folder / PICTURE, title, records, bounds.rows)
     compare(name, MODEL, report=report)
     write_report(name, MODEL, folder / REPORT, report=report)
     written = [str(folder / file) for file in (DATABASE, BOUNDS, PICTURE, REPORT)]
@@ -70,8 +67,8 @@ def run_demo(
         database=name,
         files=(*written, *map(str, sources)),
         twin="The data are a twin: made up from the facts that Ancey (2005) prints.",
-        model=Calibration.from_dict(model),
-        gibbs=Calibration.from_dict(gibbs),
-        hazard=Rows(HazardRow.from_dict(row) for row in rows),
-        notes=(*model["notes"], *gibbs["notes"], *notes),
+        model=model,
+        gibbs=gibbs,
+        hazard=bounds.rows,
+        notes=(*model.notes, *gibbs.notes, *bounds.notes),
     )

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import pytest
 from rich.console import Console
 
 from avahazard.cli.hazard_table import show_bounds
 from avahazard.results.hazard import HazardRow, RunoutInterval, Spread, VolumeInterval
-from tests.results.rows import NOTHING, SPREAD
-from tests.results.rows import hazard_row as row
+from tests.results.samples import HAZARD_ROW, NO_SPREAD, SPREAD
+
+
+def row(**more: Any) -> HazardRow:
+    return replace(HAZARD_ROW, **more)
 
 
 def shown(capsys: pytest.CaptureFixture[str], *rows: HazardRow) -> str:
@@ -35,7 +41,9 @@ def test_beyond_the_profile(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_held_at_the_release(capsys: pytest.CaptureFixture[str]) -> None:
-    held = row(runout_x_m=NOTHING, runout_elevation_m=NOTHING, p_not_released=0.9, volume_m3=None)
+    held = row(
+        runout_x_m=NO_SPREAD, runout_elevation_m=NO_SPREAD, p_not_released=0.9, volume_m3=None
+    )
     printed = shown(capsys, held)
     assert "any held – held –" in printed
     assert "beyond" not in printed

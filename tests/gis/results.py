@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from avahazard.records.path import Profile
 from avahazard.results.hazard import HazardRow, RunoutInterval, Spread
 from tests.gis.surface import CODE, NORTH, WEST
-from tests.results.rows import hazard_row
+from tests.results.samples import HAZARD_ROW
 
 
 def profile(path_id: str = "P", crs: str | None = CODE, east: float = 0.0) -> Profile:
@@ -36,7 +37,8 @@ def bounds_row(path_id: str = "P", period: float | None = 100.0) -> HazardRow:
     both = (spread(700.0, None), spread(1500.0, None))
     apart = RunoutInterval(*both, "what varies")
     x = spread(800.0, 930.5)
-    return hazard_row(
+    return replace(
+        HAZARD_ROW,
         path_id=path_id,
         return_period_years=period,
         volume_m3=20_000.0,

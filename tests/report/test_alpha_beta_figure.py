@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,13 @@ from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.report.alpha_beta_figure import AlphaBetaPath, draw_alpha_beta
 from avahazard.results.hazard import HazardRow, Spread
-from tests.results.rows import hazard_row
+from tests.results.samples import HAZARD_ROW
 
-ROW = hazard_row(
-    runout_x_m=Spread(None, 1500.0, 1700.0, None), return_period_years=100.0, volume_m3=1e4
+ROW = replace(
+    HAZARD_ROW,
+    runout_x_m=Spread(None, 1500.0, 1700.0, None),
+    return_period_years=100.0,
+    volume_m3=1e4,
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.bounds_figure import DrawnPath, draw_bounds
 from avahazard.results.hazard import Spread
-from tests.results.rows import hazard_row
+from tests.results.samples import HAZARD_ROW
 
 X = np.arange(0.0, 3001.0, 50.0)
 
@@ -24,7 +25,7 @@ def drawn(q95: float | None, volume: float | None = 2e4, n_stops: int = 3) -> Dr
         release_x=100.0,
         stop_x=np.linspace(1200.0, 1900.0, n_stops),
         n_left=1,
-        row=hazard_row(runout_x_m=spread, volume_m3=volume),
+        row=replace(HAZARD_ROW, runout_x_m=spread, volume_m3=volume),
     )
 
 

@@ -14,6 +14,7 @@ from avahazard.results.comparison import (
 )
 from avahazard.results.diagnosis import Candidate, Diagnosis, PathEffectTest
 from avahazard.results.friction import FrictionDensity, Frictions, PerturbationCheck
+from avahazard.results.hazard import HazardRow, Spread
 from avahazard.results.ladder import Rung, Standing
 
 RUNOUT = RunoutScores(9, 70.0, 1.0, 40.0, 0.5, 0.9, 12.0, 7.0, (1,) * 9 + (0,))
@@ -88,4 +89,19 @@ FRICTIONS = Frictions(
     ),
     perturbation=PerturbationCheck(0, 0, None, None, None, {}),
     jumps=Rows(),
+)
+SPREAD = Spread(1900.4, 1200.0, 1800.0, 2600.0)
+NO_SPREAD = Spread(None, None, None, None)
+HAZARD_ROW = HazardRow(
+    path_id="p",
+    return_period_years=None,
+    volume_m3=123_456.0,
+    runout_x_m=SPREAD,
+    runout_elevation_m=SPREAD,
+    runout_x_steps_m=(),
+    interval="what varies",
+    p_left_profile=0.0,
+    p_not_released=0.0,
+    n_draws=100,
+    n_nonpositive_friction=0,
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files
-from tests.results.rows import hazard_row
+from tests.results.samples import HAZARD_ROW
 
 Write = Callable[[str, str], Path]
 X = np.arange(0.0, 2401.0, 30.0)
@@ -64,7 +65,7 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
     with pytest.raises(AvahazardError, match="No bounds by m are stored"):
         alpha_beta_paths(mine, model="m", plot=tmp_path / "a.svg")
     spread = Spread(1700.0, 1500.0, 1700.0, 1900.0)
-    row = hazard_row(path_id="bowl", runout_x_m=spread, volume_m3=1e4)
+    row = replace(HAZARD_ROW, path_id="bowl", runout_x_m=spread, volume_m3=1e4)
     with writing(mine) as session:
         save_result(session, BOUNDS, "m", [row.to_dict()])
     alpha_beta_paths(mine, "bowl", model="m", plot=tmp_path / "a.svg")

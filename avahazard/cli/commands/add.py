@@ -12,7 +12,6 @@ from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
-from avahazard.results.calibration import Calibration
 from avahazard.results.ladder import BeforeAndAfter
 
 
@@ -37,7 +36,7 @@ def add(
     from avahazard.workflow.add import add as run  # noqa: PLC0415
 
     with show_progress() as report:
-        document = run(
+        found = run(
             settings(context).database,
             name,
             effect,
@@ -47,11 +46,12 @@ def add(
         )
 
     def render(console: Console) -> None:
-        show_calibration(console, Calibration.from_dict(document))
-        console.print(fall_of_error(document["comparison"]), soft_wrap=True)
+        show_calibration(console, found)
+        assert found.comparison is not None
+        console.print(fall_of_error(found.comparison), soft_wrap=True)
 
-    emit(context, document, render)
-    for note in document["notes"]:
+    emit(context, found, render)
+    for note in found.notes:
         warn(note)
 
 

@@ -14,7 +14,6 @@ from avahazard.cli.hazard_table import show_bounds
 from avahazard.cli.model_table import show_calibration
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
-from avahazard.records.plain import plain
 from avahazard.results.made import Demo
 
 
@@ -47,7 +46,7 @@ def _show(console: Console, found: Demo) -> None:
         show_calibration(console, model)
         console.print()
     console.print("The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n")
-    show_bounds(console, plain(found.hazard))
+    show_bounds(console, found.hazard)
     console.print("\nFiles:")
     database, bounds, picture, report, *data = found.files
     for words, file in (
