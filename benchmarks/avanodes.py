@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from avahazard.physics.constants import GRAVITY
+from avahazard.results.calibration import Calibration
 from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
@@ -172,13 +173,11 @@ def _verdict(document: dict[str, Any]) -> str:
     return "\n".join([*lines, ""])
 
 
-def _parameters(models: dict[str, dict[str, Any]]) -> str:
+def _parameters(models: dict[str, Calibration]) -> str:
     lines = ["| model | parameter | mean ± sd | unit |", "|---|---|---|---|"]
-    for model, document in models.items():
-        for name, p in document["parameters"].items():
-            lines.append(
-                f"| {model} | {name} | {p['mean']:.3g} ± {p['sd']:.2g} | {p['unit'] or '–'} |"
-            )
+    for model, result in models.items():
+        for name, p in result.parameters.items():
+            lines.append(f"| {model} | {name} | {p.mean:.3g} ± {p.sd:.2g} | {p.unit or '–'} |")
     return "\n".join([*lines, ""])
 
 

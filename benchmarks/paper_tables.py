@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import Any
 
+from avahazard.results.calibration import Calibration
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
@@ -53,7 +53,7 @@ def run() -> str:
     return _page(alone, together)
 
 
-def _page(alone: list[dict[str, Any]], together: dict[str, dict[str, Any]]) -> str:
+def _page(alone: list[Calibration], together: dict[str, Calibration]) -> str:
     lines = [
         "The paper's records were never published. Ours are the [twin](data/README.md):",
         "altitudes, numbers of events and ranges of volumes are the paper's; the events were drawn",
@@ -66,10 +66,10 @@ def _page(alone: list[dict[str, Any]], together: dict[str, dict[str, Any]]) -> s
         "| path | events | a (paper) | a | n (paper) | n | σ (paper) | σ |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for (name, _, a, n, sigma), document in zip(BY_PATH, alone, strict=True):
-        found = _cells(document)
+    for (name, _, a, n, sigma), model in zip(BY_PATH, alone, strict=True):
+        found = _cells(model)
         lines.append(
-            f"| {name} | {document['n_events']} | {a} | {found[0]} | {n} | {found[1]} "
+            f"| {name} | {model.n_events} | {a} | {found[0]} | {n} | {found[1]} "
             f"| {sigma} m | {found[2]} |"
         )
     lines += [
@@ -80,24 +80,21 @@ def _page(alone: list[dict[str, Any]], together: dict[str, dict[str, Any]]) -> s
         "| method | a (paper) | a | n (paper) | n | σ (paper) | σ |",
         "|---|---|---|---|---|---|---|",
     ]
-    for method, document in together.items():
+    for method, model in together.items():
         paper = PAPER_ALL.get(method, ("–", "–", "–"))
-        cells = [c for pair in zip(paper, _cells(document), strict=True) for c in pair]
+        cells = [c for pair in zip(paper, _cells(model), strict=True) for c in pair]
         lines.append(f"| {NAMES[method]} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
-def _cells(document: dict[str, Any]) -> tuple[str, str, str]:
+def _cells(model: Calibration) -> tuple[str, str, str]:
     """a, n in 1e-7/m3 and σ with their standard deviations."""
-    found = document["parameters"]
-    a, n, sigma = (found[key] for key in ("a", "n", "sigma"))
-    metres = sigma["unit"] == "m"
+    a, n, sigma = (model.parameters[key] for key in ("a", "n", "sigma"))
+    metres = sigma.unit == "m"
     return (
-        f"{a['mean']:.3f} ± {a['sd']:.3f}",
-        f"{n['mean'] * 1e7:.1f} ± {n['sd'] * 1e7:.1f}",
-        f"{sigma['mean']:.0f} ± {sigma['sd']:.0f} m"
-        if metres
-        else f"{sigma['mean']:.3f} ± {sigma['sd']:.3f}",
+        f"{a.mean:.3f} ± {a.sd:.3f}",
+        f"{n.mean * 1e7:.1f} ± {n.sd * 1e7:.1f}",
+        f"{sigma.mean:.0f} ± {sigma.sd:.0f} m" if metres else f"{sigma.mean:.3f} ± {sigma.sd:.3f}",
     )
 
 

@@ -132,9 +132,9 @@ def test_the_diagnosis_tries_it(world: str) -> None:
 
 
 def test_bounds_and_the_report_know_it(world: str, tmp_path: Path) -> None:
-    rows, _ = hazard(world, "new", volumes=[2e4], n_draws=40)
-    assert "columns of the event" in rows[0]["interval"]
-    assert rows[0]["runout_x_m"]["q50"] is not None
+    rows = hazard(world, "new", volumes=[2e4], n_draws=40).rows
+    assert "columns of the event" in rows[0].interval
+    assert rows[0].runout_x_m.q50 is not None
     write_report(world, "new", tmp_path / "new.html")
     html = (tmp_path / "new.html").read_text(encoding="utf-8")
     assert all(meaning in html for meaning in MEANINGS)

@@ -32,11 +32,11 @@ def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
 ) -> None:
     right = add(snow_database, "base", ["snow-type"], "snow")
     wrong = add(snow_database, "base", ["season"], "season")
-    assert (right["model"], right["parent"], right["effects"]) == ("snow", "base", ["snow-type"])
-    found = right["comparison"]
+    assert (right.model, right.parent, right.effects) == ("snow", "base", ("snow-type",))
+    found = right.comparison
     assert found.after.held_out_crps_m < 0.85 * found.before.held_out_crps_m
     assert found.noise_floor_crps_m < found.after.held_out_crps_m
-    other = wrong["comparison"]
+    other = wrong.comparison
     assert other.after.held_out_crps_m > 0.98 * other.before.held_out_crps_m
     assert other.before == found.before
     rows = ladder(snow_database).rows
@@ -54,8 +54,8 @@ def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
 def test_a_child_of_a_child(snow_database: str) -> None:
     add(snow_database, "base", ["snow-type"], "snow")
     below = add(snow_database, "snow", ["path-effect"], "more")
-    assert below["effects"] == ["snow-type", "path-effect"]
-    assert "path:P01" in below["parameters"]
+    assert below.effects == ("snow-type", "path-effect")
+    assert "path:P01" in below.parameters
     assert ladder(snow_database).rows[2].added == ("path-effect",)
 
 
@@ -68,8 +68,8 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     file = tmp_path / "snow.py"
     levels = built_in.facts["snow-type"]["levels"]
     file.write_text(LEVELS.format(levels=levels), encoding="utf-8")
-    document = add(snow_database, "base", ["snow"], "own", effect_files=[file])
-    assert document["effects"] == ["snow"]
+    child = add(snow_database, "base", ["snow"], "own", effect_files=[file])
+    assert child.effects == ("snow",)
     with reading(snow_database) as session:
         model = load_model(session, "own")
     assert model.effect_file == file.read_text()
@@ -86,7 +86,7 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     with pytest.raises(AvahazardError, match="from a file"):
         add(snow_database, "own", ["season"], "child")
     child = add(snow_database, "own", ["season"], "child", effect_files=[file])
-    assert child["effects"] == ["snow", "season"]
+    assert child.effects == ("snow", "season")
     file.write_text(file.read_text() + "\n# changed\n", encoding="utf-8")
     with pytest.raises(AvahazardError, match="not the one"):
         add(snow_database, "own", ["path-section"], "other", effect_files=[file])
@@ -94,12 +94,12 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
 
 def test_the_child_starts_where_its_parent_is(snow_database: str) -> None:
     """A neutral effect leaves the posterior where it was: the base parameters agree."""
-    document = add(snow_database, "base", ["path-section"], "section")
+    child = add(snow_database, "base", ["path-section"], "section")
     parent = load_stored(snow_database, "base")
-    a = parent.result["parameters"]["a"]
-    assert document["parameters"]["a"]["mean"] == pytest.approx(a["mean"], abs=4 * a["sd"])
-    assert document["seed"] == parent.result["seed"]
-    assert np.isfinite(document["comparison"].after.elpd_loo)
+    a = parent.result.parameters["a"]
+    assert child.parameters["a"].mean == pytest.approx(a.mean, abs=4 * a.sd)
+    assert child.seed == parent.result.seed
+    assert np.isfinite(child.comparison.after.elpd_loo)
 
 
 def test_what_cannot_be_added(snow_database: str, tmp_path: Path) -> None:

@@ -32,19 +32,17 @@ def twin(database: str) -> str:
 
 def test_the_stored_model_is_the_one_that_is_told(twin: str) -> None:
     told: list[float] = []
-    document = calibrate(
+    found = calibrate(
         twin, "m", **FEW, seed=3, report=lambda _what, done, total: told.append(done / total)
     )
     stored = load_stored(twin, "m")
-    assert stored.result == document
+    assert stored.result == found
     assert stored.paths == FEW_PATHS
     assert len(stored.records.events) == 173
-    assert document["n_events"] == 61
+    assert found.n_events == 61
     u = stored.model.draws
-    assert document["parameters"]["a"]["mean"] == pytest.approx(np.exp(u[:, 0]).mean())
-    assert document["parameters"]["sigma"]["q95"] == pytest.approx(
-        np.quantile(np.exp(u[:, 2]), 0.95)
-    )
+    assert found.parameters["a"].mean == pytest.approx(np.exp(u[:, 0]).mean())
+    assert found.parameters["sigma"].q95 == pytest.approx(np.quantile(np.exp(u[:, 2]), 0.95))
     assert (told[0], told[-1]) == (0.0, 1.0)
 
 
@@ -53,41 +51,39 @@ def test_equal_seeds_equal_bits(twin: str) -> None:
         calibrate(twin, name, **FEW, seed=seed)
     a, b, c = (load_stored(twin, name) for name in "abc")
     np.testing.assert_array_equal(a.model.draws, b.model.draws)
-    assert a.result["parameters"] == b.result["parameters"]
+    assert a.result.parameters == b.result.parameters
     assert not np.array_equal(a.model.draws, c.model.draws)
 
 
 def test_a_run_too_short_is_stored_as_such(twin: str) -> None:
-    document = calibrate(twin, "short", paths=["scey"], chains=2, draws=50)
-    assert document["diagnostics"]["converged"] is False
-    assert "not converged" in document["notes"][-1]
+    found = calibrate(twin, "short", paths=["scey"], chains=2, draws=50)
+    assert found.diagnostics.converged is False
+    assert "not converged" in found.notes[-1]
     assert show_models(twin)[0].converged is False
 
 
 def test_path_offsets_are_told_and_kept(twin: str) -> None:
-    document = calibrate(twin, "m", with_=["path-effect"], chains=2, draws=100)
-    offsets = {k for k in document["parameters"] if k.startswith("path:")}
+    found = calibrate(twin, "m", with_=["path-effect"], chains=2, draws=100)
+    offsets = {k for k in found.parameters if k.startswith("path:")}
     assert offsets == {f"path:{p.path_id}" for p in twin_records().paths}
     stored = load_stored(twin, "m")
     assert stored.model.offsets["scey"].shape == (200,)
-    assert document["parameters"]["path:scey"]["mean"] == pytest.approx(
-        stored.model.offsets["scey"].mean()
-    )
-    assert document["effects"] == ["path-effect"]
+    assert found.parameters["path:scey"].mean == pytest.approx(stored.model.offsets["scey"].mean())
+    assert found.effects == ("path-effect",)
 
 
 def test_without_centrifugal(twin: str) -> None:
-    document = calibrate(twin, "m", **FEW, without=["centrifugal"])
-    assert document["centrifugal"] is False
+    found = calibrate(twin, "m", **FEW, without=["centrifugal"])
+    assert found.centrifugal is False
     assert load_stored(twin, "m").specification.centrifugal is False
     # Curvature loads the bed of these hollow paths: without, more friction is needed.
     base = calibrate(twin, "base", **FEW)
-    assert document["parameters"]["a"]["mean"] > base["parameters"]["a"]["mean"] + 0.02
+    assert found.parameters["a"].mean > base.parameters["a"].mean + 0.02
 
 
 def test_an_effect_asked_for_and_away_is_not_there(twin: str) -> None:
-    document = calibrate(twin, "m", **FEW, with_=["season"], without=["season"])
-    assert document["effects"] == []
+    found = calibrate(twin, "m", **FEW, with_=["season"], without=["season"])
+    assert found.effects == ()
 
 
 @pytest.mark.parametrize(
@@ -125,25 +121,25 @@ def test_volumes_are_needed_where_they_act(database: str) -> None:
     assert "constant" in error.value.hint
     with pytest.raises(AvahazardError, match="volume-scatter"):
         calibrate(database, "m", law="constant", scatter="volume")
-    document = calibrate(database, "m", law="constant", chains=2, draws=50)
-    assert 0.48 < document["parameters"]["a"]["mean"] < 0.5
+    found = calibrate(database, "m", law="constant", chains=2, draws=50)
+    assert 0.48 < found.parameters["a"].mean < 0.5
 
 
 def test_rock_avalanches_fall_as_published(database: str, shared_data: Path) -> None:
     with writing(database) as session:
         save_records(session, read_records([shared_data / "rock-avalanches-canada"]))
     for method in ("marginal", "gibbs"):
-        beta = calibrate(database, method, law="power", method=method)["parameters"]["beta"]  # type: ignore[arg-type]
-        assert beta["mean"] == pytest.approx(0.085, abs=0.01)
-        assert beta["q05"] > 0.0
+        beta = calibrate(database, method, law="power", method=method).parameters["beta"]  # type: ignore[arg-type]
+        assert beta.mean == pytest.approx(0.085, abs=0.01)
+        assert beta.q05 > 0.0
 
 
 def test_sensor_tracks_with_the_constant_law(database: str, shared_data: Path) -> None:
     with writing(database) as session:
         save_records(session, read_records([shared_data / "avanodes"]))
-    document = calibrate(database, "m", law="constant", draws=300)
-    parameters = document["parameters"]
-    assert 0.4 < parameters["a"]["mean"] < 0.8
+    found = calibrate(database, "m", law="constant", draws=300)
+    parameters = found.parameters
+    assert 0.4 < parameters["a"].mean < 0.8
     # A block whose friction matches the stop misses the speeds by metres per second.
-    assert 3.0 < parameters["speed_sigma"]["mean"] < 7.0
-    assert parameters["speed_sigma"]["unit"] == "m/s"
+    assert 3.0 < parameters["speed_sigma"].mean < 7.0
+    assert parameters["speed_sigma"].unit == "m/s"

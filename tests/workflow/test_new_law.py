@@ -27,12 +27,12 @@ def database_with_law(
 
 
 def test_it_is_calibrated_and_fitted(database_with_law: str) -> None:
-    document = calibrate(database_with_law, "m", law=NAME, chains=2, draws=60)
-    assert document["law"] == NAME
-    assert {"a", "c", "sigma"} == document["parameters"].keys()
-    assert document["parameters"]["c"]["unit"] == "m3"
-    fits = {entry["law"]: entry for entry in fit_laws(database_with_law)["fits"]}
-    assert fits[NAME]["parameters"].keys() == {"a", "c"}
+    found = calibrate(database_with_law, "m", law=NAME, chains=2, draws=60)
+    assert found.law == NAME
+    assert {"a", "c", "sigma"} == found.parameters.keys()
+    assert found.parameters["c"].unit == "m3"
+    fits = {entry.law: entry for entry in fit_laws(database_with_law).rows}
+    assert fits[NAME].parameters.keys() == {"a", "c"}
 
 
 @pytest.mark.parametrize("method", ["gibbs", "metropolis"])

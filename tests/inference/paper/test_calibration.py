@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from avahazard.workflow.stored.document import summary
 from scipy.optimize import minimize
 
 from avahazard.inference.likelihood.predicted import predict_records
@@ -19,6 +18,7 @@ from avahazard.physics.runout_table import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
+from avahazard.workflow.stored.calibration import summary
 from tests.workflow.twin import TRUTH, twin_study
 from tests.workflow.worlds import bowl, height, stop_x
 
@@ -27,7 +27,7 @@ def _intervals(found: Calibrated) -> dict[str, tuple[float, float]]:
     result = {}
     for k, name in enumerate(found.chains.names):
         s = summary(found.chains.draws[..., k].ravel(), "")
-        result[name] = (s["q05"], s["q95"])
+        result[name] = (s.q05, s.q95)
     return result
 
 

@@ -1,4 +1,4 @@
-"""The document of a calibration."""
+"""What a calibration found, summed up."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from avahazard.workflow.stored.document import mode, result_document, summary
 
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
@@ -15,6 +14,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
+from avahazard.workflow.stored.calibration import calibration_result, mode, summary
 from tests.criticism.studies import straight
 
 
@@ -29,8 +29,8 @@ def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) 
 def test_summary_of_known_draws() -> None:
     draws = np.arange(101.0)
     found = summary(draws, "m")
-    assert (found["mean"], found["q05"], found["q95"], found["unit"]) == (50.0, 5.0, 95.0, "m")
-    assert found["sd"] == pytest.approx(np.sqrt(101 * 102 / 12))
+    assert (found.mean, found.q05, found.q95, found.unit) == (50.0, 5.0, 95.0, "m")
+    assert found.sd == pytest.approx(np.sqrt(101 * 102 / 12))
 
 
 @pytest.mark.parametrize("scale", [1e-7, 1.0, 1e6])
@@ -52,23 +52,23 @@ def test_the_mode_of_a_constant() -> None:
     assert mode(np.full(100, 0.1)) == 0.1
 
 
-def test_the_keys_of_the_document_and_offsets() -> None:
+def test_parameters_offsets_and_settings() -> None:
     draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
     found = _found(draws, {"P": draws[..., 0].ravel() - 0.5}, left_out={"have no volume": 2})
-    document = result_document(found, "m", seed=5, data_fingerprint="f", parent="p")
-    assert list(document["parameters"]) == ["a", "sigma", "path:P"]
-    assert document["parameters"]["path:P"]["unit"] == "log friction"
-    assert document["parameters"]["a"]["mean"] == pytest.approx(draws[..., 0].mean())
+    result = calibration_result(found, "m", seed=5, data_fingerprint="f", parent="p")
+    assert list(result.parameters) == ["a", "sigma", "path:P"]
+    assert result.parameters["path:P"].unit == "log friction"
+    assert result.parameters["a"].mean == pytest.approx(draws[..., 0].mean())
     kept = ("model", "parent", "law", "effects", "n_events", "seed", "data_fingerprint")
-    assert [document[key] for key in kept] == ["m", "p", "constant", [], 7, 5, "f"]
-    assert (document["chains"], document["draws"]) == (4, 500)
-    assert document["diagnostics"]["converged"]
-    assert document["notes"] == []
+    assert [getattr(result, key) for key in kept] == ["m", "p", "constant", (), 7, 5, "f"]
+    assert (result.chains, result.draws) == (4, 500)
+    assert result.diagnostics.converged
+    assert result.notes == ()
 
 
 def test_chains_apart_are_said_not_to_have_converged() -> None:
     draws = np.random.default_rng(4).normal(0.5, 0.1, (4, 500, 1)) + np.arange(4)[:, None, None]
-    document = result_document(_found(draws, {}), "m", seed=0, data_fingerprint="f")
-    assert document["diagnostics"]["converged"] is False
-    assert document["diagnostics"]["rhat_max"] > 1.5
-    assert "have not converged" in document["notes"][0]
+    result = calibration_result(_found(draws, {}), "m", seed=0, data_fingerprint="f")
+    assert result.diagnostics.converged is False
+    assert result.diagnostics.rhat_max > 1.5
+    assert "have not converged" in result.notes[0]

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from avahazard.workflow.stored.document import result_document
 
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.inference.fitting.refinement import refined_grids
@@ -24,6 +23,7 @@ from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
+from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import (
     load_stored,
     only_paths,
@@ -65,8 +65,8 @@ def _store(database: str, found: Calibrated, **more: Any) -> None:
     with writing(database) as session:
         save_records(session, twin_records())
     records = only_paths(twin_records(), more.get("paths", ()))
-    document = result_document(found, "m", seed=1, data_fingerprint=data_fingerprint(records))
-    save_calibrated(database, found, document, **more)
+    result = calibration_result(found, "m", seed=1, data_fingerprint=data_fingerprint(records))
+    save_calibrated(database, found, result, **more)
 
 
 def test_a_model_comes_back_whole(any_database: str) -> None:
@@ -82,7 +82,7 @@ def test_a_model_comes_back_whole(any_database: str) -> None:
     np.testing.assert_array_equal(model.draws, before.draws)
     assert model.offsets.keys() == {"scey"}
     np.testing.assert_array_equal(model.offsets["scey"], before.offsets["scey"])
-    assert stored.result["parameters"].keys() == {*found.chains.names, "path:scey"}
+    assert stored.result.parameters.keys() == {*found.chains.names, "path:scey"}
     assert (len(stored.records.events), len(stored.training.events)) == (173, 34)
     assert model.observations.n_events == 34
     require_unchanged(stored)
