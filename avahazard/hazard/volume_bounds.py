@@ -10,13 +10,12 @@ from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import RunoutBounds, bounds_of_stops, draw_runouts
 from avahazard.hazard.runout_curve import RunoutCurve
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_table import MU, MU_STEP
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-STUDENT_DF = 4
 
 
 def volume_bounds(
@@ -31,14 +30,11 @@ def volume_bounds(
     event = rng.integers(avalanches.n_classes, size=n_draws)
     location = here.location[parameter, event]
     shift = draws.shift(rng)
-    if avalanches.in_log:
-        friction = np.exp(location + shift[parameter])
-    else:
-        friction = location * np.exp(shift[parameter])
+    location = shifted(location, shift[parameter], avalanches.in_log)
+    friction = np.exp(location) if avalanches.in_log else location
     scatter = here.scatter[parameter, event]
     if avalanches.student:
-        # Student's t is a normal whose variance is drawn.
-        scatter = scatter * np.sqrt(STUDENT_DF / rng.chisquare(STUDENT_DF, n_draws))
+        scatter = scatter * widening(rng, n_draws)
     if draws.sigma_m is not None:
         scatter = np.zeros(n_draws)
     xs, ys, held = [], [], 0

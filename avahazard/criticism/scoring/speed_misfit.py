@@ -13,7 +13,8 @@ from avahazard.criticism.scoring.friction_given_record import friction_given_rec
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.likelihood.speed_errors import covariance_root
+from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import Observations, SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
@@ -97,7 +98,7 @@ def _shifted(posterior: Posterior, location: Floats, offsets: Floats | None) -> 
     if posterior.groups is None or offsets is None:
         return location
     shift = np.where(posterior.groups >= 0, offsets[posterior.groups], 0.0)[:, None]
-    return location + shift if posterior.layout.log_scatter else location * np.exp(shift)
+    return shifted(location, shift, posterior.layout.log_scatter)
 
 
 def _speeds_at(table: Predicted, track: int, event: int, sigma: float, mu: Floats) -> Floats:
@@ -119,10 +120,8 @@ def _error(posterior: Posterior, u: Floats, track: SpeedRecord, rng: np.random.G
     """Draws of the model's and the measurement's error, `[n_speeds, DRAWS_A_TABLE]`."""
     place = posterior.layout.speed_scatter
     scatter = 0.0 if place is None else float(np.exp(u[place]))
-    apart = np.abs(track.x[:, None] - track.x[None, :])
-    covariance = scatter**2 * np.exp(-apart / SPEED_CORRELATION_M) + np.diag(track.sigma**2)
     noise = rng.standard_normal((len(track.x), DRAWS_A_TABLE))
-    return np.asarray(np.linalg.cholesky(covariance) @ noise)
+    return np.asarray(covariance_root(track.x, track.sigma, scatter) @ noise)
 
 
 def measured_force(observations: Observations) -> Rows[MeasuredForce]:

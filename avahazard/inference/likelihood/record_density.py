@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
 
 REACH = 7.0
@@ -13,7 +14,6 @@ PIECE = 0.5
 """Largest step of F, in standard deviations of the record, between two points of a bump."""
 DEPTH = 40.0
 """Frictions whose log density is that much below the best are left out."""
-HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 @kernel

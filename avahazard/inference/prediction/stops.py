@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.model.friction_scatter import draws, shifted
+from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.layout import PATH_SCATTER
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
@@ -78,13 +80,9 @@ def draw_friction(
     volumes = posterior.observations.volumes
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
     location, scatter = posterior.location_and_scatter(u, volume[:, None])
-    if posterior.specification.tails == "student":
-        noise = rng.standard_t(4, size=len(volume))
-    else:
-        noise = rng.standard_normal(len(volume))
-    if posterior.layout.log_scatter:
-        return np.asarray(np.exp(location[:, 0] + shift + scatter[:, 0] * noise))
-    return np.asarray(location[:, 0] * np.exp(shift) + scatter[:, 0] * noise)
+    noise = draws(rng, len(volume), posterior.specification.tails == "student")
+    in_log = posterior.layout.log_scatter
+    return drawn(shifted(location[:, 0], shift, in_log), scatter[:, 0] * noise, in_log)
 
 
 def _path_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
