@@ -8,11 +8,9 @@ from numpy.typing import NDArray
 from avahazard.hazard.elevation_scatter import scattered_stops
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import RunoutBounds, bounds_of_stops, draw_runouts
-from avahazard.hazard.runout_curve import RunoutCurve
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_table import MU, MU_STEP
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -46,7 +44,7 @@ def volume_bounds(
             if not mine.any():
                 continue
             x, y, counts = draw_runouts(
-                _curve(tables, int(event[mine][0])),
+                tables.curve[int(event[mine][0])],
                 friction[mine],
                 scatter[mine],
                 "lognormal" if avalanches.in_log else "normal",
@@ -68,9 +66,3 @@ def _kinds(tables: tuple[Predicted, ...]) -> Indices:
     """A number for each class: those with one number have the same tables."""
     _, kinds = np.unique(tables[len(tables) // 2].x, axis=0, return_inverse=True)
     return np.asarray(kinds.ravel(), np.int64)
-
-
-def _curve(tables: Predicted, event: int) -> RunoutCurve:
-    return RunoutCurve(
-        float(MU[0]), MU_STEP, tables.x[event], tables.elevation[event], tables.status[event]
-    )

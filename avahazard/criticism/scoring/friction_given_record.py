@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_scatter import log_density
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU, MU_STEP
 
 LOG_MU = np.log(MU)
 SPEED_STRIDE = 4
@@ -121,7 +121,7 @@ def make_tables(
     n = len(left)
     last_left = np.where(left.any(axis=1), left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), -1)
     leave = np.where(
-        last_left >= 0, LOG_MU[np.clip(last_left, 0, None)] + 0.5 * 0.0025 / MU[last_left], -9.0
+        last_left >= 0, LOG_MU[np.clip(last_left, 0, None)] + 0.5 * MU_STEP / MU[last_left], -9.0
     )
     has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
     seen, seen_sd = np.full(n, 9.0), np.zeros(n)

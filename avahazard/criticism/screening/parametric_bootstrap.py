@@ -14,7 +14,7 @@ from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import log_wrong, wrong_ranges
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.prediction.stops import draw_friction, look_up
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from avahazard.inference.model.friction_scatter import normal_below
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.workers import n_workers, ordered_map
 
 Floats = NDArray[np.float64]

@@ -1,4 +1,9 @@
-"""The bump p(record | μ) of one event over friction, as Gauss nodes."""
+"""The bump p(record | μ) of one event over friction, as Gauss nodes.
+
+Across a jump of F, or to the end of the profile, records are taken as spread evenly: real terrain
+and real avalanches have no such gaps. A stop that is looked up (`physics.runout_curve`) never lies
+within a jump; this is no such stop but what a record tells of friction.
+"""
 
 from __future__ import annotations
 
@@ -41,8 +46,6 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
         if left[j] and left[j + 1]:
             continue
         f0, f1 = record[j], record[j + 1]
-        # Across a jump of F, or to the end of the profile, records are taken as spread evenly:
-        # real terrain and real avalanches have no such gaps.
         z0, z1 = (f0 - observed) / sigma, (f1 - observed) / sigma
         if min(z0, z1) > REACH or max(z0, z1) < -REACH:
             continue
