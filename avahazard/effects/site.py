@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance
-from avahazard.physics.runout_table import MU, RunoutTable, filled_table, runout_table
+from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain
@@ -48,15 +48,15 @@ class Site:
         point = np.searchsorted(self.profile_x, terrain.middle_x, side="right") - 1
         return np.asarray(self.land_cover)[np.clip(point, 0, len(self.land_cover) - 1)]
 
-    def table(self, resistance: Resistance) -> RunoutTable:
+    def table(self, resistance: Resistance) -> RunoutCurve:
         """F(μ) from every release of the site, `[n_releases, n_friction]`."""
         terrain = self.terrain_for(resistance)
         starts = np.searchsorted(terrain.x, self.release_x)
         cells = build_cells(terrain, resistance)
         if not cells.speed_dependent:
-            return runout_table(cells, starts)
+            return tabulate(cells, starts)
         # Such runs cost ten times as much; between every fourth friction F is close to straight.
-        return filled_table(runout_table(cells, starts, MU[::COARSE]), COARSE)
+        return filled(tabulate(cells, starts, COARSE), COARSE)
 
     def speeds(self, resistance: Resistance, release_x: float, x: Floats) -> Floats:
         """Speeds (m/s) at places x `[n_x]` for each friction of `MU`, `[n_friction, n_x]`.

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, stdtr
 
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.rate_kernel import normal_rates
 from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.model.friction_scatter import below
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,6 @@ Thresholds = Callable[[Floats], Floats]
 """Maps a level `[n_parameters]` to the friction under which a block of each class exceeds it,
 `[n_parameters, n_classes]`."""
 
-STUDENT_DF = 4.0
 LEAST_SCATTER = 1e-9
 HALVINGS = 24
 
@@ -68,11 +67,6 @@ class Avalanches:
         return len(self.class_share)
 
 
-def _distribution(avalanches: Avalanches, z: Floats) -> Floats:
-    """Chance under z standard scatters."""
-    return np.asarray(stdtr(STUDENT_DF, z) if avalanches.student else ndtr(z))
-
-
 def _scatter(avalanches: Avalanches) -> Floats:
     """The scatter of friction, which a model with scatter in metres has none of."""
     whole = (
@@ -91,9 +85,9 @@ def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
     mu = np.maximum(mu, 0.0)[:, :, None]
     if avalanches.in_log:
         with np.errstate(divide="ignore"):
-            return _distribution(avalanches, (np.log(mu) - avalanches.location) / scatter)
-    impossible = _distribution(avalanches, -avalanches.location / scatter)
-    under = _distribution(avalanches, (mu - avalanches.location) / scatter)
+            return below((np.log(mu) - avalanches.location) / scatter, avalanches.student)
+    impossible = below(-avalanches.location / scatter, avalanches.student)
+    under = below((mu - avalanches.location) / scatter, avalanches.student)
     return np.asarray((under - impossible) / np.maximum(1.0 - impossible, 1e-300))
 
 

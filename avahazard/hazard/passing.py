@@ -11,7 +11,6 @@ from scipy.special import ndtr
 from avahazard.hazard.avalanches import Avalanches, rate_below, yearly_rate
 from avahazard.hazard.thresholds import stop_thresholds
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
 
 Floats = NDArray[np.float64]
 
@@ -63,12 +62,7 @@ def _stop_elevation(avalanches: Avalanches) -> Floats:
     for g, table in enumerate(avalanches.tables):
         mine = np.flatnonzero(avalanches.group == g)
         for c in range(avalanches.n_classes):
-            left = table.status[c] == LEFT_PROFILE
-            height = np.where(left, np.nan, table.elevation[c])
-            found = np.interp(mu[mine, c], MU, height)
-            nearest = np.clip(np.rint((mu[mine, c] - MU[0]) / (MU[1] - MU[0])), 0, len(MU) - 1)
-            gone = left[nearest.astype(int)]
-            first = height[np.argmax(~left)] if not left.all() else -np.inf
-            found = np.where(np.isnan(found), first, found)
-            result[mine, c] = np.where(gone, -np.inf, found)
+            _, height, status = table.curve[c].at(mu[mine, c].ravel())
+            found = np.where(status == LEFT_PROFILE, -np.inf, height)
+            result[mine, c] = found.reshape(len(mine), -1)
     return result

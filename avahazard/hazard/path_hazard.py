@@ -21,6 +21,7 @@ from avahazard.hazard.posterior_draws import (
 from avahazard.hazard.volume_frequency import N_DRAWS
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
@@ -143,7 +144,7 @@ def _avalanches(
     location, scatter = _friction(posterior, draws.u, np.exp(volumes.log_volume))
     shift = draws.shift(generator(seed, "avalanches", path_id))[:, None, None]
     in_log = posterior.layout.log_scatter
-    location = location + shift if in_log else location * np.exp(shift)
+    location = shifted(location, shift, in_log)
     # Fewer draws of the model than of the volumes serve several times.
     again = np.arange(n) * len(draws.u) // n
     return Avalanches(

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.model.friction_scatter import normal_below
 from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -18,13 +19,13 @@ NOTHING = 1e-8
 
 
 @kernel
-def chance_under(z: float) -> float:
+def chance_under(z):  # type: ignore[no-untyped-def]
     """Φ(z)."""
     if z < -FAR:
         return 0.0
     if z > FAR:
         return 1.0
-    return 0.5 * math.erfc(-z * math.sqrt(0.5))
+    return normal_below(z)
 
 
 @kernel

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.hazard.runout_curve import RunoutCurve, pieces
 from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED
+from avahazard.physics.runout_curve import RunoutCurve, piece_at, pieces
 from avahazard.results.hazard import Spread
 
 Floats = NDArray[np.float64]
@@ -104,20 +104,13 @@ def draw_runouts(
     return x[:n], y[:n], counts
 
 
-@kernel(inline="always")
-def _look_up(rows, mu, mu_min, per_step):  # type: ignore[no-untyped-def]
-    """Row of the piece that holds μ, and μ in steps of the grid."""
-    t = (mu - mu_min) * per_step
-    return int(min(max(2.0 * t + 1.0, 0.0), len(rows) - 1.0)), t
-
-
 @kernel
 def _draw_lognormal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     for p in range(len(location)):
         while i < ends[p]:
             mu = np.exp(location[p] + sd[p] * rng.standard_normal())
-            k, t = _look_up(rows, mu, mu_min, per_step)
+            k, t = piece_at(rows, mu, mu_min, per_step)
             x[i] = rows[k, 0] + rows[k, 1] * t
             y[i] = rows[k, 2] + rows[k, 3] * t
             counts[status[k]] += 1
@@ -134,7 +127,7 @@ def _draw_normal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, 
             mu = location[p] + sd[p] * rng.standard_normal()
             i += 1
             if mu > 0.0:
-                k, t = _look_up(rows, mu, mu_min, per_step)
+                k, t = piece_at(rows, mu, mu_min, per_step)
                 x[n] = rows[k, 0] + rows[k, 1] * t
                 y[n] = rows[k, 2] + rows[k, 3] * t
                 counts[status[k]] += 1

@@ -8,15 +8,12 @@ from numpy.typing import NDArray
 from avahazard.hazard.elevation_scatter import scattered_stops
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import RunoutBounds, bounds_of_stops, draw_runouts
-from avahazard.hazard.runout_curve import RunoutCurve
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_table import MU, MU_STEP
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-STUDENT_DF = 4
 
 
 def volume_bounds(
@@ -31,14 +28,11 @@ def volume_bounds(
     event = rng.integers(avalanches.n_classes, size=n_draws)
     location = here.location[parameter, event]
     shift = draws.shift(rng)
-    if avalanches.in_log:
-        friction = np.exp(location + shift[parameter])
-    else:
-        friction = location * np.exp(shift[parameter])
+    location = shifted(location, shift[parameter], avalanches.in_log)
+    friction = np.exp(location) if avalanches.in_log else location
     scatter = here.scatter[parameter, event]
     if avalanches.student:
-        # Student's t is a normal whose variance is drawn.
-        scatter = scatter * np.sqrt(STUDENT_DF / rng.chisquare(STUDENT_DF, n_draws))
+        scatter = scatter * widening(rng, n_draws)
     if draws.sigma_m is not None:
         scatter = np.zeros(n_draws)
     xs, ys, held = [], [], 0
@@ -50,7 +44,7 @@ def volume_bounds(
             if not mine.any():
                 continue
             x, y, counts = draw_runouts(
-                _curve(tables, int(event[mine][0])),
+                tables.curve[int(event[mine][0])],
                 friction[mine],
                 scatter[mine],
                 "lognormal" if avalanches.in_log else "normal",
@@ -72,9 +66,3 @@ def _kinds(tables: tuple[Predicted, ...]) -> Indices:
     """A number for each class: those with one number have the same tables."""
     _, kinds = np.unique(tables[len(tables) // 2].x, axis=0, return_inverse=True)
     return np.asarray(kinds.ravel(), np.int64)
-
-
-def _curve(tables: Predicted, event: int) -> RunoutCurve:
-    return RunoutCurve(
-        float(MU[0]), MU_STEP, tables.x[event], tables.elevation[event], tables.status[event]
-    )

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.paper.apparent import STATUSES, jump_size
+from avahazard.inference.paper.apparent import STATUSES
 from avahazard.inference.paper.back_calculation import N_REPLICATES, BackCalculation, back_calculate
 from avahazard.inference.paper.density import DEFAULT_KAPPA, choose_kappa, holy_density
 from avahazard.inference.paper.least_squares import fit_law
-from avahazard.physics.block import STOPPED
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
@@ -171,6 +170,8 @@ def _jumps(
     A jump is from one friction of the grid to the next.
     """
     jumps = []
+    curve = predicted.curve
+    steps = np.where(curve.jumps, np.abs(np.diff(curve.y, axis=1)), 0.0)
     for k, name in enumerate(observations.columns.paths):
         mine = np.flatnonzero(observations.columns.path_index == k)
         known = np.concatenate([found.mu_low[mine], found.mu_high[mine]])
@@ -178,14 +179,8 @@ def _jumps(
         if not len(known):
             continue
         inside = (MU[1:] > known.min()) & (MU[:-1] < known.max())
-        largest, at = 0.0, 0
-        for i in mine:
-            stopped = predicted.status[i] == STOPPED
-            y = predicted.elevation[i]
-            steps = np.where(inside & stopped[1:] & stopped[:-1], np.abs(np.diff(y)), 0.0)
-            j = int(np.argmax(steps))
-            if steps[j] >= jump_size(y, stopped) and steps[j] > largest:
-                largest, at = float(steps[j]), j
-        if largest > 0.0:
-            jumps.append(LargestJump(name, float(MU[at]), largest))
+        largest = np.max(np.where(inside, steps[mine], 0.0), axis=0)
+        at = int(np.argmax(largest))
+        if largest[at] > 0.0:
+            jumps.append(LargestJump(name, float(MU[at]), float(largest[at])))
     return Rows(jumps)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.friction_scatter import draws, friction
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.report.html.content import FrictionView
@@ -17,7 +18,6 @@ N_PARAMETERS = 1000
 DRAWS_EACH = 8
 ROOM = 1.5
 """The curve goes on beyond the smallest and largest volume by this factor."""
-STUDENT_DF = 4
 
 
 def friction_view(model: FittedModel) -> FrictionView | None:
@@ -54,10 +54,7 @@ def _frictions(posterior: Posterior, u: Floats, middle: Floats, volume: Floats) 
         log_scatter -= u[:, layout.scatter_slope, None] * volume / layout.reference_volume
     rng = generator(0, "report", "friction")
     shape = (DRAWS_EACH, *middle.shape)
-    if posterior.specification.tails == "student":
-        noise = rng.standard_t(STUDENT_DF, size=shape)
-    else:
-        noise = rng.standard_normal(shape)
-    scatter = np.exp(log_scatter) * noise
-    drawn = np.exp(middle + scatter) if layout.log_scatter else np.exp(middle) + scatter
+    scatter = np.exp(log_scatter) * draws(rng, shape, posterior.specification.tails == "student")
+    in_log = layout.log_scatter
+    drawn = friction(middle if in_log else np.exp(middle), scatter, in_log)
     return np.asarray(drawn.reshape(-1, len(volume)))

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.hazard.runout_bounds import draw_runouts
-from avahazard.hazard.runout_curve import RunoutCurve
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_table import MU, MU_STEP, runout_table
+from avahazard.physics.runout_curve import MU, tabulate
 from avahazard.physics.terrain import build_terrain
 from benchmarks.cases.tyrol import longest
 from benchmarks.measuring import Result, alternate, seconds
@@ -21,12 +20,10 @@ MEAN, SD = 0.5, 0.08
 def measure() -> Result:
     """Times per 1e7 draws."""
     terrain = build_terrain(longest("legendre"))
-    table = runout_table(build_cells(terrain, no_resistance(terrain)), np.array([0]))
-    x, y, status = table.x[0], table.y[0], table.status[0]
-    curve = RunoutCurve(float(MU[0]), MU_STEP, x, y, status)
+    curve = tabulate(build_cells(terrain, no_resistance(terrain)), np.array([0]))[0]
     friction, scatter = np.full(N_POSTERIOR, MEAN), np.full(N_POSTERIOR, SD)
     log_scatter = np.full(N_POSTERIOR, SD / MEAN)
-    filled = np.where(table.left[0], terrain.x[-1], x)
+    filled = np.where(curve.left, terrain.x[-1], curve.x)
     rng = np.random.default_rng(1)
 
     def rounds(distribution, spread, transform):  # type: ignore[no-untyped-def]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_table import MU, MU_STEP, runout_table
+from avahazard.physics.runout_curve import MU, MU_STEP, tabulate
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain
 
@@ -45,7 +45,7 @@ def twin() -> Twin:
         fine = np.linspace(smooth.x_min, smooth.x_max, 20_000)
         release = fine[np.argmax(smooth.height(fine) <= paths.release_elevation_m[name])]
         terrain = build_terrain(smooth, np.array([release]))
-        table = runout_table(
+        table = tabulate(
             build_cells(terrain, no_resistance(terrain)), np.array([terrain.node(release)])
         )
         stop_y[k] = np.where(table.left[0], terrain.y[-1], table.y[0])

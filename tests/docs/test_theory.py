@@ -17,7 +17,7 @@ CONSTANTS = [
     ("motion", "powers of μ up to the sixth", "physics.cells", "ORDER", 6),
     ("motion", "longer than 20 m", "physics.terrain", "MAX_CELL_M", 20.0),
     ("motion", "more than 0.05 rad", "physics.terrain", "MAX_TURN", 0.05),
-    ("motion", "by 0.0025", "physics.runout_table", "MU_STEP", 0.0025),
+    ("motion", "by 0.0025", "physics.runout_curve", "MU_STEP", 0.0025),
     ("likelihood", "10 for each event", "inference.likelihood.nodes", "N_NODES", 10),
     (
         "likelihood",
@@ -30,7 +30,7 @@ CONSTANTS = [
     (
         "likelihood",
         "100\\,\\mathrm{m}",
-        "inference.likelihood.speed_nodes",
+        "inference.likelihood.speed_errors",
         "SPEED_CORRELATION_M",
         100.0,
     ),

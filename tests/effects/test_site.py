@@ -11,7 +11,7 @@ from avahazard.effects.site import build_site, path_site, release_place
 from avahazard.physics.block import STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.path import Path, Profile
 from tests.workflow.worlds import bowl, height

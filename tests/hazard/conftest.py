@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from avahazard.hazard.runout_curve import RunoutCurve
+from avahazard.physics.runout_curve import RunoutCurve
 
 JUMPS = {24}
 
@@ -17,4 +17,4 @@ def curve() -> RunoutCurve:
     status = np.zeros(60, dtype=np.int8)
     status[:10], x[:10], y[:10] = 1, np.nan, np.nan
     status[55:], x[55:], y[55:] = 2, 0.0, 2000.0
-    return RunoutCurve(0.1, 0.01, x, y, status)
+    return RunoutCurve(x, y, status, 0.1, 0.01)

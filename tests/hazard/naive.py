@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from avahazard.hazard.runout_curve import RunoutCurve
+from avahazard.physics.runout_curve import RunoutCurve
 
 
 def naive_stop(curve: RunoutCurve, mu: float, jumps: set[int]) -> tuple[float, float]:
@@ -14,9 +14,8 @@ def naive_stop(curve: RunoutCurve, mu: float, jumps: set[int]) -> tuple[float, f
     if 0 <= cell < last and cell not in jumps and curve.status[cell : cell + 2].tolist() == [0, 0]:
         weight = t - cell
         return tuple(
-            (1 - weight) * stop[cell] + weight * stop[cell + 1]
-            for stop in (curve.stop_x, curve.stop_y)
+            (1 - weight) * stop[cell] + weight * stop[cell + 1] for stop in (curve.x, curve.y)
         )
     if curve.status[nearest] == 1:
         return np.inf, -np.inf
-    return curve.stop_x[nearest], curve.stop_y[nearest]
+    return curve.x[nearest], curve.y[nearest]

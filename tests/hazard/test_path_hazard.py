@@ -18,7 +18,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.resistance import Resistance
-from avahazard.physics.runout_table import RunoutTable
+from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
@@ -92,7 +92,7 @@ def test_each_draw_has_the_tables_of_drag_like_its_own() -> None:
 def test_the_block_is_run_once_for_each_group(monkeypatch: pytest.MonkeyPatch) -> None:
     fitted, table, runs = model(), Site.table, []
 
-    def count(site: Site, resistance: Resistance) -> RunoutTable:
+    def count(site: Site, resistance: Resistance) -> RunoutCurve:
         runs.append(float(resistance.drag[0]))
         return table(site, resistance)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.runout_bounds import Distribution, draw_runouts, runout_bounds
-from avahazard.hazard.runout_curve import RunoutCurve
+from avahazard.physics.runout_curve import RunoutCurve
 from tests.hazard.conftest import JUMPS
 from tests.hazard.naive import naive_stop
 

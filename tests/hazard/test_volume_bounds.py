@@ -21,7 +21,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile

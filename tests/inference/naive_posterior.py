@@ -8,7 +8,7 @@ from scipy import stats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from tests.inference.naive_nodes import fine
 
 VOLUME_Z = np.linspace(-5.0, 5.0, 31)

@@ -13,7 +13,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile

@@ -17,7 +17,7 @@ from avahazard.effects.site import Site
 from avahazard.hazard.frequencies import VolumeSource
 from avahazard.inference.model import observations
 from avahazard.physics.resistance import Resistance
-from avahazard.physics.runout_table import RunoutTable
+from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
@@ -107,7 +107,7 @@ def test_tables_and_profiles_are_made_once_for_a_path(
     counted: Counter[str] = Counter()
     table, smooth = Site.table, observations.smooth_profile
 
-    def count_table(site: Site, resistance: Resistance) -> RunoutTable:
+    def count_table(site: Site, resistance: Resistance) -> RunoutCurve:
         counted[f"table of {site.path.path_id}"] += 1
         return table(site, resistance)
 

@@ -10,7 +10,8 @@ from scipy.special import logsumexp
 
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
-from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.likelihood.speed_errors import covariance_root
+from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.layout import SPEED_SCATTER_M_S
 from avahazard.inference.model.observations import ELEVATION, Observations
 from avahazard.inference.seeds import generator
@@ -53,9 +54,7 @@ def _event_gain(
     x = _places(first.posterior.observations, event, n_places)
     pair = (_expected(first, event, x), _expected(second, event, x))
     own = max(_own_error(first), _own_error(second))
-    apart = np.abs(x[:, None] - x)
-    own_part = own**2 * np.exp(-apart / SPEED_CORRELATION_M)
-    factor = np.asarray(np.linalg.cholesky(SPEED_SIGMA_M_S**2 * np.eye(n_places) + own_part))
+    factor = covariance_root(x, np.full(n_places, SPEED_SIGMA_M_S), own)
     gains: list[Floats] = []
     for true, other in (pair, pair[::-1]):
         drawn = rng.choice(len(true.chance), N_SIMULATIONS, p=true.chance)
@@ -103,9 +102,7 @@ def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     offset = 0.0
     if posterior.groups is not None and posterior.groups[event] >= 0:
         offset = posterior.path_offsets(u).mode[posterior.groups[event]]
-    here = location[event] + offset
-    if not posterior.layout.log_scatter:
-        here = location[event] * np.exp(offset)
+    here = shifted(location[event], offset, posterior.layout.log_scatter)
     friction, chance = friction_given_record(
         posterior, posterior.nodes.at(u), event, here, scatter[event]
     )

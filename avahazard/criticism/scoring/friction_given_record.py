@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.physics.runout_table import MU
+from avahazard.inference.model.friction_scatter import log_density
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 
@@ -26,10 +27,12 @@ def friction_given_record(
         place = np.log(MU) if in_log else MU
         edge = np.max(nodes.place[event][weight != 0.0], initial=place[0])
         weight = np.where(place <= edge, np.gradient(place), 0.0)
-    z2 = ((place[:, None] - location) / scatter) ** 2
-    kernel = -2.5 * np.log1p(0.25 * z2) if posterior.specification.tails == "student" else -0.5 * z2
-    kernel = kernel + np.log(posterior.observations.volumes.weight[event] / scatter)
-    log_p = np.logaddexp.reduce(kernel, axis=1)
+    z = (place[:, None] - location) / scatter
+    log_p = np.logaddexp.reduce(
+        log_density(z, posterior.specification.tails == "student")
+        + np.log(posterior.observations.volumes.weight[event] / scatter),
+        axis=1,
+    )
     top = np.max(log_p[weight > 0.0], initial=-np.inf)
     p = weight * np.exp(np.minimum(log_p - top, 0.0))
     if not np.sum(p) > 0.0:

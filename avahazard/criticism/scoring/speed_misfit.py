@@ -13,11 +13,12 @@ from avahazard.criticism.scoring.friction_given_record import friction_given_rec
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.likelihood.speed_errors import covariance_root
+from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import Observations, SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
-from avahazard.physics.runout_table import MU, MU_STEP
+from avahazard.physics.runout_curve import MU, MU_STEP, between, located
 from avahazard.results.base import Rows
 from avahazard.results.comparison import MeasuredForce, SpeedMisfit
 
@@ -25,8 +26,6 @@ Floats = NDArray[np.float64]
 
 N_TABLES = 24
 DRAWS_A_TABLE = 25
-JUMP = 4.0
-"""Neighbouring stops that many errors of the record apart are a jump."""
 MIN_PIECE_M = 20.0
 """Shortest stretch over which a deceleration is taken: over less, errors of speed drown it."""
 
@@ -71,7 +70,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
             i = track.event
             places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
             mu = rng.choice(places, DRAWS_A_TABLE, p=chance)
-            speed = _speeds_at(table, j, i, observations.sigma[i], mu)
+            speed = _speeds_at(table, j, i, mu)
             tracks.append(speed + _error(posterior, u, track, rng))
         columns.append(np.concatenate(tracks, axis=0))
     return MatchedSpeeds(
@@ -97,32 +96,27 @@ def _shifted(posterior: Posterior, location: Floats, offsets: Floats | None) -> 
     if posterior.groups is None or offsets is None:
         return location
     shift = np.where(posterior.groups >= 0, offsets[posterior.groups], 0.0)[:, None]
-    return location + shift if posterior.layout.log_scatter else location * np.exp(shift)
+    return shifted(location, shift, posterior.layout.log_scatter)
 
 
-def _speeds_at(table: Predicted, track: int, event: int, sigma: float, mu: Floats) -> Floats:
+def _speeds_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
     """Speeds at frictions `mu`, `[n_speeds, n_draws]`, between those of the table.
 
-    Where the record lies in a jump of the stops, or at the profile's end, the block that came
-    that far counts, not the one that stopped before.
+    The likelihood spreads records evenly over a jump, so the record may lie within one, or at the
+    profile's end: then the block that came that far counts, not the one that stopped before.
     """
-    grid = np.clip((mu - MU[0]) / MU_STEP, 0.0, len(MU) - 1.0)
-    j = np.minimum(grid.astype(np.int64), len(MU) - 2)
-    record, status = table.record[event], table.status[event]
-    jumps = (np.abs(record[j + 1] - record[j]) > JUMP * sigma) | (status[j] != status[j + 1])
-    share = np.where(jumps, 0.0, grid - j)[:, None]
-    speeds = table.speeds[track]
-    return np.asarray(speeds[j] * (1.0 - share) + speeds[j + 1] * share).T
+    broken = table.curve[event].broken
+    cell, share = located((mu - MU[0]) / MU_STEP, broken)
+    share = np.where(broken[cell], 0.0, share)
+    return np.asarray([between(speeds, cell, share) for speeds in table.speeds[track].T])
 
 
 def _error(posterior: Posterior, u: Floats, track: SpeedRecord, rng: np.random.Generator) -> Floats:
     """Draws of the model's and the measurement's error, `[n_speeds, DRAWS_A_TABLE]`."""
     place = posterior.layout.speed_scatter
     scatter = 0.0 if place is None else float(np.exp(u[place]))
-    apart = np.abs(track.x[:, None] - track.x[None, :])
-    covariance = scatter**2 * np.exp(-apart / SPEED_CORRELATION_M) + np.diag(track.sigma**2)
     noise = rng.standard_normal((len(track.x), DRAWS_A_TABLE))
-    return np.asarray(np.linalg.cholesky(covariance) @ noise)
+    return np.asarray(covariance_root(track.x, track.sigma, scatter) @ noise)
 
 
 def measured_force(observations: Observations) -> Rows[MeasuredForce]:

@@ -18,13 +18,14 @@ from avahazard.effects.effect import Definition, Effect, Floats
 from avahazard.inference.fitting.mode_search import thinned
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predict_records
-from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M, squares
+from avahazard.inference.likelihood.speed_errors import whitening
+from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU, MU_STEP
 
 LOG_MU = np.log(MU)
 SPEED_STRIDE = 4
@@ -120,7 +121,7 @@ def make_tables(
     n = len(left)
     last_left = np.where(left.any(axis=1), left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), -1)
     leave = np.where(
-        last_left >= 0, LOG_MU[np.clip(last_left, 0, None)] + 0.5 * 0.0025 / MU[last_left], -9.0
+        last_left >= 0, LOG_MU[np.clip(last_left, 0, None)] + 0.5 * MU_STEP / MU[last_left], -9.0
     )
     has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
     seen, seen_sd = np.full(n, 9.0), np.zeros(n)
@@ -156,10 +157,7 @@ def _speed_grid(observations: Observations, predicted: Predicted, scatter: float
         k = len(measured.x)
         row[measured.event] = r
         coarse[r, :, :k] = squares(speeds[::SPEED_STRIDE])
-        correlation = np.exp(-np.abs(measured.x[:, None] - measured.x) / SPEED_CORRELATION_M)
-        factor = np.linalg.cholesky(np.diag(measured.sigma**2) + scatter**2 * correlation)
-        whiten[r, :k, :k] = np.linalg.inv(factor)
-        log_norm[r] = np.sum(np.log(np.diag(factor))) + 0.919 * k
+        whiten[r, :k, :k], log_norm[r] = whitening(measured.x, measured.sigma, scatter)
     return SpeedGrid(row, coarse, whiten, log_norm, SPEED_STRIDE)
 
 

@@ -14,6 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.model.friction_scatter import (
+    HALF_LOG_2PI,
+    LOG_STUDENT_PEAK,
+    STUDENT_INFORMATION,
+    STUDENT_PULL,
+    log_normal_below,
+    student_shape,
+)
 from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -67,7 +75,6 @@ class LaplaceFit(NamedTuple):
 
 SCATTER_MEAN, SCATTER_SD = math.log(0.15), 1.0
 TAU_SCALE = 0.2
-ROOT_2 = math.sqrt(2.0)
 
 
 @kernel
@@ -178,7 +185,7 @@ def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g
         if left[i] and record_moments.variance[i] == 0.0:
             spread = math.sqrt(own + design.extra[i])
             z = (edges.leave[i] - m) / spread
-            log_p, ratio = _log_probability(z)
+            log_p, ratio = log_normal_below(z)
             value += log_p
             g[i] = -ratio / spread
             h[i] = ratio * (ratio + z) / (spread * spread)
@@ -190,19 +197,19 @@ def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g
             e = record_moments.mean[i] - m
             share = own / s
             if student:
-                shape = 1.0 / (1.0 + 0.25 * e * e / s)
-                log_p = math.log(0.375) - 0.5 * math.log(s) + 2.5 * math.log(shape)
+                shape = student_shape(e * e / s)
+                log_p = LOG_STUDENT_PEAK - 0.5 * math.log(s) + 2.5 * math.log(shape)
                 # What the record would be worth as a grossly wrong one.
                 wrong = design.log_wrong[i] - record_moments.log_mass[i]
                 either = max(log_p, wrong) + math.log1p(math.exp(-abs(log_p - wrong)))
                 right = math.exp(log_p - either)
                 value += either
-                g[i] = right * 1.25 * shape * e / s
-                h[i] = right * 1.25 * shape / s
-                d_scatter += right * (1.25 * shape * e * e / s - 1.0) * share
-                info_scatter += right * 8.0 / 7.0 * share * share
+                pull = STUDENT_PULL * shape / s
+                g[i], h[i] = right * pull * e, right * pull
+                d_scatter += right * (pull * e * e - 1.0) * share
+                info_scatter += right * STUDENT_INFORMATION * share * share
             else:
-                value += -0.919 - 0.5 * math.log(s) - 0.5 * e * e / s
+                value += -HALF_LOG_2PI - 0.5 * math.log(s) - 0.5 * e * e / s
                 g[i] = e / s
                 h[i] = 1.0 / s
                 d_scatter += (e * e / s - 1.0) * share
@@ -215,19 +222,9 @@ def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g
             s = own + blur + design.extra[i]
             spread = math.sqrt(s)
             z = (edges.seen[i] - m) / spread
-            log_p, ratio = _log_probability(z)
+            log_p, ratio = log_normal_below(z)
             value -= log_p
             g[i] += ratio / spread
             h[i] = max(h[i] - ratio * (ratio + z) / s, 0.1 * h[i])
             d_scatter += z * ratio * own / s
     return value, d_scatter, info_scatter
-
-
-@kernel
-def _log_probability(z):  # type: ignore[no-untyped-def]
-    """log Φ(z) and φ(z)/Φ(z), good far into the lower tail."""
-    if z < -8.0:
-        # Mills' ratio: Φ(z) ≈ φ(z)/|z| (1 - 1/z²).
-        return -0.5 * z * z - 0.919 - math.log(-z) - 1.0 / (z * z), -z + 1.0 / -z
-    cdf = 0.5 * math.erfc(-z / ROOT_2)
-    return math.log(cdf), 0.3989422804014327 * math.exp(-0.5 * z * z) / cdf

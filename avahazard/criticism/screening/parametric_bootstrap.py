@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M, squares
+from avahazard.inference.likelihood.speed_errors import covariance_root
+from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import log_wrong, wrong_ranges
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.prediction.stops import draw_friction, look_up
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 
@@ -78,9 +79,7 @@ def make_world(
     for r, (m, table) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
         square = [np.interp(friction[m.event], MU, column) for column in squares(table).T]
         true = np.sqrt(np.maximum(square, 0.0))
-        correlation = np.exp(-np.abs(m.x[:, None] - m.x) / SPEED_CORRELATION_M)
-        covariance = np.diag(m.sigma**2) + speed_scatter**2 * correlation
-        noise = np.linalg.cholesky(covariance) @ rng.standard_normal(len(m.x))
+        noise = covariance_root(m.x, m.sigma, speed_scatter) @ rng.standard_normal(len(m.x))
         speeds[r, : len(m.x)] = true + noise
     if posterior.specification.tails == "student":
         low, high = wrong_ranges(observations)

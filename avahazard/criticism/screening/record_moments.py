@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -23,7 +24,6 @@ SPEED_PIECES = 4
 """Parts of a cell of frictions where speeds tell them apart."""
 DEPTH = 40.0
 """Frictions whose log density is that much below the best are left out."""
-HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 class RecordMoments(NamedTuple):

@@ -11,7 +11,7 @@ from avahazard.effects.site import Site
 from avahazard.hazard.avalanches import Avalanches, annual_rate
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
 from avahazard.kernels import kernel
-from avahazard.physics.runout_table import MU, MU_STEP
+from avahazard.physics.runout_curve import MU, MU_STEP
 
 Floats = NDArray[np.float64]
 

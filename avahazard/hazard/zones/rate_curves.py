@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches, friction_below
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.inference.model.friction_scatter import (
+    NORMAL_PEAK,
+    normal_below,
+    normal_density,
+    student_below,
+    student_density,
+)
 from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -38,8 +44,8 @@ def event_terms(
     """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
 
     `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
-    `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t with
-    4 degrees of freedom, a few records being grossly wrong (`wrong_records`).
+    `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t,
+    a few records being grossly wrong (`wrong_records`).
     Terms of events not in `keep` `[n_events]` are 0.
     """
     keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
@@ -166,7 +172,7 @@ def _density(place, weight, m, sigma, lift, out):  # type: ignore[no-untyped-def
         first += a
         second += a * z
     second -= value
-    scale = ONE_OVER_ROOT_2PI * per_sigma
+    scale = NORMAL_PEAK * per_sigma
     out[0] = value * scale
     out[1] = first * scale * per_sigma
     out[2] = second * scale
@@ -175,26 +181,22 @@ def _density(place, weight, m, sigma, lift, out):  # type: ignore[no-untyped-def
 
 @kernel
 def _student_density(place, weight, m, sigma, out):  # type: ignore[no-untyped-def]
-    """The same for Student's t with 4 degrees of freedom, 3/8 (1 + z²/4)^(-5/2)."""
+    """The same for Student's t."""
     value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
     for k in range(len(place)):
         if weight[k] == 0.0:
             continue
         z = (place[k] - m) / sigma
-        shape = 1.0 / (1.0 + 0.25 * z * z)
-        a = weight[k] * 0.375 * shape * shape * np.sqrt(shape)
-        slope = 1.25 * z * shape
+        density, pull, bend = student_density(z)
+        a = weight[k] * density
         value += a
-        first += a * slope
-        second += a * (slope * slope * 1.4 - 1.25 * shape)
-        by_scatter += a * (z * slope - 1.0)
+        first += a * pull
+        second += a * bend
+        by_scatter += a * (z * pull - 1.0)
     out[0] = value / sigma
     out[1] = first / (sigma * sigma)
     out[2] = by_scatter / sigma
     out[3] = second / (sigma * sigma * sigma)
-
-
-ONE_OVER_ROOT_2PI = 1.0 / np.sqrt(2.0 * np.pi)
 
 
 @kernel
@@ -206,23 +208,16 @@ def _probability(place, weight, m, sigma, student, out):  # type: ignore[no-unty
             continue
         z = (place[k] - m) / sigma
         if student:
-            shape = 1.0 / (1.0 + 0.25 * z * z)
-            root = z * np.sqrt(shape)
-            cdf = 0.5 + 0.375 * root * (1.0 - root * root / 12.0)
-            pdf = 0.375 * shape * shape * np.sqrt(shape)
-            slope = -1.25 * z * shape * pdf
+            cdf = student_below(z)
+            pdf, pull, _ = student_density(z)
         else:
-            cdf = 0.5 * math.erfc(-z / ROOT_2)
-            pdf = ONE_OVER_ROOT_2PI * np.exp(-0.5 * z * z)
-            slope = -z * pdf
+            cdf = normal_below(z)
+            pdf, pull = normal_density(z), z
         value += weight[k] * cdf
         first -= weight[k] * pdf
-        second += weight[k] * slope
+        second -= weight[k] * pull * pdf
         by_scatter -= weight[k] * z * pdf
     out[0] = value
     out[1] = first / sigma
     out[2] = by_scatter
     out[3] = second / (sigma * sigma)
-
-
-ROOT_2 = math.sqrt(2.0)

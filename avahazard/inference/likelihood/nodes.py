@@ -12,7 +12,6 @@ w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop low enough was 
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -22,10 +21,11 @@ from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.record_density import record_density_nodes
 from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measured_speeds
+from avahazard.inference.model.friction_scatter import normal_below
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.workers import n_workers, ordered_map
 
 Floats = NDArray[np.float64]
@@ -209,7 +209,7 @@ def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type
     count = 0
     level = 1.0
     for j in range(n):
-        chance = 1.0 if left[j] else _normal_cdf((limit - elevation[j]) / sigma)
+        chance = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
         # Steps of the terrain may raise it again; the running minimum keeps weights positive.
         if level - chance > 1e-9:
             points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
@@ -220,8 +220,3 @@ def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type
         gauss_nodes(points[:count], drops[:count], place, weight)
         weight *= 1.0 - level
     return level
-
-
-@kernel
-def _normal_cdf(z):  # type: ignore[no-untyped-def]
-    return 0.5 * math.erfc(-z / np.sqrt(2.0))

@@ -15,6 +15,7 @@ from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.path_offsets import newton_offsets
 from avahazard.inference.likelihood.predicted import Values, resistance_of
+from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -186,7 +187,7 @@ class Posterior:
         if self.groups is None or offsets is None:
             return location
         shift = np.where(self.groups >= 0, offsets[self.groups], 0.0)[:, None]
-        return location + shift if self._in_log else location * np.exp(shift)
+        return shifted(location, shift, self._in_log)
 
     def _offsets(
         self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats

@@ -12,7 +12,7 @@ from avahazard.effects.site import Site
 from avahazard.inference.model.observations import LENGTH, PLACE, Observations, SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.resistance import Resistance, no_resistance
-from avahazard.physics.runout_table import MU, RunoutTable
+from avahazard.physics.runout_curve import MU, RunoutCurve
 from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
@@ -22,7 +22,7 @@ Values = dict[str, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Predicted:
-    """The record to be expected, `[n_events, n_friction]` over `runout_table.MU`.
+    """The record to be expected, `[n_events, n_friction]` over `runout_curve.MU`.
 
     `record` is in the coordinate of each event's record; `x`, `elevation` (m) are its place in
     any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
@@ -35,6 +35,11 @@ class Predicted:
     elevation: Floats
     status: NDArray[np.int8]
     speeds: tuple[Floats, ...]
+
+    @property
+    def curve(self) -> RunoutCurve:
+        """F(μ) of every event, by x and elevation."""
+        return RunoutCurve(self.x, self.elevation, self.status)
 
 
 def resistance_of(
@@ -61,7 +66,7 @@ def resistance_of(
 class BlockRuns:
     """Tables of every site, and the speeds of each `SpeedRecord` `[n_friction, n_speeds]`."""
 
-    tables: tuple[RunoutTable, ...]
+    tables: tuple[RunoutCurve, ...]
     speeds: tuple[Floats, ...]
 
 

@@ -1,10 +1,16 @@
-"""The bump p(record | μ) of one event over friction, as Gauss nodes."""
+"""The bump p(record | μ) of one event over friction, as Gauss nodes.
+
+Across a jump of F, or to the end of the profile, records are taken as spread evenly: real terrain
+and real avalanches have no such gaps. A stop that is looked up (`physics.runout_curve`) never lies
+within a jump; this is no such stop but what a record tells of friction.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
 
 REACH = 7.0
@@ -13,7 +19,6 @@ PIECE = 0.5
 """Largest step of F, in standard deviations of the record, between two points of a bump."""
 DEPTH = 40.0
 """Frictions whose log density is that much below the best are left out."""
-HALF_LOG_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 @kernel
@@ -41,8 +46,6 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
         if left[j] and left[j + 1]:
             continue
         f0, f1 = record[j], record[j + 1]
-        # Across a jump of F, or to the end of the profile, records are taken as spread evenly:
-        # real terrain and real avalanches have no such gaps.
         z0, z1 = (f0 - observed) / sigma, (f1 - observed) / sigma
         if min(z0, z1) > REACH or max(z0, z1) < -REACH:
             continue

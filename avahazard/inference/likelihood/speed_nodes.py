@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.record_density import DEPTH, record_density_nodes
+from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.model.observations import SpeedRecord
 from avahazard.kernels import kernel
 
@@ -21,8 +22,6 @@ Floats = NDArray[np.float64]
 SPLIT, POINTS = 15, 256
 """Parts of each cell of the friction grid (odd: a block that leaves does so up to the middle of
 a cell); fewer where that many points are there without."""
-SPEED_CORRELATION_M = 100.0
-"""Length over which the model's error of speed stays alike: about that of a terrain step."""
 
 
 class MeasuredSpeeds(NamedTuple):
@@ -125,7 +124,7 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
     for k in range(len(measured.event)):
         i, a, b = measured.event[k], measured.first[k], measured.end[k]
         speed, mine = measured.speed[a:b], predicted[:, a:b]
-        errors = _errors(measured.x[a:b], measured.sigma[a:b], scatter)
+        errors = whitening(measured.x[a:b], measured.sigma[a:b], scatter)
         ends = _log_density(speed, mine, errors)
         bound = _bound(ends, record[i], left[i], observed_left[i], observed[i], error[i])
         track = between(mu, record[i], left[i], mine, bound, observed_left[i])
@@ -168,28 +167,10 @@ def speed_log_likelihood(
 ) -> Floats:
     """Log density of the speeds of one track given each friction, `[n_friction]`.
 
-    Errors are those of the measurement at the places `x` (m), independent with `sigma`
-    `[n_speeds]`, plus the model's, with standard deviation `scatter` and correlation
-    exp(-|Δx| / SPEED_CORRELATION_M). `predicted` `[n_friction, n_speeds]`, all in m/s.
+    `x` (m), `sigma` `[n_speeds]` and `scatter` as in `speed_errors`; `predicted`
+    `[n_friction, n_speeds]`, all in m/s.
     """
-    return np.asarray(_log_density(speed, predicted, _errors(x, sigma, scatter)))
-
-
-@kernel
-def _errors(x, sigma, scatter):  # type: ignore[no-untyped-def]
-    """What makes misfits `[n_speeds]` independent unit errors, as a matrix, and a constant."""
-    k = len(x)
-    covariance = np.empty((k, k))
-    for a in range(k):
-        for b in range(k):
-            alike = np.exp(-abs(x[a] - x[b]) / SPEED_CORRELATION_M)
-            covariance[a, b] = scatter * scatter * alike
-        covariance[a, a] += sigma[a] ** 2
-    whiten = np.linalg.inv(np.linalg.cholesky(covariance))
-    constant = 0.5 * k * np.log(2.0 * np.pi)
-    for a in range(k):
-        constant -= np.log(whiten[a, a])
-    return whiten, constant
+    return np.asarray(_log_density(speed, predicted, whitening(x, sigma, scatter)))
 
 
 @kernel

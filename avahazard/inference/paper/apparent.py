@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.kernels import kernel
+from avahazard.physics.block import STOPPED
+from avahazard.physics.runout_curve import RunoutCurve
 
 Array = NDArray[np.float64]
 
@@ -24,8 +26,6 @@ STATUSES = (
     "no-record",
 )
 UNIQUE, JUMP, SEVERAL, ABOVE, BELOW, NO_RECORD = range(6)
-JUMP_FACTOR = 8.0  # a step of F this many times its median step is a jump
-STOPPED = 0  # entry status of a runout table
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,35 +50,27 @@ def apparent_friction(
     runout: Array,
     table: NDArray[np.int64],
     stop_y: Array,
-    entry_status: NDArray[np.int64],
-    mu_min: float,
-    mu_step: float,
+    curves: RunoutCurve,
 ) -> ApparentFriction:
-    """Inverts the tables at the recorded elevations `runout` [n_events], m.
+    """Inverts the curves [n_tables, n_mu] at the recorded elevations `runout` [n_events], m.
 
-    `stop_y` [n_tables, n_mu] is the stop on the grid mu_min + j mu_step, `entry_status` the same
-    shape (0 stopped, 1 left the profile, 2 not released), `table` [n_events] the row of each event.
-    Only stopped entries bracket a record. The record of an event that left the profile is -inf.
+    `stop_y` [n_tables, n_mu] is where they stop, in the coordinate of the records and rising, and
+    `table` [n_events] the row of each event. Only stops bracket a record; jumps are those of
+    `runout_curve`. The record of an event that left the profile is -inf.
     """
     runout = np.asarray(runout, np.float64)
     mu, mu_low, mu_high = np.full((3, runout.size), np.nan)
     status = np.full(runout.size, NO_RECORD)
     for k in np.unique(table):
-        stopped = np.asarray(entry_status[k]) == STOPPED
-        jump = jump_size(stop_y[k], stopped)
+        stopped, broken = curves.status[k] == STOPPED, curves[k].broken
         for i in np.flatnonzero(np.asarray(table) == k):
-            low, high, code = bracket(runout[i], stop_y[k], stopped, jump, mu_min, mu_step)
+            low, high, code = bracket(
+                runout[i], stop_y[k], stopped, broken, curves.mu_min, curves.mu_step
+            )
             mu_low[i], mu_high[i], status[i] = low, high, code
             if code <= SEVERAL:
                 mu[i] = 0.5 * (low + high)
     return ApparentFriction(mu, mu_low, mu_high, status)
-
-
-def jump_size(stop_y: Array, stopped: NDArray[np.bool_]) -> float:
-    """The step of one table [n_mu], m, from which on it counts as a jump; infinite if flat."""
-    steps = np.abs(np.diff(stop_y))[stopped[1:] & stopped[:-1]]
-    steps = steps[steps > 0]
-    return float(JUMP_FACTOR * np.median(steps)) if steps.size else np.inf
 
 
 @kernel
@@ -86,11 +78,14 @@ def bracket(
     y: float,
     stop_y: Array,
     stopped: NDArray[np.bool_],
-    jump: float,
+    broken: NDArray[np.bool_],
     mu_min: float,
     mu_step: float,
 ) -> tuple[float, float, int]:
-    """Smallest and largest μ whose block stops at y, m, and the status code, of one table."""
+    """Smallest and largest μ whose block stops at y, m, and the status code, of one table.
+
+    `stopped` [n_mu]; `broken` [n_mu - 1] are the cells of jumps.
+    """
     if np.isnan(y):
         return np.nan, np.nan, NO_RECORD
     low, high, crossings, jumped = np.inf, -np.inf, 0, False
@@ -111,7 +106,7 @@ def bracket(
             below = stop_y[last]
             left, right = mu_min + last * mu_step, mu_min + j * mu_step
             crossings += 1
-            if abs(above - below) >= jump or j > last + 1:
+            if j > last + 1 or broken[last]:
                 jumped = True
             elif above != below:
                 left = right = left + mu_step * (y - below) / (above - below)

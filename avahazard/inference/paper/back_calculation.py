@@ -13,7 +13,7 @@ from avahazard.inference.paper.apparent import UNIQUE, apparent_friction
 from avahazard.inference.paper.perturbation import Perturbation, perturb
 from avahazard.inference.seeds import generator
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_table import MU, MU_STEP
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 
@@ -50,9 +50,7 @@ def back_calculate(observations: Observations, predicted: Predicted) -> BackCalc
     tables = (
         np.arange(len(rows)),
         sign[rows, None] * predicted.record[rows],
-        predicted.status[rows].astype(np.int64),
-        float(MU[0]),
-        MU_STEP,
+        predicted.curve[rows],
     )
     mu = observations.fall_height / observations.observed
     low, high, status = mu.copy(), mu.copy(), np.full(observations.n_events, UNIQUE)

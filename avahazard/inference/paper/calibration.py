@@ -19,7 +19,7 @@ from avahazard.inference.paper.metropolis import metropolis
 from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import Chains
-from avahazard.physics.runout_table import MU, MU_STEP
+from avahazard.physics.runout_curve import MU, MU_STEP
 from avahazard.records.errors import AvahazardError
 
 Floats = NDArray[np.float64]

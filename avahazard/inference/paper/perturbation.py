@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import Law
-from avahazard.inference.paper.apparent import SEVERAL, STOPPED, bracket, jump_size
+from avahazard.inference.paper.apparent import SEVERAL, bracket
 from avahazard.inference.paper.least_squares import fit_law
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
+from avahazard.physics.block import STOPPED
+from avahazard.physics.runout_curve import RunoutCurve
 
 Array = NDArray[np.float64]
 
@@ -42,23 +44,21 @@ def perturb(
     runout_sigma: Array,
     table: NDArray[np.int64],
     stop_y: Array,
-    entry_status: NDArray[np.int64],
-    mu_min: float,
-    mu_step: float,
+    curves: RunoutCurve,
     *,
     seed: int,
     n_replicates: int = 200,
 ) -> Perturbation:
     """Apparent friction of `n_replicates` sets of records, each moved by its normal error.
 
-    `runout`, `runout_sigma` [n_events] in m; the tables as in `apparent_friction`.
+    `runout`, `runout_sigma` [n_events] in m; the curves as in `apparent_friction`.
     """
     runout, runout_sigma = np.asarray(runout, np.float64), np.asarray(runout_sigma, np.float64)
     noise = generator(seed, "perturbation").standard_normal((n_replicates, runout.size))
     moved = runout + runout_sigma * noise
-    stopped = np.asarray(entry_status) == STOPPED
-    jumps = np.array([jump_size(y, s) for y, s in zip(stop_y, stopped, strict=True)])
-    mu = _invert(moved, np.asarray(table), stop_y, stopped, jumps, mu_min, mu_step)
+    stopped = curves.status == STOPPED
+    grid = (curves.mu_min, curves.mu_step)
+    mu = _invert(moved, np.asarray(table), stop_y, stopped, curves.broken, *grid)
     mu_sd = np.full(runout.size, np.nan)
     for i in range(runout.size):
         found = mu[np.isfinite(mu[:, i]), i]
@@ -73,7 +73,7 @@ def _invert(
     table: NDArray[np.int64],
     stop_y: Array,
     stopped: NDArray[np.bool_],
-    jumps: Array,
+    broken: NDArray[np.bool_],
     mu_min: float,
     mu_step: float,
 ) -> Array:
@@ -82,7 +82,7 @@ def _invert(
         for i in range(runout.shape[1]):
             k = table[i]
             low, high, code = bracket(
-                runout[r, i], stop_y[k], stopped[k], jumps[k], mu_min, mu_step
+                runout[r, i], stop_y[k], stopped[k], broken[k], mu_min, mu_step
             )
             if code <= SEVERAL:
                 mu[r, i] = 0.5 * (low + high)

@@ -1,7 +1,8 @@
 """How far a friction law's predicted stops lie from the records: the sum of squares, compiled.
 
 The whole cost of a Metropolis chain is here. Friction tables lie on a uniform grid, so F(μ) is one
-multiplication and one interpolation, and nothing in the loop branches.
+multiplication and one interpolation, and nothing in the loop branches. It is straight across a jump
+as elsewhere: as in `likelihood.record_density`, what a record tells of friction has no gaps.
 """
 
 from __future__ import annotations

@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.model.friction_scatter import draws, shifted
+from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.layout import PATH_SCATTER
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU, MU_STEP
+from avahazard.physics.runout_curve import MU, MU_STEP, between, located, nearest
 
 Floats = NDArray[np.float64]
 
@@ -78,13 +80,9 @@ def draw_friction(
     volumes = posterior.observations.volumes
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
     location, scatter = posterior.location_and_scatter(u, volume[:, None])
-    if posterior.specification.tails == "student":
-        noise = rng.standard_t(4, size=len(volume))
-    else:
-        noise = rng.standard_normal(len(volume))
-    if posterior.layout.log_scatter:
-        return np.asarray(np.exp(location[:, 0] + shift + scatter[:, 0] * noise))
-    return np.asarray(location[:, 0] * np.exp(shift) + scatter[:, 0] * noise)
+    noise = draws(rng, len(volume), posterior.specification.tails == "student")
+    in_log = posterior.layout.log_scatter
+    return drawn(shifted(location[:, 0], shift, in_log), scatter[:, 0] * noise, in_log)
 
 
 def _path_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
@@ -107,25 +105,17 @@ def look_up(
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """Records, places and elevations at drawn frictions `[n_events, n_draws]`.
 
-    Linear between grid points of the same status; across a change of status the nearer point
-    counts, so that a stop is never mixed with a run that left.
+    Draws with μ ≤ 0 left.
     """
-    place = np.clip((friction - MU[0]) / MU_STEP, 0.0, len(MU) - 1.0)
-    j = np.minimum(place.astype(int), len(MU) - 2)
-    share = place - j
-    rows = np.arange(len(friction))[:, None]
-    status = tables.status
-    mixed = status[rows, j] != status[rows, j + 1]
-    share = np.where(mixed, np.round(share), share)
-    values = []
-    for table in (tables.record, tables.x, tables.elevation):
-        values.append(table[rows, j] * (1.0 - share) + table[rows, j + 1] * share)
-    nearest = np.where(share >= 0.5, status[rows, j + 1], status[rows, j])
-    left = (nearest == LEFT_PROFILE) | (friction <= 0.0)
+    curve = tables.curve
+    cell, share = located((friction - MU[0]) / MU_STEP, curve.broken)
+    record, x, elevation = (
+        between(values, cell, share) for values in (tables.record, curve.x, curve.y)
+    )
+    left = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction <= 0.0)
     straight = np.isnan(tables.elevation).all(axis=1)
     # Without a profile the energy line holds exactly: L = H / μ.
     height = tables.record[:, 0] * MU[0]
-    record = values[0]
     record[straight] = height[straight, None] / np.maximum(friction[straight], MU[0])
     left[straight] = False
-    return record, values[1], values[2], left
+    return record, x, elevation, left

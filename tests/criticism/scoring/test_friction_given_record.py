@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 
 SHARE = np.array([0.3, 0.7])
 LOCATION, SCATTER = np.array([-0.9, -0.7]), np.array([0.1, 0.2])

@@ -11,7 +11,7 @@ from avahazard.criticism.scoring.speed_misfit import matched_speeds, measured_fo
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.records.event import Speed
 from tests.criticism.studies import draws_about, fitted, slopes, with_left, with_speeds
 

@@ -18,7 +18,7 @@ from avahazard.inference.likelihood.predicted import predict_records, run_blocks
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LEFT
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from tests.inference import studies
 from tests.inference.new_law import NAME, halving
 

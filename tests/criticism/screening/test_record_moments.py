@@ -9,7 +9,7 @@ from avahazard.criticism.screening.gains import moments_of
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords, real_world
 from avahazard.criticism.screening.record_moments import record_bounds, record_moments
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.likelihood.speed_nodes import SPEED_CORRELATION_M
+from avahazard.inference.likelihood.speed_errors import SPEED_CORRELATION_M
 from avahazard.inference.model.observations import LEFT, Observations
 from tests.inference import studies
 

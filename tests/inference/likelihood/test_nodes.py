@@ -14,7 +14,7 @@ from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
 from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from tests.inference import naive_nodes
 
 LOG_MU = np.log(MU)

@@ -13,7 +13,7 @@ from avahazard.inference.model.observations import Observations, build_observati
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed

@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_nodes import SPLIT, between
 from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from tests.inference.studies import observations, posterior
 
 REACH = np.array([0.9, 0.7])

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avahazard.inference.paper.apparent import apparent_friction
+from avahazard.physics.runout_curve import RunoutCurve
 
 MU_MIN, MU_STEP = 0.1, 0.01
 MU = MU_MIN + MU_STEP * np.arange(61)
@@ -15,9 +16,13 @@ MU = MU_MIN + MU_STEP * np.arange(61)
 
 def _invert(runout, stop_y, status=None):
     stop_y = np.atleast_2d(stop_y)
-    status = np.zeros(stop_y.shape, int) if status is None else np.atleast_2d(status)
+    status = np.zeros(stop_y.shape) if status is None else np.atleast_2d(status)
     table = np.zeros(len(runout), int)
-    return apparent_friction(np.array(runout, float), table, stop_y, status, MU_MIN, MU_STEP)
+    return apparent_friction(np.array(runout, float), table, stop_y, _curves(stop_y, status))
+
+
+def _curves(stop_y, status):
+    return RunoutCurve(-stop_y, stop_y, status.astype(np.int8), MU_MIN, MU_STEP)
 
 
 @settings(deadline=None)  # the first call compiles
@@ -33,7 +38,7 @@ def test_each_event_takes_its_own_table() -> None:
     stop_y = np.array([1000 + 500 * MU, 400 + 1000 * MU])
     record = np.array([1200.0, 800.0, 1150.0])
     table = np.array([0, 1, 0])
-    result = apparent_friction(record, table, stop_y, np.zeros((2, 61), int), MU_MIN, MU_STEP)
+    result = apparent_friction(record, table, stop_y, _curves(stop_y, np.zeros((2, 61))))
     np.testing.assert_allclose(result.mu, [0.4, 0.4, 0.3])
 
 

@@ -14,7 +14,7 @@ from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper, check_method, recorded_elevation
 from avahazard.inference.samplers.calibrated import Calibrated
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event

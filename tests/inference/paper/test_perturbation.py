@@ -8,10 +8,11 @@ import pytest
 from avahazard.inference.model.laws import law
 from avahazard.inference.paper.apparent import apparent_friction
 from avahazard.inference.paper.perturbation import perturb
+from avahazard.physics.runout_curve import RunoutCurve
 
 MU = 0.1 + 0.01 * np.arange(91)
 STOP_Y = np.array([400 + 1000 * MU, 200 + 2000 * MU])
-STATUS = np.zeros(STOP_Y.shape, int)
+CURVES = RunoutCurve(-STOP_Y, STOP_Y, np.zeros(STOP_Y.shape, np.int8), 0.1, 0.01)
 TABLE = np.array([0, 1, 0, 1] * 5)
 VOLUME = np.geomspace(2e3, 3e5, 20)
 
@@ -23,14 +24,14 @@ def _records(sigma: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_spread_is_the_error_over_the_slope() -> None:
-    result = perturb(*_records(15.0), TABLE, STOP_Y, STATUS, 0.1, 0.01, seed=1, n_replicates=4000)
+    result = perturb(*_records(15.0), TABLE, STOP_Y, CURVES, seed=1, n_replicates=4000)
     np.testing.assert_allclose(result.mu_sd, 15.0 / np.where(TABLE == 0, 1000, 2000), rtol=0.05)
 
 
 def test_each_replicate_is_the_inverse_of_its_records() -> None:
     runout, sigma = _records(0.0)
-    result = perturb(runout, sigma, TABLE, STOP_Y, STATUS, 0.1, 0.01, seed=1, n_replicates=3)
-    direct = apparent_friction(runout, TABLE, STOP_Y, STATUS, 0.1, 0.01).mu
+    result = perturb(runout, sigma, TABLE, STOP_Y, CURVES, seed=1, n_replicates=3)
+    direct = apparent_friction(runout, TABLE, STOP_Y, CURVES).mu
     np.testing.assert_array_equal(result.mu, np.tile(direct, (3, 1)))
     np.testing.assert_allclose(result.mu_sd, 0.0, atol=1e-12)
 
@@ -38,14 +39,14 @@ def test_each_replicate_is_the_inverse_of_its_records() -> None:
 def test_no_spread_is_given_where_most_moved_records_have_no_friction() -> None:
     runout, sigma = _records(15.0)
     runout[0], runout[1] = -np.inf, STOP_Y[1, 0] - 60.0
-    result = perturb(runout, sigma, TABLE, STOP_Y, STATUS, 0.1, 0.01, seed=1)
+    result = perturb(runout, sigma, TABLE, STOP_Y, CURVES, seed=1)
     assert np.isnan(result.mu_sd[:2]).all()
     assert np.isfinite(result.mu_sd[2:]).all()
 
 
 def test_laws_spread_with_the_records() -> None:
     """The sd of a linear fit's parameters, by the same propagation in closed form."""
-    result = perturb(*_records(10.0), TABLE, STOP_Y, STATUS, 0.1, 0.01, seed=2)
+    result = perturb(*_records(10.0), TABLE, STOP_Y, CURVES, seed=2)
     mean, sd = result.law_spread(law("power"), VOLUME)
     np.testing.assert_allclose(mean, [1.07, 0.065], rtol=0.01)
     alpha, beta = 1.07, 0.065
@@ -57,13 +58,13 @@ def test_laws_spread_with_the_records() -> None:
 
 def test_the_seed_decides() -> None:
     def run(seed: int) -> np.ndarray:
-        return perturb(*_records(15.0), TABLE, STOP_Y, STATUS, 0.1, 0.01, seed=seed).mu
+        return perturb(*_records(15.0), TABLE, STOP_Y, CURVES, seed=seed).mu
 
     np.testing.assert_array_equal(run(4), run(4))
     assert not np.array_equal(run(4), run(5), equal_nan=True)
 
 
 def test_too_few_replicates_have_no_spread() -> None:
-    result = perturb(*_records(15.0), TABLE, STOP_Y, STATUS, 0.1, 0.01, seed=1, n_replicates=1)
+    result = perturb(*_records(15.0), TABLE, STOP_Y, CURVES, seed=1, n_replicates=1)
     assert np.isnan(result.mu_sd).all()
     assert result.mu[0] == pytest.approx(0.7, abs=0.3)

@@ -19,7 +19,7 @@ from avahazard.inference.model.observations import ELEVATION, LEFT, Observations
 from avahazard.inference.samplers.marginal import sample
 from avahazard.inference.seeds import generator
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_table import MU
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile

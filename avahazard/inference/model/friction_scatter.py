@@ -1,0 +1,104 @@
+"""How friction scatters about the law: normally, or as Student's t with 4 degrees of freedom.
+
+With location m and scatter σ, z = (ν - m) / σ, where ν is log μ, or μ itself where friction is
+normal. Student's tails let a few records be grossly wrong. Densities are in z: those in ν are 1/σ
+of them. A derivative in m is -1/σ of that in z, one in log σ is -z times it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, stdtr
+
+from avahazard.kernels import kernel
+
+Floats = NDArray[np.float64]
+
+DEGREES = 4
+"""Degrees of freedom of Student's t; the closed forms below hold for these alone."""
+NORMAL_PEAK = 1.0 / math.sqrt(2.0 * math.pi)
+STUDENT_PEAK, STUDENT_PULL = 0.375, 1.25
+HALF_LOG_2PI = 0.5 * math.log(2.0 * math.pi)
+LOG_STUDENT_PEAK = math.log(STUDENT_PEAK)
+STUDENT_INFORMATION = 8.0 / 7.0
+"""Fisher information in log σ, 2 DEGREES / (DEGREES + 3); that of the normal is 2."""
+ROOT_2 = math.sqrt(2.0)
+
+
+@kernel(forceinline=True)
+def normal_density(z: float) -> float:
+    """φ(z); its derivative is -z φ."""
+    return NORMAL_PEAK * math.exp(-0.5 * z * z)
+
+
+@kernel(forceinline=True)
+def normal_below(z: float) -> float:
+    """Φ(z)."""
+    return 0.5 * math.erfc(-z / ROOT_2)
+
+
+@kernel
+def log_normal_below(z: float) -> tuple[float, float]:
+    """log Φ(z) and its derivative φ(z)/Φ(z), good far into the lower tail."""
+    if z < -8.0:
+        # Mills' ratio: Φ(z) ≈ φ(z)/|z| (1 - 1/z²).
+        return -0.5 * z * z - HALF_LOG_2PI - math.log(-z) - 1.0 / (z * z), -z + 1.0 / -z
+    below = normal_below(z)
+    return math.log(below), normal_density(z) / below
+
+
+@kernel(forceinline=True)
+def student_shape(z2: float) -> float:
+    """1 / (1 + z²/4) for z² = `z2`: the density is STUDENT_PEAK shape^(5/2)."""
+    return 1.0 / (1.0 + 0.25 * z2)
+
+
+@kernel(forceinline=True)
+def student_density(z: float) -> tuple[float, float, float]:
+    """t(z), -t'(z)/t(z) = STUDENT_PULL z shape, and t''(z)/t(z)."""
+    shape = student_shape(z * z)
+    pull = STUDENT_PULL * z * shape
+    density = STUDENT_PEAK * shape * shape * math.sqrt(shape)
+    return density, pull, 1.4 * pull * pull - STUDENT_PULL * shape
+
+
+@kernel(forceinline=True)
+def student_below(z: float) -> float:
+    """The chance under z."""
+    root = z * math.sqrt(student_shape(z * z))
+    return 0.5 + STUDENT_PEAK * root * (1.0 - root * root / 12.0)
+
+
+def below(z: Floats, student: bool) -> Floats:
+    """The chance under z, of any shape."""
+    return np.asarray(stdtr(float(DEGREES), z) if student else ndtr(z))
+
+
+def log_density(z: Floats, student: bool) -> Floats:
+    """Log density at z, of any shape."""
+    if student:
+        return np.asarray(LOG_STUDENT_PEAK - 2.5 * np.log1p(0.25 * z**2))
+    return np.asarray(-0.5 * z**2 - HALF_LOG_2PI)
+
+
+def draws(rng: np.random.Generator, size: int | tuple[int, ...], student: bool) -> Floats:
+    """Draws of z."""
+    return rng.standard_t(DEGREES, size=size) if student else rng.standard_normal(size)
+
+
+def widening(rng: np.random.Generator, n: int) -> Floats:
+    """Factors `[n]` that turn normal draws of z into Student's, whose variance is drawn."""
+    return np.asarray(np.sqrt(DEGREES / rng.chisquare(DEGREES, n)))
+
+
+def shifted(location: Floats, shift: Floats | float, in_log: bool) -> Floats:
+    """The location with `shift` added to log friction; `in_log`: it is one of log μ."""
+    return np.asarray(location + shift if in_log else location * np.exp(shift))
+
+
+def friction(location: Floats, deviation: Floats, in_log: bool) -> Floats:
+    """μ that lies `deviation` = σ z from its location."""
+    return np.asarray(np.exp(location + deviation) if in_log else location + deviation)

@@ -1,0 +1,211 @@
+"""F(μ): where the block stops as a function of friction, tabulated, looked up and turned round.
+
+**Jumps.** On stepped terrain F jumps: no friction stops the block between two places. One rule for
+all that looks up a stop: a cell of the grid of frictions is *broken* where its ends differ in
+status, or where x, the place of the stop, moves more than `JUMP_FACTOR` times as far as over the
+wider of the cells beside it (at all, where it rests over these). In a broken cell the nearer end
+counts: nothing stops where no run of the block does, and no stop is mixed with a run that left the
+profile or was held at its release. Everywhere else F is straight between the ends. The steps of a
+smooth F, however steep, change by less than that factor from one cell to the next; a jump stands
+out from both (two of one size side by side do not). The rule goes by x, since elevation hardly
+changes where a flat reach is jumped over, and turns round on a counter-slope.
+
+The likelihood alone (`inference.likelihood.record_density`) looks nothing up: it spreads records
+evenly over a jump, on purpose, since real terrain and real avalanches have no such gaps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.kernels import kernel
+from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
+from avahazard.physics.cells import Cells
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+MU_STEP = 0.0025
+"""Spacing of the friction grid, as in the paper."""
+MU = np.arange(0.02, 1.6 + MU_STEP / 2, MU_STEP)
+"""Frictions at which runouts are tabulated, `[n_friction]`."""
+JUMP_FACTOR = 5.0
+"""A cell is a jump where the stop moves this many times as far as in the wider cell beside it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunoutCurve:
+    """F(μ) of one run, `[n_friction]`, or of several, `[n_rows, n_friction]`.
+
+    Friction of node j is `mu_min + j * mu_step`, which is `MU` if nothing else is said. `x`, `y`
+    are in m, `status` as in `physics.block`; where the block left the profile they are no stops.
+    """
+
+    x: Floats
+    y: Floats
+    status: NDArray[np.int8]
+    mu_min: float = float(MU[0])
+    mu_step: float = MU_STEP
+
+    def __getitem__(self, rows: Any) -> RunoutCurve:
+        """The curves of these rows, or the curve of one."""
+        return RunoutCurve(self.x[rows], self.y[rows], self.status[rows], self.mu_min, self.mu_step)
+
+    @property
+    def left(self) -> Bools:
+        """Whether the block left the profile."""
+        return np.asarray(self.status == LEFT_PROFILE)
+
+    @property
+    def not_released(self) -> Bools:
+        """Whether the block was held at its release."""
+        return np.asarray(self.status == NOT_RELEASED)
+
+    @property
+    def broken(self) -> Bools:
+        """Cells that are not straight (the rule above), `[…, n_friction - 1]`."""
+        return broken_cells(self.x, self.status)
+
+    @property
+    def jumps(self) -> Bools:
+        """Cells from one stop to the next over which F jumps, `[…, n_friction - 1]`."""
+        stopped = self.status == STOPPED
+        return np.asarray(self.broken & stopped[..., 1:] & stopped[..., :-1])
+
+    def at(self, mu: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
+        """x, y and status at frictions `mu` `[(n_rows,) n]`; beyond the grid its end counts."""
+        return self.at_steps((mu - self.mu_min) / self.mu_step)
+
+    def at_steps(self, steps: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
+        """The same at frictions in steps from the first node."""
+        cell, share = located(steps, self.broken)
+        return (
+            between(self.x, cell, share),
+            between(self.y, cell, share),
+            nearest(self.status, cell, share),
+        )
+
+    def derivative(self) -> tuple[Floats, Floats]:
+        """F'(μ) at the nodes: dx/dμ and dy/dμ (m), the mean of the straight cells beside each.
+
+        nan where there is none: within jumps, where the block left, where it was held.
+        """
+        broken = self.broken
+        return _slope(self.x, broken) / self.mu_step, _slope(self.y, broken) / self.mu_step
+
+
+def tabulate(cells: Cells, starts: NDArray[np.int64], stride: int = 1) -> RunoutCurve:
+    """F(μ) from each start node `[n_starts]`, at every `stride`-th friction of `MU`.
+
+    Where the block left the profile, x and y are nan; where it was not released, the release.
+    """
+    stops = run(cells, starts, MU[::stride])
+    return RunoutCurve(stops.x, stops.y, stops.status, float(MU[0]), MU_STEP * stride)
+
+
+def filled(coarse: RunoutCurve, stride: int) -> RunoutCurve:
+    """The curves over `MU` from those over every `stride`-th friction of it."""
+    steps = np.broadcast_to(np.arange(len(MU)) / stride, (len(coarse.x), len(MU)))
+    return RunoutCurve(*coarse.at_steps(steps))
+
+
+def broken_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
+    """Cells `[…, n_friction - 1]` that must not be interpolated (the rule above)."""
+    moving = (status[..., 1:] == STOPPED) & (status[..., :-1] == STOPPED)
+    gap = np.where(moving, np.abs(np.diff(np.where(np.isfinite(x), x, 0.0), axis=-1)), -1.0)
+    none = np.full((*gap.shape[:-1], 1), -1.0)
+    beside = np.maximum(
+        np.concatenate([none, gap[..., :-1]], axis=-1),
+        np.concatenate([gap[..., 1:], none], axis=-1),
+    )
+    jump = (beside >= 0.0) & (gap > JUMP_FACTOR * beside)
+    return np.asarray(~moving | jump)
+
+
+def located(steps: Floats, broken: Bools) -> tuple[NDArray[np.int64], Floats]:
+    """Cell of each place `[…, n]` on the grid, and the share of its upper end: 0 or 1 if broken."""
+    n_cells = broken.shape[-1]
+    steps = np.clip(steps, 0.0, float(n_cells))
+    cell = np.minimum(steps.astype(np.int64), n_cells - 1)
+    share = steps - cell
+    flat = np.take_along_axis(broken, cell, axis=-1)
+    return cell, np.where(flat, share >= 0.5, share)
+
+
+def between(values: Floats, cell: NDArray[np.int64], share: Floats) -> Floats:
+    """Values of the curve's nodes `[…, n_friction]` at what `located` found, `[…, n]`."""
+    low = np.take_along_axis(values, cell, axis=-1)
+    high = np.take_along_axis(values, cell + 1, axis=-1)
+    # Not a plain sum of shares: nan of the end that does not count must not spill over.
+    mixed = low * (1.0 - share) + high * share
+    return np.where(share == 0.0, low, np.where(share == 1.0, high, mixed))
+
+
+def nearest(status: NDArray[np.int8], cell: NDArray[np.int64], share: Floats) -> NDArray[np.int8]:
+    """Status of the nearer node at what `located` found, `[…, n]`."""
+    return np.take_along_axis(status, cell + (share >= 0.5), axis=-1)
+
+
+def inverse(values: Floats, broken: Bools | None, level: Floats) -> Floats:
+    """Friction `[n]` under which `values` `[n_friction]` over `MU` exceed `level` `[n]`.
+
+    `values` fall, as stops and speeds do; they are inf where the profile was left. The friction is
+    0 where none exceeds the level, inf where all do, and the middle of a cell that is broken.
+    """
+    # The first friction of the grid at which the level is not exceeded.
+    first = np.searchsorted(-values, -level, side="left")
+    cell = np.clip(first - 1, 0, len(values) - 2)
+    above, under = values[cell], values[cell + 1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = (above - level) / (above - under)
+    flat = ~np.isfinite(part) if broken is None else ~np.isfinite(part) | broken[cell]
+    mu = MU[0] + MU_STEP * (cell + np.where(flat, 0.5, part))
+    return np.where(first == 0, 0.0, np.where(first == len(values), np.inf, mu))
+
+
+def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
+    """One curve in straight pieces of half a cell each, and their status, for `piece_at`.
+
+    They are `[2 n_friction, 4]`, `[2 n_friction]`: in steps t of the grid, piece k holds for
+    k - 1 ≤ 2t < k; the first and the last hold for everything below and above the grid, at the
+    value of the end node. A row is (x at t = 0, dx/dt, y at t = 0, dy/dt). Left of profile is
+    x = +inf, y = -inf.
+    """
+    n = len(curve.status)
+    x = np.where(curve.left, np.inf, curve.x)
+    y = np.where(curve.left, -np.inf, curve.y)
+    rows = np.zeros((2 * n, 4))
+    node = np.repeat(np.arange(n), 2)  # each node owns the half cells on both its sides
+    rows[:, 0], rows[:, 2] = x[node], y[node]
+    cells = np.flatnonzero(~curve.broken)
+    for column, value in ((0, x), (2, y)):
+        slope = value[cells + 1] - value[cells]
+        for half in (2 * cells + 1, 2 * cells + 2):
+            rows[half, column] = value[cells] - slope * cells
+            rows[half, column + 1] = slope
+    return rows, curve.status[node]
+
+
+@kernel(inline="always")
+def piece_at(rows, mu, mu_min, per_step):  # type: ignore[no-untyped-def]
+    """Row of the piece that holds μ, and μ in steps of the grid."""
+    t = (mu - mu_min) * per_step
+    return int(min(max(2.0 * t + 1.0, 0.0), len(rows) - 1.0)), t
+
+
+def _slope(values: Floats, broken: Bools) -> Floats:
+    """Mean step of the straight cells beside each node, `[…, n_friction]`; nan where none is."""
+    whole = (~broken).astype(float)
+    # What a broken cell holds may be nan.
+    step = np.where(broken, 0.0, np.diff(np.where(np.isfinite(values), values, 0.0), axis=-1))
+    none = np.zeros((*step.shape[:-1], 1))
+
+    def both(of_cells: Floats) -> Floats:
+        return np.concatenate([none, of_cells], axis=-1) + np.concatenate([of_cells, none], axis=-1)
+
+    count = both(whole)
+    return np.where(count > 0.0, both(step) / np.maximum(count, 1.0), np.nan)

@@ -1,0 +1,107 @@
+"""Draws of stops on a path with a terrace, which F jumps over."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.screening.parametric_bootstrap import make_world
+from avahazard.hazard.path_hazard import path_hazard
+from avahazard.hazard.volume_bounds import volume_bounds
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.stops import look_up, predict_stops
+from avahazard.physics.runout_curve import MU, MU_STEP
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from tests.physics.naive import naive_stop
+
+N = 4000
+
+
+@cache
+def records() -> Records:
+    """One stop by place, one by elevation."""
+    x = np.linspace(0.0, 1600.0, 161)
+    slope = np.select([x < 500.0, x < 650.0, x < 1000.0], [0.7, 0.0, 0.7], 0.1)
+    y = 1200.0 - np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(x))])
+    events = (
+        Event("a", "T", runout_x_m=600.0, runout_sigma_m=1e-9),
+        Event("b", "T", runout_elevation_m=850.0, runout_sigma_m=1e-9),
+    )
+    return Records((Path("T"),), (Profile("T", x, y),), events)
+
+
+@cache
+def model() -> Posterior:
+    """Friction scatters about a constant."""
+    return Posterior(build_observations(records()), Specification(law="constant"), ())
+
+
+def coordinates() -> np.ndarray:
+    """Friction close about that of the jump."""
+    _, low, high = gap()
+    u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in model().layout.slots])
+    u[0], u[model().layout.scatter] = np.log(0.5 * (low + high)), np.log(0.01)
+    return u
+
+
+def gap() -> tuple[np.ndarray, float, float]:
+    """The ends (m) of the widest jump, and the frictions at its ends."""
+    curve = model().nodes.predicted_at(np.zeros(len(model().layout.slots))).curve
+    width = np.where(curve.jumps[0], np.abs(np.diff(curve.x[0])), 0.0)
+    j = int(np.argmax(width))
+    assert width[j] > 100.0
+    return curve.x[0, j : j + 2], float(MU[j]), float(MU[j + 1])
+
+
+def within(x: np.ndarray) -> np.ndarray:
+    (far, near), _, _ = gap()
+    return (x > near + 1e-6) & (x < far - 1e-6)
+
+
+def test_looked_up_stops_are_the_twins() -> None:
+    tables = model().nodes.predicted_at(coordinates())
+    _, low, _ = gap()
+    mu = np.random.default_rng(0).uniform(low - 4 * MU_STEP, low + 5 * MU_STEP, (2, 300))
+    record, x, elevation, left = look_up(tables, mu)
+    for k in range(2):
+        one = [naive_stop(tables.curve[k], m) for m in mu[k]]
+        np.testing.assert_allclose(x[k], [s[0] for s in one], atol=1e-9)
+        np.testing.assert_allclose(elevation[k], [s[1] for s in one], atol=1e-9)
+    np.testing.assert_array_equal(record[0], x[0])
+    np.testing.assert_array_equal(record[1], elevation[1])
+    assert not left.any()
+
+
+@pytest.mark.parametrize("kind", ["compare", "bootstrap", "hazard"])
+def test_no_draw_stops_within_a_jump(kind: str) -> None:
+    posterior, u = model(), coordinates()
+    fitted = FittedModel(posterior, np.repeat(u[None], 10, 0), {})
+    rng = np.random.default_rng(2)
+    (far, near), _, _ = gap()
+    if kind == "compare":
+        x = predict_stops(fitted, N, rng).x
+    elif kind == "bootstrap":
+        predicted = posterior.nodes.predicted_at(u)
+        x = np.array(
+            [make_world(posterior, predicted, u, 0.0, 0.0, rng).observed[0] for _ in range(N)]
+        )
+    else:
+        path = path_hazard(
+            *(fitted, records(), "T", None, [1e4]),
+            event_columns=False,
+            volume_matters=False,
+            seed=0,
+        )
+        found = volume_bounds(path, 1e4, N, rng)
+        x = np.array([found.x.q05, found.x.q50, found.x.q95, *found.x_steps], dtype=float)
+    # Draws lie on both sides.
+    assert np.any(x >= far - 1e-6)
+    assert np.any(x <= near + 1e-6)
+    assert not within(x).any()

@@ -1,0 +1,182 @@
+"""F(μ): its table, its jumps, what is looked up in it, and its inverse and derivative."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
+from avahazard.physics.runout_curve import (
+    MU,
+    MU_STEP,
+    RunoutCurve,
+    broken_cells,
+    filled,
+    inverse,
+    piece_at,
+    pieces,
+    tabulate,
+)
+from tests.physics.naive import naive_broken, naive_stop
+from tests.physics.paths import bowl, cells_of, terrain_of
+
+N = 60
+
+
+def curve_of(jump_m: float = 400.0) -> RunoutCurve:
+    """Left, stops with a jump after node 24, held: over 0.1, 0.11, … 0.69."""
+    mu = 0.1 + 0.01 * np.arange(N)
+    x = 2500.0 - 3000.0 * mu
+    x[25:] -= jump_m
+    y = 1000.0 + (2500.0 - x) * 0.4
+    status = np.full(N, STOPPED, dtype=np.int8)
+    status[:10], x[:10], y[:10] = LEFT_PROFILE, np.nan, np.nan
+    status[55:], x[55:], y[55:] = NOT_RELEASED, 0.0, 2000.0
+    return RunoutCurve(x, y, status, 0.1, 0.01)
+
+
+def random_curves(n: int) -> RunoutCurve:
+    """Curves with steps of all sizes, rests, and changes of status anywhere."""
+    rng = np.random.default_rng(3)
+    step = np.exp(rng.normal(1.0, 1.5, (n, N))) * (rng.random((n, N)) > 0.2)
+    x = 3000.0 - np.cumsum(step, axis=1)
+    status = np.where(rng.random((n, N)) < 0.1, rng.integers(1, 3, (n, N)), 0).astype(np.int8)
+    x[status == LEFT_PROFILE] = np.nan
+    return RunoutCurve(x, 2000.0 - 0.3 * x, status, 0.1, 0.01)
+
+
+def test_the_grid_is_uniform_and_covers_avalanches() -> None:
+    np.testing.assert_allclose(np.diff(MU), MU_STEP)
+    assert MU[0] <= 0.05
+    assert MU[-1] >= 1.2
+
+
+def test_the_table_is_the_runs() -> None:
+    cells = cells_of(terrain_of(bowl()))
+    starts = np.array([0, 9, 4])
+    table, stops = tabulate(cells, starts), run(cells, starts, MU)
+    np.testing.assert_array_equal(table.x, stops.x)
+    np.testing.assert_array_equal(table.y, stops.y)
+    assert table.x.shape == (3, len(MU))
+    np.testing.assert_array_equal(table.left, np.isnan(table.x))
+    held = table.x == cells.x[starts][:, None]
+    np.testing.assert_array_equal(table.not_released, held)
+    assert table.left.any()
+    assert held.any()
+    coarse = tabulate(cells, starts, 4)
+    np.testing.assert_array_equal(coarse.x, table.x[:, ::4])
+    np.testing.assert_allclose(coarse.at(MU[None, 8:9].repeat(3, 0))[0][:, 0], table.x[:, 8])
+
+
+def test_cells_are_broken_as_the_twin_says() -> None:
+    curves = random_curves(20)
+    broken = curves.broken
+    found = [
+        [naive_broken(x, s, c) for c in range(N - 1)]
+        for x, s in zip(curves.x, curves.status, strict=True)
+    ]
+    np.testing.assert_array_equal(broken, found)
+    stopped = curves.status == STOPPED
+    inside = stopped[:, 1:] & stopped[:, :-1]
+    assert 0 < np.sum(broken & inside) < np.sum(inside)
+    np.testing.assert_array_equal(curves.jumps, broken & inside)
+
+
+def test_what_is_looked_up_is_the_twins() -> None:
+    curves = random_curves(8)
+    mu = np.random.default_rng(1).uniform(0.05, 0.75, (8, 300))
+    x, y, status = curves.at(mu)
+    for k in range(8):
+        one = [naive_stop(curves[k], m) for m in mu[k]]
+        np.testing.assert_allclose(x[k], [s[0] for s in one], atol=1e-9)
+        np.testing.assert_allclose(y[k], [s[1] for s in one], atol=1e-9)
+        np.testing.assert_array_equal(status[k], [s[2] for s in one])
+        # And so are the pieces, of which the draws of hazard are made.
+        rows, of_piece = pieces(curves[k])
+        for m, (stop_x, stop_y, code) in zip(mu[k], one, strict=True):
+            p, t = piece_at.py_func(rows, m, 0.1, 1.0 / 0.01)
+            assert of_piece[p] == code
+            if code != LEFT_PROFILE:
+                assert rows[p, 0] + rows[p, 1] * t == pytest.approx(stop_x, abs=1e-6)
+                assert rows[p, 2] + rows[p, 3] * t == pytest.approx(stop_y, abs=1e-6)
+            else:
+                assert (rows[p, 0], rows[p, 2]) == (np.inf, -np.inf)
+
+
+def test_status_is_that_of_the_nearer_node() -> None:
+    *_, status = curve_of().at(np.array([0.1944, 0.1956, 0.6444, 0.6456]))
+    assert status.tolist() == [LEFT_PROFILE, STOPPED, STOPPED, NOT_RELEASED]
+
+
+def test_nothing_stops_within_a_jump() -> None:
+    curve = curve_of()
+    x, _, _ = curve.at(np.linspace(0.33, 0.36, 301))
+    assert not np.any((x > curve.x[25] + 1e-9) & (x < curve.x[24] - 1e-9))
+
+
+def test_a_curve_that_steepens_smoothly_has_no_jump() -> None:
+    x = 3000.0 * np.exp(-4.0 * (0.1 + 0.01 * np.arange(40)))
+    assert not broken_cells(x, np.zeros(40, dtype=np.int8)).any()
+
+
+def test_coarse_runs_are_filled_straight_but_for_jumps() -> None:
+    x = 2000.0 - 1000.0 * MU[::4]
+    x[50:] -= 300.0
+    status = np.zeros((1, len(x)), dtype=np.int8)
+    status[0, :9] = LEFT_PROFILE
+    coarse = RunoutCurve(x[None], -x[None], status, float(MU[0]), 4 * MU_STEP)
+    fine = filled(coarse, 4)
+    np.testing.assert_allclose(fine.x[:, : len(MU) : 4], x[None, : len(MU[::4])])
+    np.testing.assert_allclose(fine.x[0, 36:197], 2000.0 - 1000.0 * MU[36:197])
+    np.testing.assert_array_equal(fine.x[0, 196:201], x[[49, 49, 50, 50, 50]])
+    np.testing.assert_array_equal(fine.left[0, 30:40], np.arange(30, 40) < 34)
+    # The jump is one in the fine table too.
+    assert np.flatnonzero(fine.jumps[0]).tolist() == [197]
+
+
+def test_the_inverse_gives_back_the_friction() -> None:
+    curve = tabulate(cells_of(terrain_of(bowl())), np.array([0]))[0]
+    values = np.where(curve.left, np.inf, curve.x)
+    mu = np.linspace(0.4, 0.6, 50)
+    x = curve.at(mu)[0]
+    np.testing.assert_allclose(inverse(values, curve.broken, x), mu, atol=1e-9)
+    lowest, highest = np.min(values) - 1.0, 1e6
+    found = inverse(values, curve.broken, np.array([lowest]))
+    assert found.tolist() == [np.inf]
+    # Only what leaves goes so far: the edge is midway to the first that stops.
+    last_left = np.flatnonzero(curve.left)[-1]
+    found = inverse(values, curve.broken, np.array([highest]))
+    assert found[0] == pytest.approx(MU[last_left] + 0.5 * MU_STEP)
+    assert inverse(-MU, None, np.array([0.0])).tolist() == [0.0]
+
+
+def test_within_a_jump_the_inverse_is_its_middle() -> None:
+    x = 2000.0 - 1000.0 * MU
+    x[100:] -= 300.0
+    level = np.array([x[100] + 1.0, x[99] - 1.0])
+    broken = broken_cells(x, np.zeros(len(MU), dtype=np.int8))
+    np.testing.assert_allclose(inverse(x, broken, level), MU[99] + 0.5 * MU_STEP)
+    assert np.ptp(inverse(x, None, level)) > 0.4 * MU_STEP
+
+
+def test_the_derivative_is_that_of_the_runs() -> None:
+    cells = cells_of(terrain_of(bowl()))
+    table = tabulate(cells, np.array([0]))[0]
+    dx, dy = table.derivative()
+    h = 1e-4
+    near = run(cells, np.array([0]), np.column_stack([MU - h, MU + h]).ravel())
+    by_hand = np.diff(near.x.reshape(-1, 2), axis=1)[:, 0] / (2.0 * h)
+    inside = (MU > 0.4) & (MU < 0.6)
+    np.testing.assert_allclose(dx[inside], by_hand[inside], rtol=2e-3)
+    by_hand = np.diff(near.y.reshape(-1, 2), axis=1)[:, 0] / (2.0 * h)
+    np.testing.assert_allclose(dy[inside], by_hand[inside], rtol=5e-3)
+    assert np.isnan(dx[table.left]).all()
+    assert np.isnan(dy[table.not_released]).all()
+
+
+def test_at_a_jump_the_derivative_is_that_of_its_own_side() -> None:
+    dx, dy = curve_of().derivative()
+    np.testing.assert_allclose(dx[10:55], -3000.0)
+    np.testing.assert_allclose(dy[10:55], 1200.0)
+    assert np.isnan(dx[:10]).all()
+    assert np.isnan(dx[55:]).all()
