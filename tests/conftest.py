@@ -79,17 +79,22 @@ def postgresql_database(empty_postgresql: str) -> str:
     return empty_postgresql
 
 
-@pytest.fixture
-def avahazard(database: str) -> Callable[..., Result]:
-    """Give a function that runs the command line on `database`."""
+def command_line(database: str | Path) -> Callable[..., Result]:
+    """Return a function that runs the command line on `database`."""
     from avahazard.cli.main import app  # noqa: PLC0415
 
     runner = CliRunner()
 
     def run(*words: str) -> Result:
-        return runner.invoke(app, ["--db", database, *words], prog_name="avahazard")
+        return runner.invoke(app, ["--db", str(database), *words], prog_name="avahazard")
 
     return run
+
+
+@pytest.fixture
+def avahazard(database: str) -> Callable[..., Result]:
+    """Give a function that runs the command line on `database`."""
+    return command_line(database)
 
 
 @pytest.fixture

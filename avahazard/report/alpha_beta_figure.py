@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.report.path_panels import BOUNDS, draw_panels, draw_profile, mark_stops
+from avahazard.report.path_panels import draw_panels, draw_profile, mark_bounds, mark_stops
 from avahazard.results.hazard import HazardRow
 
 if TYPE_CHECKING:
@@ -65,7 +65,9 @@ def _draw_path(panel: Axes, path: AlphaBetaPath) -> list[Axes]:
         _draw_line(panel, found, smooth)
     mark_alpha_beta(panel, smooth, path.found, tick)
     if path.row is not None:
-        _draw_bounds(panel, smooth, path.row, tick)
+        period, volume = path.row.return_period_years, path.row.volume_m3
+        what = f"V = {volume:.3g} m³" if period is None else f"T = {period:g} years"
+        mark_bounds(panel, smooth, path.row.runout_x_m, tick, f"model, {what}:")
     return [panel]
 
 
@@ -108,20 +110,3 @@ def mark_alpha_beta(
         )
         if found.runout_x is not None:
             panel.plot(found.runout_x, smooth.height(found.runout_x) - down, "^", color=color, ms=6)
-
-
-def _draw_bounds(panel: Axes, smooth: SmoothProfile, row: HazardRow, tick: float) -> None:
-    spread = row.runout_x_m
-    low, high = (smooth.x_max if x is None else x for x in (spread.q05, spread.q95))
-    along = np.linspace(low, high, 60)
-    period = row.return_period_years
-    what = f"V = {row.volume_m3:.3g} m³" if period is None else f"T = {period:g} years"
-    panel.plot(
-        along,
-        smooth.height(along) + 2.2 * tick,
-        color=BOUNDS,
-        linewidth=4,
-        alpha=0.55,
-        solid_capstyle="butt",
-        label=f"model, {what}: 5 to 95 %",
-    )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.alpha_beta_figure import mark_alpha_beta
-from avahazard.report.path_panels import BOUNDS, draw_panels, draw_profile, mark_stops
+from avahazard.report.path_panels import BOUNDS, draw_panels, draw_profile, mark_bounds, mark_stops
 from avahazard.results.hazard import HazardRow
 
 if TYPE_CHECKING:
@@ -55,17 +55,7 @@ def _draw_path(panel: Axes, path: DrawnPath) -> list[Axes]:
     )
     mark_stops(panel, smooth, path.stop_x, tick)
     spread = path.row.runout_x_m
-    low, high = (end if x is None else x for x in (spread.q05, spread.q95))
-    along = np.linspace(low, high, 200)
-    panel.plot(
-        along,
-        smooth.height(along) + 2.2 * tick,
-        color=BOUNDS,
-        linewidth=4,
-        alpha=0.55,
-        solid_capstyle="butt",
-        label="runout, 5 to 95 %",
-    )
+    mark_bounds(panel, smooth, spread, tick, "runout,")
     if spread.mean is not None:
         mean = spread.mean
         panel.plot(

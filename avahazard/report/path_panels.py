@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.picture import figure
+from avahazard.results.hazard import Spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,3 +77,20 @@ def mark_stops(panel: Axes, smooth: SmoothProfile, stop_x: Floats, tick: float) 
     """Mark the recorded stops `stop_x` `[n_stops]` (m)."""
     y = smooth.height(stop_x)
     panel.vlines(stop_x, y - tick, y + tick, color=STOPS, linewidth=1.1, label="recorded stops")
+
+
+def mark_bounds(
+    panel: Axes, smooth: SmoothProfile, runout_x: Spread, tick: float, words: str
+) -> None:
+    """Mark a runout's 5 to 95 % as a band over the ground; None is the end of the profile."""
+    low, high = (smooth.x_max if x is None else x for x in (runout_x.q05, runout_x.q95))
+    along = np.linspace(low, high, 200)
+    panel.plot(
+        along,
+        smooth.height(along) + 2.2 * tick,
+        color=BOUNDS,
+        linewidth=4,
+        alpha=0.55,
+        solid_capstyle="butt",
+        label=f"{words} 5 to 95 %",
+    )

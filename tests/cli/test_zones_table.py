@@ -11,6 +11,7 @@ from avahazard.cli.zones_table import show_zones
 from avahazard.results.base import Rows
 from avahazard.results.zones import ZonedPath
 from tests.cli.zone_entries import entry
+from tests.telling import untold
 
 
 def shown(entries: list[ZonedPath]) -> str:
@@ -26,9 +27,9 @@ def test_one_path_place_by_place() -> None:
     text = shown([entry()])
     assert "P01 red none – 700–200" in text
     assert "P01 blue* 100 900 700–beyond" in text
-    assert "P01: speed u in m/s and pressure p in kPa exceeded in T years" in text
+    assert untold(text, "m/s", "kPa") == []
     assert "x m z m p/year u 30 p 30 u 300* p 300*" in text
-    assert "*: an extrapolation of the record" in text
+    assert untold(text, "extrapolation") == []
     assert "900 1600 0.012 100 120 100 120" in text
 
 
@@ -43,4 +44,4 @@ def test_many_paths_by_their_largest() -> None:
     text = shown([entry(), entry(beyond=True)])
     assert "P01 blue* 100 beyond 700–beyond" in text
     assert "P01 300* 100 90–110 120 30–270" in text
-    assert "beyond: past the end of the profile" in text
+    assert untold(text, "beyond:") == []

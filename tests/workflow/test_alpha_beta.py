@@ -75,9 +75,9 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
 def test_what_is_not_there(mine: str, empty_database: Path, tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="no path 'everest'"):
         alpha_beta_paths(mine, "everest")
-    with pytest.raises(AvahazardError, match="No profile is stored for path bare"):
+    with pytest.raises(AvahazardError, match="path bare"):
         alpha_beta_paths(mine, "bare")
-    with pytest.raises(AvahazardError, match="There is no model nobody"):
+    with pytest.raises(AvahazardError, match="nobody"):
         alpha_beta_paths(mine, model="nobody")
     none = str(shutil.copy(empty_database, tmp_path / "none.db"))
     with pytest.raises(AvahazardError, match="no paths with a profile"):

@@ -164,7 +164,7 @@ def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) 
     rows = "\n".join(f"bare,{x},{800 + 1200 * exp(-x / 1000):.2f}" for x in range(0, 6001, 30))
     write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
-    with pytest.raises(AvahazardError, match="No dated event of path bare has a volume"):
+    with pytest.raises(AvahazardError, match="path bare"):
         hazard(mine, "gibbs", paths=["bare"])
     found = hazard(mine, "gibbs")
     assert "bare" not in {row.path_id for row in found.rows}
@@ -217,7 +217,7 @@ def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
 
 
 def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
-    with pytest.raises(AvahazardError, match="no volume returns every 2 years") as caught:
+    with pytest.raises(AvahazardError, match="2 years") as caught:
         hazard(mine, "gibbs", return_periods=[2.0])
     assert "over" in caught.value.hint
 

@@ -1,6 +1,6 @@
-"""What each record says about friction in brief: mean, variance and mass of its bump.
+"""What each record says about friction in brief: mean, variance and mass of its likelihood.
 
-The screening fits thousands of made worlds; there the bump p(record | μ) over ν = log μ is taken
+The screening fits thousands of made worlds; there the likelihood p(record | μ) over ν = log μ is taken
 as normal, which needs no nodes. The mass holds the Jacobian |dν/dF| without which a regression of
 back-calculated friction finds effects in pure noise.
 """
@@ -128,7 +128,7 @@ def record_moments(record, bounds, last_left, observed, sigma, left, log_mu, spe
 def _stop_points(  # type: ignore[no-untyped-def]
     record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, misfit, points, logs
 ):
-    """Points of the bump of a stop and their log masses; returns how many."""
+    """Points of the likelihood of a stop and their log masses; returns how many."""
     count = 0
     best = -np.inf
     scale = 1.0 / sigma

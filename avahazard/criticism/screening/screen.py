@@ -1,6 +1,6 @@
 """Which candidate effects the data ask for, against what chance alone would show.
 
-The gain of a candidate is what the quick fit's log likelihood rises when it is added, law,
+The gain of a candidate is what the Laplace fit's log likelihood rises when it is added, law,
 scatter and path offsets fitted again. Its null distribution comes from worlds made on the user's
 own design in which the model is true.
 """

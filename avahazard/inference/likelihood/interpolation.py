@@ -1,6 +1,6 @@
 """Nodes between the grid points of the parameters that shape the tables.
 
-What changes smoothly with such a parameter is where a bump lies and how much it holds: its mean
+What changes smoothly with such a parameter is where a likelihood lies and how much it holds: its mean
 and log mass are interpolated by cubics. Its shape is mixed linearly, so that weights stay positive.
 """
 

@@ -1,12 +1,12 @@
 """Quadrature nodes over friction: what a record says about the friction of its event.
 
-For each event, p(record | μ) is a narrow bump over friction. It is summed up by the nodes of the
+For each event, p(record | μ) is narrow over friction. It is summed up by the nodes of the
 Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
 
     p(record | m, σ) = ∫ p(record | μ) p(ν | m, σ) dν ≈ Σ_k w_k p(ν_k | m, σ),  ν = log μ,
 
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
-bump has two parts. Events that left the profile give a probability instead,
+likelihood has two parts. Events that left the profile give a probability instead,
 w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop low enough was seen.
 """
 

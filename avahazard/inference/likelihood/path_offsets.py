@@ -57,7 +57,7 @@ def newton_offsets(  # type: ignore[no-untyped-def]
 
 @kernel
 def _first_offsets(nodes, location, scatter, in_log, group, keep, n_groups, precision):  # type: ignore[no-untyped-def]
-    """Offsets as if every bump were normal, of events that did not leave their profile."""
+    """Offsets as if every likelihood were normal, of events that did not leave their profile."""
     pull, bend = np.zeros(n_groups), np.full(n_groups, precision)
     for i in range(len(location)):
         if not keep[i] or group[i] < 0 or nodes.is_probability[i]:

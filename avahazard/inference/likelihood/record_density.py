@@ -1,4 +1,4 @@
-"""The bump p(record | μ) of one event over friction, as Gauss nodes.
+"""The likelihood p(record | μ) of one event over friction, as Gauss nodes.
 
 Across a jump of F, or to the end of the profile, records are taken as spread evenly: real terrain
 and real avalanches have no such gaps. A stop that is looked up (`physics.runout_curve`) never lies
@@ -16,7 +16,7 @@ from avahazard.kernels import kernel
 REACH = 7.0
 """Records farther than this many standard deviations from F(μ) say nothing about μ."""
 PIECE = 0.5
-"""Largest step of F, in standard deviations of the record, between two points of a bump."""
+"""Largest step of F, in standard deviations of the record, between two points of it."""
 DEPTH = 40.0
 """Frictions whose log density is that much below the best are left out."""
 

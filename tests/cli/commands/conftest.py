@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from avahazard.store import upkeep
 from avahazard.workflow.import_files import import_files
+from tests.conftest import command_line
 
 ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = Path(sys.executable).with_name("avahazard")
@@ -31,14 +33,7 @@ def twin_database(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture
 def on_twin(twin_database: str) -> Callable[..., Result]:
     """Give a function that runs the command line on the twin."""
-    from avahazard.cli.main import app  # noqa: PLC0415
-
-    runner = CliRunner()
-
-    def run(*words: str) -> Result:
-        return runner.invoke(app, ["--db", twin_database, *words], prog_name="avahazard")
-
-    return run
+    return command_line(twin_database)
 
 
 @pytest.fixture
@@ -71,11 +66,10 @@ def model_database(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture
 def on_models(model_database: str) -> Callable[..., Result]:
     """Give a function that runs the command line on the database with models."""
-    from avahazard.cli.main import app  # noqa: PLC0415
+    return command_line(model_database)
 
-    runner = CliRunner()
 
-    def run(*words: str) -> Result:
-        return runner.invoke(app, ["--db", model_database, *words], prog_name="avahazard")
-
-    return run
+@pytest.fixture
+def on_my_models(model_database: str, tmp_path: Path) -> Callable[..., Result]:
+    """Give a function that runs the command line on a copy of the database with models."""
+    return command_line(shutil.copy(model_database, tmp_path / "mine.db"))

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
+from tests.telling import untold
+
 Run = Callable[..., Result]
 KEYS = {
     *("path_id", "coefficients", "beta_deg", "beta_x_m", "alpha_deg", "alpha_sd_deg"),
@@ -28,10 +30,9 @@ def test_people_see_angles_places_and_sources(on_twin: Run, tmp_path: Path) -> N
     done = on_twin("alpha-beta", "--plot", str(tmp_path / "a.png"))
     assert done.exit_code == 0
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
-    assert "norway: Bakkehøi, Domaas & Lied" in done.stdout
-    assert "beyond: the line at α meets no ground" in done.stdout
+    assert untold(done.stdout, "norway:", "Bakkehøi", "beyond:") == []
     assert max(map(len, done.stdout.splitlines())) <= 80
-    assert done.stderr.count("saugy: the profile never flattens") == 1
+    assert done.stderr.count("saugy") == 1
 
 
 @pytest.mark.parametrize(

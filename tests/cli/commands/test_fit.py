@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from typer.testing import Result
 
+from tests.telling import untold
+
 Run = Callable[..., Result]
 
 
@@ -29,7 +31,7 @@ def test_people_see_a_table_and_what_was_left_out(on_twin: Run) -> None:
     done = on_twin("fit")
     assert done.exit_code == 0
     assert "μ = a exp(-n V)" in done.stdout
-    assert "3 of 173 events are left out" in done.stderr
+    assert untold(done.stderr, 3, 173) == []
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
@@ -55,4 +57,4 @@ def test_laws_with_too_many_constants_are_left_out(
     avahazard("import", str(write("events.csv", head + "a,500,1000,2e4\nb,500,900,3e4\n")))
     done = avahazard("--json", "fit")
     assert [entry["law"] for entry in json.loads(done.stdout)] == ["constant"]
-    assert "at least 3 events" in done.stderr
+    assert untold(done.stderr, "3 events") == []

@@ -9,29 +9,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from tests.cli.commands.conftest import PROGRAM
+from tests.telling import untold
 
 Run = Callable[..., Result]
 KEYS = {
     *("path_id", "return_period_years", "volume_m3", "runout_x_m", "runout_elevation_m"),
     *("interval", "p_left_profile", "n_draws"),
 }
-
-
-@pytest.fixture
-def mine(model_database: str, tmp_path: Path) -> Run:
-    """Give a function that runs the command line on a copy of the database with models."""
-    from avahazard.cli.main import app  # noqa: PLC0415
-
-    file = shutil.copy(model_database, tmp_path / "mine.db")
-    runner = CliRunner()
-
-    def run(*words: str) -> Result:
-        return runner.invoke(app, ["--db", str(file), *words], prog_name="avahazard")
-
-    return run
 
 
 def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
@@ -48,29 +35,27 @@ def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
         assert row["n_draws"] == 2000
 
 
-def test_people_see_bounds_volumes_and_what_varies(mine: Run) -> None:
-    done = mine("hazard", "base", "-T", "100", "-T", "10000")
+def test_people_see_bounds_volumes_and_what_varies(on_my_models: Run) -> None:
+    done = on_my_models("hazard", "base", "-T", "100", "-T", "10000")
     assert done.exit_code == 0
     words = " ".join(done.stdout.split())
     assert "5 to 95 %" in words
     assert "saint-clement 100" in words
-    assert "beyond: past the end of the profile" in words
-    assert "varying: natural scatter of friction (lognormal) between avalanches" in words
-    assert "observed_from to observed_to" in words
+    assert untold(words, "beyond:", "lognormal", "observed_from", "observed_to") == []
     assert max(map(len, done.stdout.splitlines())) <= 80
-    assert "an extrapolation" in done.stderr
+    assert untold(done.stderr, "extrapolation") == []
 
 
-def test_normal_friction_reports_what_cannot_be(mine: Run) -> None:
-    made = mine(
+def test_normal_friction_reports_what_cannot_be(on_my_models: Run) -> None:
+    made = on_my_models(
         *("calibrate", "n", "--distribution", "normal", "--draws", "60", "--chains", "2"),
         *("--path", "scey"),
     )
     assert made.exit_code == 0
-    done = mine("--json", "hazard", "n", "-V", "60000000", "--path", "scey")
+    done = on_my_models("--json", "hazard", "n", "-V", "60000000", "--path", "scey")
     (row,) = json.loads(done.stdout)
     assert row["n_nonpositive_friction"] > 0
-    assert "draws of friction were not over 0" in done.stderr
+    assert untold(done.stderr, "draws of friction", "0") == []
 
 
 @pytest.mark.parametrize(
@@ -84,7 +69,9 @@ def test_normal_friction_reports_what_cannot_be(mine: Run) -> None:
         ((), 2, "name"),
     ],
 )
-def test_what_cannot_be_done(mine: Run, words: tuple[str, ...], status: int, message: str) -> None:
-    done = mine("hazard", *words)
+def test_what_cannot_be_done(
+    on_my_models: Run, words: tuple[str, ...], status: int, message: str
+) -> None:
+    done = on_my_models("hazard", *words)
     assert (done.exit_code, done.stdout) == (status, "")
     assert message in done.stderr

