@@ -1,7 +1,8 @@
 """Nodes between the grid points of the parameters that shape the tables.
 
-What changes smoothly with such a parameter is where a likelihood lies and how much it holds: its mean
-and log mass are interpolated by cubics. Its shape is mixed linearly, so that weights stay positive.
+What changes smoothly with such a parameter is where a likelihood lies and how much it holds: its
+mean and log mass are interpolated by cubics. Its shape is mixed linearly, so that weights stay
+positive.
 """
 
 from __future__ import annotations
