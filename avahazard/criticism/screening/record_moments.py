@@ -1,8 +1,8 @@
 """What each record says about friction in brief: mean, variance and mass of its likelihood.
 
 The screening fits thousands of made worlds; there the likelihood p(record | μ) over ν = log μ is
-taken as normal, which needs no nodes. The mass holds the Jacobian |dν/dF| without which a regression of
-back-calculated friction finds effects in pure noise.
+taken as normal, which needs no nodes. The mass holds the Jacobian |dν/dF| without which a
+regression of back-calculated friction finds effects in pure noise.
 """
 
 from __future__ import annotations
