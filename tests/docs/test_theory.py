@@ -18,6 +18,7 @@ CONSTANTS = [
     ("motion", "longer than 20 m", "physics.terrain", "MAX_CELL_M", 20.0),
     ("motion", "more than 0.05 rad", "physics.terrain", "MAX_TURN", 0.05),
     ("motion", "by 0.0025", "physics.runout_curve", "MU_STEP", 0.0025),
+    ("motion", "more than 5 times as far", "physics.runout_curve", "JUMP_FACTOR", 5.0),
     ("likelihood", "10 for each event", "inference.likelihood.nodes", "N_NODES", 10),
     (
         "likelihood",
