@@ -155,7 +155,7 @@ class Region:
 
         Raises `AvahazardError` where no path has what is needed.
 
-        >>> region.volumes().rows[0].levels.to_frame()["return_period_years"].max()
+        >>> region.volumes().rows[0].levels[-1].return_period_years
         300.0
         """
         from avahazard.workflow.volumes import volumes  # noqa: PLC0415
@@ -228,7 +228,7 @@ class Region:
 
         Raises `AvahazardError` where there is no model.
 
-        >>> region.ladder().rows.to_frame()["held_out_crps_m"].notna().any()
+        >>> region.ladder().rows[0].held_out_crps_m is not None
         True
         """
         from avahazard.workflow.ladder import ladder  # noqa: PLC0415
