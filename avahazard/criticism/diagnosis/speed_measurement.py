@@ -11,7 +11,6 @@ from scipy.special import logsumexp
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
 from avahazard.inference.likelihood.speed_errors import covariance_root
-from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.layout import SPEED_SCATTER_M_S
 from avahazard.inference.model.observations import ELEVATION, Observations
 from avahazard.inference.seeds import generator
@@ -99,12 +98,10 @@ def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     posterior = fit.posterior
     observations, u = posterior.observations, fit.mode.u
     location, scatter = posterior.location_and_scatter(u)
-    offset = 0.0
-    if posterior.groups is not None and posterior.groups[event] >= 0:
-        offset = posterior.path_offsets(u).mode[posterior.groups[event]]
-    here = shifted(location[event], offset, posterior.layout.log_scatter)
+    offsets = None if posterior.groups is None else posterior.path_offsets(u).mode
+    location = posterior.shifted(location, offsets)
     friction, chance = friction_given_record(
-        posterior, posterior.nodes.at(u), event, here, scatter[event]
+        posterior, posterior.nodes.at(u), event, location[event], scatter[event]
     )
     site = observations.sites[observations.columns.path_index[event]]
     resistance = posterior.resistance(site, posterior.layout.effect_values(u))

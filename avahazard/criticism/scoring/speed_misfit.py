@@ -14,7 +14,6 @@ from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import covariance_root
-from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import Observations, SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
@@ -64,7 +63,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
             table = posterior.nodes.predicted_at(u)
             nodes = _stop_nodes(posterior, table)
         location, scatter = posterior.location_and_scatter(u)
-        location = _shifted(posterior, location, None if offsets is None else offsets[k])
+        location = posterior.shifted(location, None if offsets is None else offsets[k])
         tracks = []
         for j, track in enumerate(observations.speeds):
             i = track.event
@@ -89,14 +88,6 @@ def _stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
         replace(table, speeds=()),
         in_log=posterior.layout.log_scatter,
     )
-
-
-def _shifted(posterior: Posterior, location: Floats, offsets: Floats | None) -> Floats:
-    """Locations with the path offsets added to log friction."""
-    if posterior.groups is None or offsets is None:
-        return location
-    shift = np.where(posterior.groups >= 0, offsets[posterior.groups], 0.0)[:, None]
-    return shifted(location, shift, posterior.layout.log_scatter)
 
 
 def _speeds_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:

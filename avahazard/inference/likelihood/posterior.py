@@ -117,7 +117,7 @@ class Posterior:
         0 for those not in `keep` `[n_events]`.
         """
         location, scatter = self.location_and_scatter(u)
-        return self.terms(self.nodes.at(u), self._shifted(location, offsets), scatter, keep).value
+        return self.terms(self.nodes.at(u), self.shifted(location, offsets), scatter, keep).value
 
     def path_offsets(self, u: Floats) -> PathOffsets:
         """Mode and standard deviation of the path offsets given coordinates u."""
@@ -183,7 +183,8 @@ class Posterior:
     def _scales(self, key: str) -> Floats:
         return np.array([slot.scale for slot in self.layout.slots[self.layout.places[key]]])
 
-    def _shifted(self, location: Floats, offsets: Floats | None) -> Floats:
+    def shifted(self, location: Floats, offsets: Floats | None) -> Floats:
+        """`location` `[n_events, n_volumes]` with path `offsets` `[n_groups]` of log friction."""
         if self.groups is None or offsets is None:
             return location
         shift = np.where(self.groups >= 0, offsets[self.groups], 0.0)[:, None]
