@@ -20,7 +20,7 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Exponential, Settings, Site
+from avahazard.synth.settings import Exponential, Settings, SitePlan
 from avahazard.synth.writing import write_records
 
 # The one of the first hundred whose 173 true frictions, few as they are, come nearest to
@@ -80,14 +80,14 @@ def bent_profile(
     return np.round(x, 1), np.round(top_m - fall, 3)
 
 
-def make_sites() -> tuple[Site, ...]:
+def make_sites() -> tuple[SitePlan, ...]:
     """The seven paths, each with the shape that was made up for it."""
     sites = []
     for name, section, top, bottom, n, low, high, slopes, bend, waves, below, since in PATHS:
         path_id = name.lower().replace(" ", "-").replace("é", "e").replace("è", "e")
         x, y = bent_profile(top - bottom, top, slopes, bend, waves)
         sites.append(
-            Site(
+            SitePlan(
                 path=Path(
                     path_id,
                     name=f"{name} (twin)",

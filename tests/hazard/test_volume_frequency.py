@@ -4,7 +4,7 @@ from scipy import stats
 
 from avahazard.hazard.volume_frequency import (
     Family,
-    ReturnVolume,
+    ReturnLevel,
     VolumeFrequency,
     fit_volume_frequency,
     region_of,
@@ -40,7 +40,7 @@ def fitted(
 
 def returned(
     records: list[VolumeRecord], rng: np.random.Generator, period: float = 100.0
-) -> ReturnVolume:
+) -> ReturnLevel:
     return return_volume(fitted(records, rng), period)
 
 

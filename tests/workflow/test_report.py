@@ -90,8 +90,8 @@ def test_speeds_are_those_of_the_command_runout(report_database: str) -> None:
     (scey,) = (view for view in content.paths if view.path.path_id == "scey")
     for line in scey.speeds:
         run = run_model(report_database, "scey", "m", volume_m3=line.row["volume_m3"])
-        assert line.x[-1] == pytest.approx(run["runout_x_m"])
-        assert line.speed.max() == pytest.approx(run["speed_max_m_s"], rel=0.01)
+        assert line.x[-1] == pytest.approx(run.runout_x_m)
+        assert line.speed.max() == pytest.approx(run.speed_max_m_s, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ def test_a_loss_is_what_the_others_alone_lack(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(module, "refit", refit)
     specification = Specification(effects=("snow-type", "season"))
-    whole: Any = SimpleNamespace(evidence=-10.0)
+    whole: Any = SimpleNamespace(evidence=-10.0, specification=specification, facts={})
     observations: Any = None
-    lost = module.still_needed(observations, specification, {}, (), whole)
+    lost = module.still_needed(observations, (), whole)
     assert lost == {"snow-type": 2.0, "season": -1.0}
