@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import sharpened
@@ -26,8 +27,8 @@ Floats = NDArray[np.float64]
 class Refit:
     """A model at its mode.
 
-    `evidence` is the log marginal likelihood by Laplace's method (nats), in which needless
-    parameters cost; `log_likelihood` is that of the mode.
+    `evidence` is the log marginal likelihood (nats), in which needless parameters cost;
+    `log_likelihood` is that of the mode.
     """
 
     specification: Specification
@@ -57,9 +58,9 @@ def refit(
     posterior = assemble(observations, wider, facts, own)
     found = search_mode(posterior, None if start is None else _carried(start, posterior))
     posterior, mode = sharpened(*found)
-    posterior.nodes.forget_runs()
     log_likelihood = posterior.exact_log_likelihood(mode.u)
-    evidence = log_likelihood + _log_occam(posterior, mode)
+    evidence = log_evidence(posterior, mode).value
+    posterior.nodes.forget_runs()
     return Refit(wider, facts, posterior, mode, log_likelihood, evidence)
 
 
@@ -115,17 +116,3 @@ def _law_from_data(posterior: Posterior, u: Floats) -> Floats:
     n = len(posterior.layout.law.coordinates)
     fresh = start_coordinates(posterior)
     return np.concatenate([fresh[:n], u[n:]])
-
-
-def _log_occam(posterior: Posterior, mode: Mode) -> float:
-    """What a Laplace approximation adds to the log likelihood at the mode."""
-    layout = posterior.layout
-    log_prior = layout.log_prior(mode.u)
-    for slot in layout.slots:
-        # Normalise the cut normal priors; a bound at the centre halves the room.
-        log_prior -= np.log(slot.sd) + 0.5 * np.log(2.0 * np.pi)
-        if slot.low >= slot.mean - 1e-9 or slot.high <= slot.mean + 1e-9:
-            log_prior += np.log(2.0)
-    _, log_det = np.linalg.slogdet(mode.covariance)
-    d = len(layout.slots)
-    return float(log_prior + 0.5 * log_det + 0.5 * d * np.log(2.0 * np.pi))

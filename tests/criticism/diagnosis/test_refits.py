@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.refits import refit, without_path_effect
@@ -10,31 +9,6 @@ from tests.criticism.lengths import lengths
 from tests.inference import studies
 
 PATH_EFFECT = "path-effect"
-
-
-def test_the_evidence_is_the_integral_over_the_parameters() -> None:
-    observations = build_observations(lengths(40))
-    fit = refit(observations, Specification(law="constant"), {})
-    posterior, slots = fit.posterior, fit.posterior.layout.slots
-    assert len(slots) == 2
-    sd = np.sqrt(np.diag(fit.mode.covariance))
-    axes = [fit.mode.u[k] + np.linspace(-6.0, 6.0, 61) * sd[k] for k in range(2)]
-    log_values = np.array(
-        [
-            [
-                posterior.log_likelihood(np.array([a, b]))
-                - 0.5 * ((a - slots[0].mean) / slots[0].sd) ** 2
-                - 0.5 * ((b - slots[1].mean) / slots[1].sd) ** 2
-                - np.log(2.0 * np.pi * slots[0].sd * slots[1].sd)
-                for b in axes[1]
-            ]
-            for a in axes[0]
-        ]
-    )
-    cell = (axes[0][1] - axes[0][0]) * (axes[1][1] - axes[1][0])
-    top = log_values.max()
-    integral = top + np.log(np.exp(log_values - top).sum() * cell)
-    assert fit.evidence == pytest.approx(integral, abs=0.05)
 
 
 def test_a_needless_effect_costs_evidence_and_a_true_one_pays() -> None:
