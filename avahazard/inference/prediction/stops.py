@@ -62,7 +62,7 @@ def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) ->
         for k in group:
             u = coordinates[chosen[k]].copy()
             u[list(posterior.layout.tables)] = middle[list(posterior.layout.tables)]
-            shift = _path_shift(model, u, chosen[k], rng)
+            shift = path_shift(model, u, chosen[k], rng)
             friction[:, k] = draw_friction(posterior, u, shift, rng)
         here = friction[:, group]
         n_nonpositive += int(np.sum(here <= 0.0))
@@ -85,7 +85,7 @@ def draw_friction(
     return drawn(shifted(location[:, 0], shift, in_log), scatter[:, 0] * noise, in_log)
 
 
-def _path_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
+def path_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
     """Offset of log friction of each event's path in this draw, `[n_events]`."""
     columns, offsets = model.observations.columns, model.offsets
     place = model.posterior.layout.path_scatter
