@@ -100,9 +100,9 @@ def _friction(posterior: Posterior, u: Floats) -> Floats:
 def _along(
     site: Site, track: SpeedRecord, rest: Resistance, whole: Resistance, mu: float
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """At the places of a track `[n_speeds]`: energy, and the work so far of the bed's load (for
-    μ = 1), of the other effects, and of the effect itself.
+    """Energy at the places of a track `[n_speeds]`, and the work done up to them.
 
+    The work is that of the bed's load (for μ = 1), of the other effects, and of the effect itself.
     Between the places energy goes straight, and the ground is known.
     """
     smooth = site.smooth
