@@ -16,6 +16,7 @@ from avahazard.cli.settings import CliSettings
 
 # Name, module under avahazard.cli.commands, and the first line of its help.
 COMMANDS: tuple[Entry, ...] = (
+    Entry("run", "run", "Run a whole project: only what is out of date is done."),
     Entry("init", "init", "Create the database."),
     Entry("db", "db", "Upgrade, look at, check or copy the database."),
     Entry(

@@ -1,0 +1,146 @@
+"""A whole project: done once, then only what is out of date."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from avahazard.records.errors import AvahazardError
+from avahazard.results.project import ProjectRun
+from avahazard.store.models import list_models
+from avahazard.store.session import reading
+from avahazard.workflow import run as module
+from avahazard.workflow.run import run_project
+
+SMALL = """
+files = ["world"]
+database = "valley.db"
+skip = ["compare", "diagnose", "zones", "report"]
+[model]
+chains = 2
+draws = 200
+[hazard]
+return_periods = [30, 100]
+volumes = [20000.0]
+[export]
+files = ["bounds.csv"]
+"""
+
+
+@pytest.fixture
+def folder(snow_world: Path, tmp_path: Path) -> Path:
+    shutil.copytree(snow_world / "world", tmp_path / "world")
+    (tmp_path / "world" / "truth.json").unlink(missing_ok=True)
+    (tmp_path / "avahazard.toml").write_text(SMALL)
+    return tmp_path
+
+
+def ran(folder: Path) -> ProjectRun:
+    return run_project(folder / "avahazard.toml", "not this one.db")
+
+
+def states(found: ProjectRun) -> dict[str, str]:
+    return {step.step: step.state for step in found.steps}
+
+
+def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) -> None:
+    first = ran(folder)
+    assert set(states(first)) == {"import", "calibrate base", "hazard", "export"}
+    assert set(states(first).values()) == {"done"}
+    assert first.model == "base"
+    written = (folder / "bounds.csv").read_bytes()
+    again = ran(folder)
+    assert set(states(again).values()) == {"up to date"}
+    assert not Path("not this one.db").exists()
+
+    # Other bounds of the same model.
+    file = folder / "avahazard.toml"
+    file.write_text(SMALL.replace("[30, 100]", "[100]"))
+    less = ran(folder)
+    assert states(less) == states(again) | {"hazard": "done", "export": "done"}
+    assert (folder / "bounds.csv").read_bytes() != written
+
+    # Other records: the model of the old ones is kept.
+    events = folder / "world" / "events.csv"
+    lines = events.read_text().splitlines()
+    events.write_text("\n".join([*lines, lines[-1].replace(lines[-1].split(",")[0], "new", 1)]))
+    more = ran(folder)
+    assert more.model == "base-2"
+    assert set(states(more).values()) == {"done"}
+    with reading(str(folder / "valley.db")) as session:
+        assert [model.name for model in list_models(session)] == ["base", "base-2"]
+
+
+def test_what_was_interrupted_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_given: object, **_named: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "hazard", broken)
+        with pytest.raises(KeyboardInterrupt):
+            ran(folder)
+    found = states(ran(folder))
+    assert found["calibrate base"] == "up to date"
+    assert found["hazard"] == found["export"] == "done"
+
+
+@pytest.mark.slow
+def test_what_is_named_is_added_and_the_answers_are_by_the_child(folder: Path) -> None:
+    (folder / "avahazard.toml").write_text(
+        'files = ["world"]\n[diagnose]\nadd = true\n[export]\nfiles = ["bounds.csv"]\n'
+    )
+    found = run_project(folder / "avahazard.toml", str(folder / "snow.db"))
+    assert found.model == "base+snow-type"
+    assert [step.step for step in found.steps] == [
+        "import",
+        "calibrate base",
+        "compare base",
+        "diagnose base",
+        "add base+snow-type",
+        "compare base+snow-type",
+        "diagnose base+snow-type",
+        "hazard",
+        "zones",
+        "report",
+        "export",
+    ]
+    assert (folder / "report.html").stat().st_size > 100_000
+    again = run_project(folder / "avahazard.toml", str(folder / "snow.db"))
+    assert set(states(again).values()) == {"up to date"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "files: Field required"),
+        ('files = ["world"]\ncolour = 1', "colour: Extra inputs are not permitted (given: 1)"),
+        ('files = ["world"]\n[model]\nscatter = "much"', "model, scatter"),
+        ('files = ["world"]\n[hazard]\nreturn_periods = [100, 0.5]', "hazard, return_periods 2"),
+        ('files = ["world"', "is not a TOML file"),
+    ],
+)
+def test_a_file_at_fault_is_refused_with_its_place(folder: Path, text: str, words: str) -> None:
+    file = folder / "avahazard.toml"
+    file.write_text(text)
+    with pytest.raises(AvahazardError) as caught:
+        run_project(file, str(folder / "new.db"))
+    assert words in str(caught.value)
+    assert not (folder / "new.db").exists()
+
+
+def test_no_file(tmp_path: Path) -> None:
+    with pytest.raises(AvahazardError, match="cannot be read: No such file"):
+        run_project(tmp_path / "avahazard.toml", str(tmp_path / "new.db"))
+
+
+def test_the_page_tells_every_key() -> None:
+    from avahazard.workflow.project_file import Project  # noqa: PLC0415
+
+    page = (Path(__file__).parents[2] / "docs" / "project.md").read_text(encoding="utf-8")
+    for name, field in Project.model_fields.items():
+        assert f"{name} = " in page or f"[{name}]" in page
+        inner = getattr(field.annotation, "model_fields", {})
+        for key, one in inner.items():
+            assert f"{one.alias or key} = " in page
