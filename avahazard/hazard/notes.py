@@ -53,3 +53,13 @@ def rising_words(rising: RisingFriction) -> str:
         f"in {rising.share:.0%} of the draws larger avalanches stop earlier: friction rises "
         f"with volume between the smallest and the largest record ({smallest} to {largest} m3)."
     )
+
+
+def stale_words(model: str) -> str:
+    """That a model does not know the records as they are now."""
+    return f"the records have changed since {model} was calibrated."
+
+
+def unconverged_words(model: str) -> str:
+    """That a model's draws are not its posterior yet."""
+    return f"the chains of {model} have not converged."

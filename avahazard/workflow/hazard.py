@@ -10,6 +10,7 @@ import numpy as np
 
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.hazard.path_rows import path_rows
 from avahazard.hazard.scenario import Scenario
 from avahazard.hazard.volume_frequency import return_volume
@@ -134,9 +135,9 @@ def _model_notes(stored: StoredFit) -> list[str]:
     """What goes with every row of a model."""
     notes = []
     if stored.records_changed:
-        notes.append(f"the records have changed since {stored.name} was calibrated.")
+        notes.append(stale_words(stored.name))
     if not stored.result.diagnostics.converged:
-        notes.append(f"the chains of {stored.name} have not converged.")
+        notes.append(unconverged_words(stored.name))
     if ignores_volume(stored):
         notes.append("this model's friction is the same for every volume.")
     return notes
