@@ -6,34 +6,52 @@ from collections.abc import Iterator
 from typing import Any
 
 from avahazard.results.comparison import Comparison, HeldOutScores, Scores
+from avahazard.results.ladder import BeforeAndAfter
 from avahazard.results.prediction import PredictionScores
 
 MOST_LINES = 6
 SIGNIFICANT = 0.05
 
 
+COORDINATES = {
+    "elevation": "elevation z, m",
+    "x": "distance x, m",
+    "length": "runout length, m",
+    "mixed": "as recorded, m",
+}
+"""What the scores of a coordinate are of."""
+CRPS_WORDS = (
+    "CRPS: mean error in metres that counts the width of the forecast too; for a forecast without "
+    "scatter it is the mean absolute error. Smaller is better."
+)
+
+
 def show_scores(
+    coordinate: str,
     *parts: tuple[str, Scores | HeldOutScores | PredictionScores],
 ) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
-    """Columns and rows of a table of scores: a row of runouts, and of speeds if any, each."""
+    """Columns and rows of a table of scores: runouts in each coordinate, and speeds if any.
+
+    `coordinate` is that of the records.
+    """
     rows: list[tuple[Any, ...]] = []
     for name, scores in parts:
-        for what, unit in (("runout", "m"), ("speed", "m_s")):
-            found = getattr(scores, what)
-            if found is not None:
-                rows.append(
-                    (
-                        name,
-                        f"{what}, {unit.replace('_', '/')}",
-                        found.n,
-                        *(
-                            f"{getattr(found, f'{key}_{unit}'):.1f}"
-                            for key in ("rmse", "bias", "crps")
-                        ),
-                        f"{found.coverage_50:.0%}",
-                        f"{found.coverage_90:.0%}",
-                    )
-                )
+        found: list[tuple[str, str, Any]] = [(COORDINATES[coordinate], "m", scores.runout)]
+        if coordinate != "x" and scores.runout_x is not None:
+            found.append((COORDINATES["x"], "m", scores.runout_x))
+        if scores.speed is not None:
+            found.append(("speed, m/s", "m_s", scores.speed))
+        rows += [
+            (
+                name,
+                what,
+                one.n,
+                *(f"{getattr(one, f'{key}_{unit}'):.1f}" for key in ("rmse", "bias", "crps")),
+                f"{one.coverage_50:.0%}",
+                f"{one.coverage_90:.0%}",
+            )
+            for what, unit, one in found
+        ]
     return ("", "of", ">n", ">RMSE", ">bias", ">CRPS", ">in 50 %", ">in 90 %"), rows
 
 
@@ -51,14 +69,31 @@ def failures(comparison: Comparison) -> Iterator[str]:
         yield f"and on {len(worst) - MOST_LINES} levels more (--json has them all)."
 
 
+def unit_words(coordinate: str) -> str:
+    """Metres of what, in a sentence."""
+    of = {"elevation": "m of elevation", "x": "m of x", "length": "m of runout length"}
+    return of.get(coordinate, "m, as recorded")
+
+
+def error_words(found: Comparison | BeforeAndAfter) -> str:
+    """What the errors of the recorded runouts alone account for."""
+    floor = found.scores.runout if isinstance(found, Comparison) else found
+    return (
+        f"Errors of the recorded runouts alone would leave a CRPS of "
+        f"{floor.noise_floor_crps_m:.1f} m (RMSE {floor.noise_floor_m:.0f} m). Errors of the "
+        "volumes, and what varies from avalanche to avalanche, come on top for every model."
+    )
+
+
 def _direction(coordinate: str, bias: float) -> str:
     """Where the records lie against the prediction."""
     size = f"{abs(bias):.0f} m"
     if coordinate == "elevation":
-        return f"{size} {'lower' if bias > 0 else 'higher'} than predicted"
+        return f"{size} of elevation {'lower' if bias > 0 else 'higher'} than predicted"
     if coordinate == "mixed":
         return f"{size} {'farther down' if bias > 0 else 'less far down'} than predicted"
-    return f"{size} {'shorter' if bias > 0 else 'farther'} than predicted"
+    along = "x" if coordinate == "x" else "runout length"
+    return f"{size} of {along} {'shorter' if bias > 0 else 'farther'} than predicted"
 
 
 def _chance(p: float) -> str:

@@ -1,4 +1,4 @@
-"""Bounds of the runout as tables for people."""
+"""Design runouts and runouts of volumes as tables for people."""
 
 from __future__ import annotations
 
@@ -8,16 +8,71 @@ from typing import Any
 from rich.console import Console
 
 from avahazard.cli.output import table
-from avahazard.results.hazard import HazardRow, Spread
+from avahazard.results.hazard import Design, HazardRow, PlaceQuantiles, Spread
 
 BEYOND, FAR = "beyond", "*"
+DESIGN_COLUMNS = ("path", ">T yr", ">x m", ">x 5–95 %", ">z m", ">z 5–95 %", ">p beyond")
 
 
 def show_bounds(console: Console, rows: Sequence[HazardRow]) -> None:
-    """Print the rows of `hazard`: both ways, the volumes, and what the intervals mean."""
+    """Print the rows of `hazard`: design runouts, those of one volume, and what intervals mean."""
+    designed = [(row, row.design) for row in rows if row.return_period_years is not None]
+    if designed:
+        _show_design(console, designed)
+        console.print()
+    _show_volumes(console, rows)
+    shown = [cell for row, found in designed for cell in _design(row, found)]
+    shown += [cell for row in rows for cell in (*_bounds(row), *_apart(row))]
+    if any(isinstance(cell, str) and BEYOND in cell for cell in shown):
+        console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
+    if any(row.extrapolated for row in rows):
+        console.print(f"{FAR}: an extrapolation, as the record is under half of T (or see fit).")
+
+
+def _show_design(console: Console, rows: Sequence[tuple[HazardRow, Design | None]]) -> None:
+    """The answer for each return period, and what the records say of it."""
     console.print(
         table(
-            "(a) Runout of the volume: x along the path, z elevation; mean, 5 to 95 %",
+            "Design runout: exceeded once in T years, by avalanches of all volumes",
+            DESIGN_COLUMNS,
+            [_design(row, found) for row, found in rows],
+        )
+    )
+    found = [(row, design) for row, design in rows if design is not None]
+    if not found:
+        return
+    on_map = any(design.point is not None for _, design in found)
+    console.print(
+        table(
+            "Records past the median, and the farthest one",
+            ("path", ">T yr", ">records past it", ">farthest x m", "date")
+            + ((">east", ">north") if on_map else ()),
+            [_beside(row, design, on_map) for row, design in found],
+        )
+    )
+    console.print(
+        "x: horizontal distance along the path from its top; z: elevation of that place; the "
+        "median, and 5 to 95 % of each by itself (far is low)."
+    )
+    for words in dict.fromkeys(design.interval for _, design in found):
+        console.print(f"Interval: {words}.")
+    console.print("p beyond: share of the draws past the end of the profile.")
+    for system in dict.fromkeys(d.point.crs for _, d in found if d.point is not None):
+        console.print(f"east, north: of the median, in {system}.")
+
+
+def _show_volumes(console: Console, rows: Sequence[HazardRow]) -> None:
+    """The runout of avalanches of one volume: that of a return period, or a given one."""
+    returned = [row for row in rows if row.volume_method is not None]
+    if any(row.return_period_years is not None for row in rows):
+        console.print(
+            "Another question: where avalanches of the T-year volume V stop. The median of these "
+            "is passed more often than once in T years: smaller avalanches with little friction "
+            "come as far."
+        )
+    console.print(
+        table(
+            "Runout of avalanches of one volume; median, 5 to 95 % of them",
             ("path", ">T yr", ">V m3", ">x m", ">x 5–95 %", ">z m", ">z 5–95 %", ">left"),
             [_bounds(row) for row in rows],
         )
@@ -26,21 +81,11 @@ def show_bounds(console: Console, rows: Sequence[HazardRow]) -> None:
     if apart:
         console.print(
             table(
-                "(a) apart: natural variability alone, uncertainty of parameters alone",
+                "Apart: natural variability alone, uncertainty of parameters alone",
                 ("path", ">T yr", ">V m3", ">natural x 5–95 %", ">parameters x 5–95 %"),
                 [_apart(row) for row in apart],
             )
         )
-    mixed = [row for row in rows if row.exceeded is not None]
-    if mixed:
-        console.print(
-            table(
-                "(b) Runout exceeded once in T years, all volumes mixed; mean, 5 to 95 %",
-                ("path", ">T yr", "", ">x m", ">x 5–95 %", ">z m", ">z 5–95 %"),
-                [_exceeded(row) for row in mixed],
-            )
-        )
-    returned = [row for row in rows if row.volume_method is not None]
     if returned:
         console.print(
             table(
@@ -52,13 +97,7 @@ def show_bounds(console: Console, rows: Sequence[HazardRow]) -> None:
     for name, words in dict.fromkeys(pair for row in rows for pair in _intervals(row)):
         console.print(f"{name}: {words}.")
     if any(row.p_left_profile > 0.0 for row in rows):
-        console.print(
-            "left: share that ran past the end of the profile; the mean is of those that stopped."
-        )
-    cells = [_bounds(row) for row in rows] + [_exceeded(row) for row in mixed]
-    cells += [_apart(row) for row in apart]
-    if any(BEYOND in cell for line in cells for cell in line if isinstance(cell, str)):
-        console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
+        console.print("left: share of these avalanches that ran past the end of the profile.")
     if any(row.pooled for row in returned):
         console.print(
             "pooled: few volumes on the path; scale and shape lean on those of all paths."
@@ -66,8 +105,44 @@ def show_bounds(console: Console, rows: Sequence[HazardRow]) -> None:
     observed = [row for row in returned if row.years_from is not None]
     if observed:
         console.print(_spans(observed))
-    if any(row.extrapolated for row in rows):
-        console.print(f"{FAR}: an extrapolation, as the record is under half of T (or see fit).")
+
+
+def _design(row: HazardRow, found: Design | None) -> tuple[str, ...]:
+    if found is None:
+        why = "held" if row.p_not_released > 0.5 else "unknown"
+        return (row.path_id, _period(row), why, "–", why, "–", "–")
+    return design_cells(row.path_id, _period(row), found)
+
+
+def design_cells(path_id: str, period: str, found: Design) -> tuple[str, ...]:
+    """A line of a table of design runouts, under `DESIGN_COLUMNS`."""
+    x, z = found.runout_x_m, found.runout_elevation_m
+    return (
+        path_id,
+        period,
+        _metres(x.q50),
+        _range(x),
+        _metres(z.q50),
+        _range(z),
+        _share(found.p_beyond),
+    )
+
+
+def _beside(row: HazardRow, found: Design, on_map: bool) -> tuple[str, ...]:
+    farthest, point = found.farthest_record, found.point
+    past = "–" if found.records_beyond is None else str(found.records_beyond)
+    cells = [
+        row.path_id,
+        _period(row),
+        f"{past} of {found.n_records}" if found.n_records else "–",
+        "–" if farthest is None else _metres(farthest.runout_x_m),
+        "–" if farthest is None else farthest.date or "undated",
+    ]
+    if on_map:
+        digits = 5 if point is not None and abs(point.x) <= 180.0 else 0
+        at = (None, None) if point is None else (point.x, point.y)
+        cells += ["–" if value is None else f"{value:.{digits}f}" for value in at]
+    return tuple(cells)
 
 
 def _bounds(row: HazardRow) -> tuple[Any, ...]:
@@ -77,11 +152,11 @@ def _bounds(row: HazardRow) -> tuple[Any, ...]:
         row.path_id,
         _period(row),
         _volume_text(row.volume_m3),
-        "held" if held else _metres(x.mean),
+        "held" if held else _metres(x.q50),
         "–" if held else _range(x),
-        "held" if held else _metres(z.mean),
+        "held" if held else _metres(z.q50),
         "–" if held else _range(z),
-        "0" if row.p_left_profile == 0.0 else f"{row.p_left_profile:.1%}",
+        _share(row.p_left_profile),
     )
 
 
@@ -95,28 +170,10 @@ def _apart(row: HazardRow) -> tuple[Any, ...]:
     )
 
 
-def _exceeded(row: HazardRow) -> tuple[Any, ...]:
-    assert row.exceeded is not None
-    x, z = row.exceeded.runout_x_m, row.exceeded.runout_elevation_m
-    return (
-        row.path_id,
-        _period(row),
-        "",
-        _metres(x.mean),
-        _range(x),
-        _metres(z.mean),
-        _range(z),
-    )
-
-
 def _intervals(row: HazardRow) -> list[tuple[str, str]]:
-    """What each interval of a row is."""
-    found = [("Interval (a)", row.interval)]
-    for part, name in (
-        (row.natural, "natural"),
-        (row.parameters, "parameters"),
-        (row.exceeded, "Interval (b)"),
-    ):
+    """What each interval of the runout of a volume is."""
+    found = [("Interval", row.interval)]
+    for part, name in ((row.natural, "natural"), (row.parameters, "parameters")):
         if part is not None:
             found.append((name, part.interval))
     return found
@@ -163,8 +220,12 @@ def _period(row: HazardRow) -> str:
     return "–" if period is None else f"{period:g}{mark}"
 
 
-def _range(spread: Spread) -> str:
+def _range(spread: Spread | PlaceQuantiles) -> str:
     return f"{_metres(spread.q05)}–{_metres(spread.q95)}"
+
+
+def _share(value: float) -> str:
+    return "0" if value == 0.0 else f"{value:.1%}"
 
 
 def _metres(value: float | None) -> str:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
+from avahazard.cli.hazard_table import DESIGN_COLUMNS, design_cells
 from avahazard.cli.output import table
-from avahazard.results.zones import ExceededHere, Place, Zone, ZonedPath
+from avahazard.results.zones import ExceededHere, PeriodDesign, Place, Zone, ZonedPath
 
 BEYOND = "beyond"
 SHOWN = 12
@@ -15,13 +16,24 @@ SHOWN = 12
 
 
 def show_zones(console: Console, entries: Sequence[ZonedPath]) -> None:
-    """Print the zones of every path, the largest speeds, and for one path those at places."""
+    """Print design runouts, zones and largest speeds of every path; of one path those at places."""
     first = entries[0]
     density = first.density_kg_m3
     console.print(
         table(
-            f"Zones by the limits '{first.limits}': x along the path in m",
-            ("path", "zone", ">from x", ">to x", ">its 5–95 %"),
+            "Design runout: exceeded once in T years, by avalanches of all volumes",
+            DESIGN_COLUMNS,
+            [
+                design_cells(entry.path_id, _period(found), found.design)
+                for entry in entries
+                for found in entry.designs
+            ],
+        )
+    )
+    console.print(
+        table(
+            f"Zones by the limits '{first.limits}'",
+            ("path", "zone", ">from x m", ">to x m", ">its 5–95 %"),
             [_zone(entry.path_id, zone) for entry in entries for zone in entry.zones],
         )
     )
@@ -43,14 +55,18 @@ def show_zones(console: Console, entries: Sequence[ZonedPath]) -> None:
                 [_largest(e, k) for e in entries for k in range(len(periods))],
             )
         )
+    console.print("x: horizontal distance along the path from its top; z: elevation there.")
     console.print(f"u, p: {first.interval}.")
     console.print(
         f"p = ρu² with ρ of {density.mean:g} ± {density.sd:g} kg/m3; p/year: chance that a "
         "year has an avalanche that comes so far."
     )
-    if any(zone.extrapolated for entry in entries for zone in entry.zones):
+    far = [zone.extrapolated for e in entries for zone in e.zones]
+    if any([*far, *(found.extrapolated for e in entries for found in e.designs)]):
         console.print("*: an extrapolation of the record.")
-    if any(BEYOND in cell for e in entries for z in e.zones for cell in _zone("", z)):
+    cells = [cell for e in entries for zone in e.zones for cell in _zone("", zone)]
+    cells += [cell for e in entries for d in e.designs for cell in design_cells("", "", d.design)]
+    if any(BEYOND in cell for cell in cells):
         console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
 
 
@@ -63,7 +79,7 @@ def _zone(path_id: str, zone: Zone) -> tuple[str, ...]:
     return (path_id, name, f"{zone.from_x_m:.0f}", end, _interval(zone))
 
 
-def _period(found: ExceededHere) -> str:
+def _period(found: ExceededHere | PeriodDesign) -> str:
     return f"{found.return_period_years:g}" + ("*" if found.extrapolated else "")
 
 

@@ -11,7 +11,7 @@ from avahazard.gis.path_line import PathLine
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 
-STATISTICS = ("mean", "q05", "q50", "q95")
+QUANTILES = ("q05", "q50", "q95")
 WIDTH = "width_m"
 
 
@@ -42,7 +42,9 @@ def hazard_layers(
     paths are passed over. A runout past the end of the profile has no point.
     """
     by_path = {one.path.path_id: one for one in drawn}
-    runouts = [f for row in rows if (d := by_path.get(row["path_id"])) for f in _runouts(d, row)]
+    on_map = [(d, row) for row in rows if (d := by_path.get(row["path_id"]))]
+    of_volume = [feature for one, row in on_map for feature in _of_volume(one, row)]
+    design = [feature for one, row in on_map for feature in _design(one, row)]
     pieces = [f for zone in zones if (d := by_path.get(zone["path_id"])) for f in _zones(d, zone)]
     areas = [area for piece in pieces if (area := _area(by_path, piece))]
     return [
@@ -51,7 +53,8 @@ def hazard_layers(
         *layers_by_system("zones", "LineString", pieces),
         *layers_by_system("releases", "Point", [f for one in drawn for f in _release(one)]),
         *layers_by_system("events", "Point", [f for one in drawn for f in _stops(one)]),
-        *layers_by_system("runouts", "Point", runouts),
+        *layers_by_system("volume_runouts", "Point", of_volume),
+        *layers_by_system("design_runouts", "Point", design),
     ]
 
 
@@ -103,32 +106,50 @@ def _stops(one: MappedPath) -> list[Feature]:
     ]
 
 
-def _runouts(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
-    """A point for each statistic of each way to give the runout.
+def _of_volume(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
+    """The quantiles of the runout of avalanches of the row's volume."""
+    more = {"p_left_profile": row["p_left_profile"], "interval": row["interval"]}
+    return _quantiles(one, row, row["runout_x_m"], more)
 
-    Of avalanches of the row's volume, and exceeded once in the return period.
-    """
-    ways = {"volume": row, **({"exceeded": row["exceeded"]} if row.get("exceeded") else {})}
+
+def _design(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
+    """The quantiles of the design runout; nothing for a volume."""
+    found = row.get("design")
+    if not found:
+        return []
+    farthest = found["farthest_record"] or {}
+    more = {
+        "p_beyond": found["p_beyond"],
+        "farthest_record_x_m": farthest.get("runout_x_m"),
+        "farthest_record_date": farthest.get("date"),
+        "records_beyond": found["records_beyond"],
+        "n_records": found["n_records"],
+        "interval": found["interval"],
+    }
+    return _quantiles(one, row, found["runout_x_m"], more)
+
+
+def _quantiles(
+    one: MappedPath, row: Mapping[str, Any], found: Mapping[str, Any], more: Mapping[str, Any]
+) -> list[Feature]:
+    """A point for each quantile of x on the profile; `more` are further attributes."""
     features = []
-    for way, found in ways.items():
-        for statistic in STATISTICS:
-            x = found["runout_x_m"][statistic]
-            point = None if x is None else one.line.at(x)
-            if point is None:
-                continue
-            attributes = {
-                "path_id": row["path_id"],
-                "return_period_years": row["return_period_years"],
-                "volume_m3": row["volume_m3"],
-                "way": way,
-                "statistic": statistic,
-                **_place(one.line, x),
-                **{f"x_{name}_m": found["runout_x_m"][name] for name in STATISTICS},
-                "p_left_profile": row["p_left_profile"],
-                "extrapolated": bool(row.get("extrapolated")),
-                "interval": found["interval"],
-            }
-            features.append(Feature(one.line, point, attributes))
+    for quantile in QUANTILES:
+        x = found[quantile]
+        point = None if x is None else one.line.at(x)
+        if point is None:
+            continue
+        attributes = {
+            "path_id": row["path_id"],
+            "return_period_years": row["return_period_years"],
+            "volume_m3": row["volume_m3"],
+            "quantile": quantile,
+            **_place(one.line, x),
+            **{f"x_{name}_m": found[name] for name in QUANTILES},
+            "extrapolated": bool(row.get("extrapolated")),
+            **more,
+        }
+        features.append(Feature(one.line, point, attributes))
     return features
 
 

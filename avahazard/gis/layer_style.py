@@ -9,10 +9,10 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from avahazard.gis.map_layer import Kind, MapLayer
 
 # Colours that the colour-blind tell apart (Okabe and Ito).
-BLACK, GREY, ORANGE, SKY, GREEN, BLUE, RED = (
-    "#000000", "#666666", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00",
+GREY, ORANGE, SKY, GREEN, BLUE, RED = (
+    "#666666", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00",
 )  # fmt: skip
-BY_STATISTIC = {"mean": BLACK, "q05": SKY, "q50": BLUE, "q95": RED}
+BY_QUANTILE = {"q05": SKY, "q50": BLUE, "q95": RED}
 SLD = "http://www.opengis.net/sld"
 SE = "http://www.opengis.net/se"
 OGC = "http://www.opengis.net/ogc"
@@ -34,7 +34,7 @@ class LayerStyle:
 
 
 def layer_style(layer: MapLayer) -> LayerStyle:
-    """The style of a layer: zones in their own colours, runouts by their statistic."""
+    """The style of a layer: zones in their own colours, runouts by their quantile."""
     zones = (
         {f.attributes["zone"]: f.attributes["color"] for f in layer.features}
         if (layer.topic in ("zones", "zone_areas"))
@@ -44,7 +44,8 @@ def layer_style(layer: MapLayer) -> LayerStyle:
         "paths": LayerStyle("LineString", {"": GREY}, size=0.4),
         "releases": LayerStyle("Point", {"": GREEN}, size=3.0),
         "events": LayerStyle("Point", {"": ORANGE}, size=1.6),
-        "runouts": LayerStyle("Point", BY_STATISTIC, "statistic", size=2.6),
+        "volume_runouts": LayerStyle("Point", BY_QUANTILE, "quantile", size=1.6, opacity=0.5),
+        "design_runouts": LayerStyle("Point", BY_QUANTILE, "quantile", size=3.2),
         "zones": LayerStyle("LineString", zones, "zone", size=1.2),
         "zone_areas": LayerStyle("Polygon", zones, "zone", opacity=0.4),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from avahazard.hazard.posterior_draws import (
     group_tables,
     posterior_draws,
 )
+from avahazard.hazard.recorded_stops import RecordedStops, recorded_stops_of
 from avahazard.hazard.volume_frequency import N_DRAWS
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, Values
@@ -55,6 +56,18 @@ class Varying:
     volume: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class RisingFriction:
+    """Share of the draws in which friction is higher at `largest_m3` than at `smallest_m3`.
+
+    These are the ends of the recorded volumes.
+    """
+
+    share: float
+    smallest_m3: float
+    largest_m3: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PathHazard:
     """One path by one model: the unit of work of `hazard` and `zones`, arrays all through.
@@ -62,7 +75,8 @@ class PathHazard:
     `avalanches` are all that come down it, of every volume, at the path's rate (once a year where
     that is not `rate_known`). `draws` are those for the bounds of single volumes, `at_volume` the
     friction of each (m3). Both take the tables of one set of runs. `offset_unknown`: paths differ
-    by the model, and it does not know by how much this one does.
+    by the model, and it does not know by how much this one does. `rising`: how sure it is that
+    friction rises with volume.
     """
 
     path_id: str
@@ -72,6 +86,8 @@ class PathHazard:
     rate_known: bool
     varying: Varying
     offset_unknown: bool
+    rising: RisingFriction | None = None
+    recorded: RecordedStops = field(default_factory=RecordedStops)
 
 
 def path_hazard(
@@ -91,17 +107,24 @@ def path_hazard(
     takes columns of the event or not, and volume matters to it or not. Otherwise as
     `hazard_of_classes`.
     """
-    mixed = _mixed(volumes, at)
+    # Of the path's own volumes: what is asked for besides must change no other row.
+    mixed = _mixed(volumes, () if volumes is not None else at)
     middle = float(np.exp(np.median(mixed.log_volume)))
     classes = classes_to_come(records, path_id, middle, event_columns=event_columns)
     there = Records(records.paths, records.profiles, classes)
-    return hazard_of_classes(
-        model.on(build_observations(there, model.observations)),
+    here = model.on(build_observations(there, model.observations))
+    found = hazard_of_classes(
+        here,
         path_id,
         volumes,
         at,
         Varying(path_release_zone(records, path_id) is not None, event_columns, volume_matters),
         seed=seed,
+    )
+    return replace(
+        found,
+        rising=_rising(here, found.draws.u, model.observations.columns.log_volume),
+        recorded=recorded_stops_of(records, path_id, found.avalanches.site.smooth),
     )
 
 
@@ -172,6 +195,17 @@ def _at_volume(
     location, scatter = _friction(model.posterior, u, one)
     tables = group_tables(model, groups, at_volumes(model.observations, one))
     return VolumeFriction(location[:, :, 0], scatter[:, :, 0], tables)
+
+
+def _rising(here: FittedModel, u: Floats, log_volume: Floats) -> RisingFriction | None:
+    """Of draws `u` `[n_parameters, n_slots]` over log volumes `[n_events]` (nan: not recorded)."""
+    known = log_volume[np.isfinite(log_volume)]
+    if not len(known) or np.ptp(known) == 0.0:
+        return None
+    ends = np.exp([known.min(), known.max()])
+    location, _ = _friction(here.posterior, u, ends)
+    rises = location[:, :, 1].mean(axis=1) > location[:, :, 0].mean(axis=1)
+    return RisingFriction(float(np.mean(rises)), float(ends[0]), float(ends[1]))
 
 
 def _mixed(volumes: EventVolumes | None, at: Sequence[float]) -> EventVolumes:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from avahazard.hazard.design import design
+from avahazard.hazard.notes import row_notes
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.row import hazard_row
 from avahazard.hazard.scenario import Scenario
@@ -14,9 +16,8 @@ from avahazard.hazard.words import interval_words
 from avahazard.inference.seeds import generator
 from avahazard.results.hazard import HazardRow, Spread
 
-HELD_WORTH_A_NOTE, HELD_TOO_MANY = 0.05, 0.5
-"""Shares of draws that do not start: from the first it is said, from the second no bounds are
-given."""
+HELD_TOO_MANY = 0.5
+"""Share of draws that do not start from which no bounds are given."""
 UNKNOWN = Spread(None, None, None, None)
 
 
@@ -38,19 +39,16 @@ def _row(path: PathHazard, scenario: Scenario, n_draws: int, seed: int) -> Hazar
     period = scenario.return_period
     keys = (seed, "hazard", path.path_id, repr(scenario.volume_m3), repr(period))
     bounds = volume_bounds(path, scenario.any_volume_m3, n_draws, generator(*keys))
-    notes = []
-    held = bounds.p_not_released
-    if held > HELD_WORTH_A_NOTE:
-        notes.append(
-            f"{path.path_id}: the block does not start in {held:.0%} of the draws, since the "
-            "slope at its release is under the friction. Give the path a release_elevation_m "
-            "on steeper ground."
-        )
-    if held > HELD_TOO_MANY:
+    held = bounds.p_not_released > HELD_TOO_MANY
+    if held:
         bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
     row = hazard_row(scenario, bounds, interval_words(path, return_period=period is not None))
-    row = replace(row, notes=tuple(notes))
-    if held > HELD_TOO_MANY:
-        return row
-    apart = uncertainties(path, scenario)
-    return replace(row, natural=apart.natural, parameters=apart.parameters, exceeded=apart.exceeded)
+    if not held:
+        apart = uncertainties(path, scenario)
+        row = replace(
+            row,
+            design=None if period is None else design(path, period),
+            natural=apart.natural,
+            parameters=apart.parameters,
+        )
+    return replace(row, notes=row_notes(path, row))

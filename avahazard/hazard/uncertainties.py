@@ -1,4 +1,4 @@
-"""Natural variability and uncertainty of the parameters, apart, and the runout exceeded in T."""
+"""Natural variability and uncertainty of the parameters, apart, and the chance to be reached."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from avahazard.hazard.exceedance import (
     at_volume,
-    exceeded_runout,
     middle_runout,
     natural_runouts,
     reach,
@@ -16,23 +15,21 @@ from avahazard.hazard.exceedance import (
 )
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.scenario import Scenario
-from avahazard.hazard.words import exceeded_words, natural_words, parameters_words
+from avahazard.hazard.words import natural_words, parameters_words
 from avahazard.results.hazard import ReachChance, RunoutInterval, YearlyChances
 
 
 @dataclass(frozen=True, slots=True)
 class Uncertainties:
-    """What a row has besides its bounds.
+    """What a row has besides the bounds of its volume.
 
     `natural`: the runout of avalanches of the scenario's volume, all parameters at their middle.
     `parameters`: its median over the posterior of friction, and of the volume of the return
-    period. `exceeded`: the runout that a year exceeds with chance 1/T, all volumes mixed at the
-    path's rate; None where the rate is not known.
+    period.
     """
 
     natural: RunoutInterval
     parameters: RunoutInterval
-    exceeded: RunoutInterval | None
 
 
 def uncertainties(path: PathHazard, scenario: Scenario) -> Uncertainties:
@@ -42,10 +39,6 @@ def uncertainties(path: PathHazard, scenario: Scenario) -> Uncertainties:
     fixed = uncertain = at_volume(avalanches, volume)
     if scenario.frequency is not None and period is not None:
         uncertain = at_volume(avalanches, scenario.frequency.draws.log_volume(1.0 / period))
-    exceeded = None
-    if path.rate_known and period is not None:
-        runout = exceeded_runout(avalanches, period)
-        exceeded = runout_interval(avalanches, runout, exceeded_words(path))
     return Uncertainties(
         natural=runout_interval(avalanches, natural_runouts(fixed), natural_words(path)),
         parameters=runout_interval(
@@ -53,7 +46,6 @@ def uncertainties(path: PathHazard, scenario: Scenario) -> Uncertainties:
             middle_runout(uncertain),
             parameters_words(path, return_period=period is not None),
         ),
-        exceeded=exceeded,
     )
 
 

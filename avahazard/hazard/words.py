@@ -33,15 +33,15 @@ def parameters_words(path: PathHazard, *, return_period: bool) -> str:
     return f"90 % of the posterior of the median runout; varying: {', '.join(parts)}"
 
 
-def exceeded_words(path: PathHazard) -> str:
-    """What varies in `exceeded`, and what is mixed."""
+def design_words(path: PathHazard) -> str:
+    """What varies in `design`, and what is mixed."""
     mixed = list(natural_parts(path))
     parts = [PARAMETERS, *_unknown_path(path), "error of the rate"]
     if path.varying.volume:
         mixed.insert(0, "all volumes")
         parts.append("error of the frequency of volumes")
     return (
-        "90 % of the posterior of the runout that a year exceeds with chance 1/T; "
+        "90 % of what the runout exceeded once in T years may be (chance 1/T a year); "
         f"varying: {', '.join(parts)}; mixed: {', '.join(mixed)}"
     )
 

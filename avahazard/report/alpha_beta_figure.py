@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.alpha_beta import AlphaBeta
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.report.path_panels import draw_panels, draw_profile, mark_bounds, mark_stops
+from avahazard.report.path_panels import (
+    BOUNDS,
+    OF_VOLUME,
+    draw_panels,
+    draw_profile,
+    mark_runout,
+    mark_stops,
+)
 from avahazard.results.hazard import HazardRow
 
 if TYPE_CHECKING:
@@ -64,10 +71,13 @@ def _draw_path(panel: Axes, path: AlphaBetaPath) -> list[Axes]:
     for found in path.found:
         _draw_line(panel, found, smooth)
     mark_alpha_beta(panel, smooth, path.found, tick)
-    if path.row is not None:
-        period, volume = path.row.return_period_years, path.row.volume_m3
-        what = f"V = {volume:.3g} m³" if period is None else f"T = {period:g} years"
-        mark_bounds(panel, smooth, path.row.runout_x_m, tick, f"model, {what}:")
+    row = path.row
+    if row is not None and row.design is not None:
+        words = f"design runout, exceeded once in {row.return_period_years:g} years:"
+        mark_runout(panel, smooth, row.design.runout_x_m, 2.2 * tick, tick, BOUNDS, words)
+    elif row is not None:
+        words = "model, avalanches of the volume V:"
+        mark_runout(panel, smooth, row.runout_x_m, 2.2 * tick, tick, OF_VOLUME, words)
     return [panel]
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from avahazard.report.html.words import COORDINATES
 from avahazard.report.picture import figure
 from avahazard.results.comparison import Comparison, Failure, MeasuredForce
 
@@ -47,10 +48,11 @@ def _draw_bias(axes: Axes, comparison: Comparison) -> None:
     axes.axvspan(-floor, floor, color="tab:blue", alpha=0.2, lw=0)
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.margins(x=0.08)
-    axes.set_xlabel(f"← {_less(comparison)}     mean miss (m)     {_more(comparison)} →")
+    of = COORDINATES[comparison.coordinate]
+    axes.set_xlabel(f"← {_less(comparison)}     mean miss (m of {of})     {_more(comparison)} →")
     axes.set_title(f"Where {comparison.model} fails", pad=36)
     axes.spines[["top", "right"]].set_visible(False)
-    patches = [Patch(color="tab:blue", alpha=0.2, label="error of one record")]
+    patches = [Patch(color="tab:blue", alpha=0.2, label="error of one recorded runout")]
     if not all(certain):
         patches.insert(0, Patch(color=OTHER, label="could be chance"))
     if any(certain):

@@ -1,4 +1,4 @@
-"""Bounds of the runout as a table in a file."""
+"""Design runouts and runouts of volumes as a table in a file."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-from avahazard.results.hazard import HazardRow, RunoutInterval
+from avahazard.results.hazard import Design, HazardRow, RunoutInterval
 
-STATISTICS = ("mean", "q05", "q50", "q95")
-APART = ("exceeded", "natural", "parameters")
+QUANTILES = ("q05", "q50", "q95")
+STATISTICS = ("mean", *QUANTILES)
+APART = ("natural", "parameters")
 FIRST_COLUMNS = "path_id,return_period_years,volume_m3,"
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
@@ -41,15 +42,38 @@ def _flat(row: HazardRow) -> dict[str, Any]:
         "return_period_years": row.return_period_years,
         "volume_m3": row.volume_m3,
         "extrapolated": int(bool(row.extrapolated)),
+        **_design(row.design),
         **_lengths("", row),
         "p_left_profile": row.p_left_profile,
         "n_draws": row.n_draws,
         "interval": row.interval,
+        "notes": " ".join(row.notes),
     }
     for name in APART:
         if found := getattr(row, name):
             cells |= {**_lengths(f"{name}_", found), f"{name}_interval": found.interval}
     return cells
+
+
+def _design(found: Design | None) -> dict[str, Any]:
+    """The answer for a return period; nothing for a volume."""
+    if found is None:
+        return {}
+    farthest, point = found.farthest_record, found.point
+    return {
+        **{
+            f"design_{length}_{statistic}_m": getattr(getattr(found, f"{length}_m"), statistic)
+            for length in ("runout_x", "runout_elevation")
+            for statistic in QUANTILES
+        },
+        "design_p_beyond": found.p_beyond,
+        **({} if point is None else {f"design_{k}": v for k, v in point.to_dict().items()}),
+        "farthest_record_x_m": None if farthest is None else farthest.runout_x_m,
+        "farthest_record_date": None if farthest is None else farthest.date,
+        "records_beyond": found.records_beyond,
+        "n_records": found.n_records,
+        "design_interval": found.interval,
+    }
 
 
 def _lengths(prefix: str, found: HazardRow | RunoutInterval) -> dict[str, Any]:

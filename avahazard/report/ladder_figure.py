@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from avahazard.report.html.words import COORDINATES
 from avahazard.report.picture import picture
 from avahazard.results.ladder import Rung
 
@@ -64,13 +65,14 @@ def draw_ladder(file: Path, rows: Sequence[Rung]) -> None:
                 min(floors),
                 color="tab:blue",
                 linestyle="--",
-                label=f"floor: the records' own errors leave {min(floors):.0f} m",
+                label=f"errors of the recorded runouts alone: {min(floors):.0f} m",
             )
             axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
         axes.margins(y=0.1)
         axes.set_ylim(bottom=0.0)
         axes.set_xticks(np.arange(len(shown)), [_label(row) for row, _ in shown])
-        axes.set_ylabel("error where held out (CRPS, m)")
+        coordinate = (shown[0][0].coordinate if shown else None) or "mixed"
+        axes.set_ylabel(f"error: CRPS where held out (m of {COORDINATES[coordinate]})")
         axes.spines[["top", "right"]].set_visible(False)
 
 

@@ -38,7 +38,7 @@ def draw_path(
             if len(place):
                 height = smooth.height(place)
                 axes.plot(place, height, mark, color=color, markersize=9, label=label)
-        axes.set_xlabel("distance along the path x (m)")
+        axes.set_xlabel("horizontal distance along the path x (m)")
         axes.set_ylabel("elevation (m)")
         axes.set_title(path.name or path.path_id)
         axes.legend()

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.picture import figure
-from avahazard.results.hazard import Spread
+from avahazard.results.hazard import PlaceQuantiles, Spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLUMNS = 2
-GROUND, STOPS, BOUNDS = "#d9d4cc", "#33607f", "#c0392b"
+GROUND, STOPS, BOUNDS, OF_VOLUME = "#d9d4cc", "#33607f", "#c0392b", "#8c8c8c"
 TICK = 0.05
 """Length of a mark, of the height of the path."""
 
@@ -55,12 +55,14 @@ def draw_panels(
         )
         if title is not None:
             drawn.suptitle(title, fontsize=13)
-        drawn.supxlabel("distance along the path x (m)", fontsize=10)
+        drawn.supxlabel("horizontal distance along the path x (m)", fontsize=10)
         drawn.supylabel("elevation (m)", fontsize=10)
 
 
-def draw_profile(panel: Axes, name: str, smooth: SmoothProfile, below: float) -> float:
-    """Draw the profile, with room for `below` marks under it; returns the length of a mark (m)."""
+def draw_profile(
+    panel: Axes, name: str, smooth: SmoothProfile, below: float, above: float = 2.0
+) -> float:
+    """Draw the profile, with room for `below` and `above` marks; returns the length of one (m)."""
     x = np.linspace(smooth.x_min, smooth.x_max, 600)
     y = smooth.height(x)
     top, bottom = float(y.max()), float(y.min())
@@ -68,7 +70,7 @@ def draw_profile(panel: Axes, name: str, smooth: SmoothProfile, below: float) ->
     panel.fill_between(x, y, bottom - (below + 1.0) * tick, color=GROUND, linewidth=0)
     panel.plot(x, y, color="0.35", linewidth=1.2, label="profile, smoothed")
     panel.set_title(name, fontsize=10, loc="left")
-    panel.set_ylim(bottom - below * tick, top + 2.0 * tick)
+    panel.set_ylim(bottom - below * tick, top + above * tick)
     panel.set_xlim(smooth.x_min, smooth.x_max)
     return tick
 
@@ -79,18 +81,34 @@ def mark_stops(panel: Axes, smooth: SmoothProfile, stop_x: Floats, tick: float) 
     panel.vlines(stop_x, y - tick, y + tick, color=STOPS, linewidth=1.1, label="recorded stops")
 
 
-def mark_bounds(
-    panel: Axes, smooth: SmoothProfile, runout_x: Spread, tick: float, words: str
+def mark_runout(
+    panel: Axes,
+    smooth: SmoothProfile,
+    runout_x: Spread | PlaceQuantiles,
+    above: float,
+    tick: float,
+    color: str,
+    words: str,
 ) -> None:
-    """Mark a runout's 5 to 95 % as a band over the ground; None is the end of the profile."""
-    low, high = (smooth.x_max if x is None else x for x in (runout_x.q05, runout_x.q95))
-    along = np.linspace(low, high, 200)
+    """Mark a runout `above` the ground (m): its 5 to 95 % as a bar, its median as a tick.
+
+    What lies beyond the profile ends at its end, and has no median there.
+    """
+    if runout_x.q05 is None:
+        return
+    high = smooth.x_max if runout_x.q95 is None else runout_x.q95
+    along = np.linspace(runout_x.q05, high, 200)
     panel.plot(
         along,
-        smooth.height(along) + 2.2 * tick,
-        color=BOUNDS,
+        smooth.height(along) + above,
+        color=color,
         linewidth=4,
         alpha=0.55,
         solid_capstyle="butt",
         label=f"{words} 5 to 95 %",
     )
+    if runout_x.q50 is not None:
+        y = float(smooth.height(runout_x.q50)) + above
+        panel.vlines(
+            runout_x.q50, y - tick, y + tick, color=color, linewidth=2.5, label=f"{words} median"
+        )

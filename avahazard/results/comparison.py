@@ -43,6 +43,7 @@ class SpeedScores(Result):
 class Scores(Result):
     """Scores on the records that the model was calibrated on; `elpd_loo` (nats) leaves each out.
 
+    `runout` is in the coordinate of each record, `runout_x` in x for the events with a profile.
     `pareto_k_bad` counts events whose leave-one-out weights are not to be trusted,
     `pareto_k_refitted` those of them that were refitted.
     """
@@ -53,17 +54,22 @@ class Scores(Result):
     elpd_loo_se: float | None
     pareto_k_bad: int
     pareto_k_refitted: int
+    runout_x: RunoutScores | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class HeldOutScores(Result):
-    """Scores of what was held out `by` path or fold; `elpd_loo` (nats) is given the others."""
+    """Scores of what was held out `by` path or fold; `elpd_loo` (nats) is given the others.
+
+    `runout.crps_m` is the error of the model. `runout_x` as in `Scores`.
+    """
 
     by: str
     runout: RunoutScores
     speed: SpeedScores | None
     elpd_loo: float | None
     elpd_loo_se: float | None
+    runout_x: RunoutScores | None = None
 
 
 @dataclass(frozen=True, slots=True)

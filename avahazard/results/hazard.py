@@ -31,6 +31,52 @@ class Spread(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class PlaceQuantiles(Result):
+    """5, 50 and 95 % of a place in metres; None where it lies beyond the end of the profile."""
+
+    q05: float | None
+    q50: float | None
+    q95: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class MapPoint(Result):
+    """A place on the map: `x` east (or longitude) and `y` north in the system `crs`."""
+
+    x: float
+    y: float
+    crs: str
+
+
+@dataclass(frozen=True, slots=True)
+class FarthestRecord(Result):
+    """The recorded stop farthest down; `runout_x_m` is None where it left the profile."""
+
+    runout_x_m: float | None
+    date: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Design(Result):
+    """The runout that avalanches of a path exceed once in T years, all volumes mixed.
+
+    Quantiles are over the uncertainty that `interval` names, each of x and of elevation by
+    itself: 5 % of elevation lies at 95 % of x where the ground falls all the way. `p_beyond` is
+    the share of draws past the end of the profile, `point` the place of the median x.
+    `records_beyond` of `n_records` recorded stops lie past the median; None where the median does.
+    """
+
+    runout_x_m: PlaceQuantiles
+    runout_elevation_m: PlaceQuantiles
+    p_beyond: float
+    point: MapPoint | None
+    farthest_record: FarthestRecord | None
+    records_beyond: int | None
+    n_records: int
+    interval: str
+
+
+@dataclass(frozen=True, slots=True)
 class VolumeInterval(Result):
     """5 and 95 % of the posterior of a volume, m3."""
 
@@ -67,10 +113,11 @@ class ReachChance(Result):
 
 @dataclass(frozen=True, slots=True)
 class HazardRow(Result):
-    """The runout on one path of a volume, or of the volume of a return period; lengths in m.
+    """What is expected on one path for a return period, or of a volume; lengths in m.
 
-    `natural` holds all parameters at their middle, `parameters` is the posterior of the median
-    runout, `exceeded` the runout that a year exceeds with chance 1/T, all volumes mixed. `reach`
+    `design` is the answer for a return period: the runout exceeded once in it. All else is the
+    runout of avalanches of one volume, that of the period or a given one: `natural` holds all
+    parameters at their middle, `parameters` is the posterior of the median runout. `reach`
     stands in the first row of a path with a rate. Where the volume of a return period comes from
     is None for a volume that was given.
     """
@@ -86,6 +133,7 @@ class HazardRow(Result):
     p_not_released: float
     n_draws: int
     n_nonpositive_friction: int
+    design: Design | None = field(default=None, metadata=ABSENT)
     volume_interval_m3: VolumeInterval | None = field(default=None, metadata=ABSENT)
     volume_method: str | None = field(default=None, metadata=ABSENT)
     volume_source: str | None = field(default=None, metadata=ABSENT)
@@ -99,7 +147,6 @@ class HazardRow(Result):
     events_per_year: float | None = field(default=None, metadata=ABSENT)
     natural: RunoutInterval | None = field(default=None, metadata=ABSENT)
     parameters: RunoutInterval | None = field(default=None, metadata=ABSENT)
-    exceeded: RunoutInterval | None = field(default=None, metadata=ABSENT)
     reach: ReachChance | None = field(default=None, metadata=ABSENT)
     notes: tuple[str, ...] = ()
 

@@ -11,7 +11,9 @@ from avahazard.results.base import Result, Rows
 class Standing(Result):
     """The scores of a model by which it is ranked; errors in metres, `elpd` in nats.
 
-    What is `held_out` was predicted by fits without the event's group (its path, or a fold).
+    What is `held_out` was predicted by fits without the event's group (its path, or a fold);
+    `held_out_crps_m` is the error of the model, in the coordinate of the records,
+    `held_out_crps_x_m` the same in x where there are profiles.
     """
 
     rmse_m: float
@@ -25,6 +27,7 @@ class Standing(Result):
     speed_rmse_m_s: float | None
     noise_floor_m: float
     noise_floor_crps_m: float
+    held_out_crps_x_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,7 @@ class BeforeAndAfter(Result):
     held_out_by: str
     noise_floor_m: float
     noise_floor_crps_m: float
+    coordinate: str = "elevation"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +61,8 @@ class Rung(Result):
     speed_rmse_m_s: float | None
     noise_floor_m: float | None
     noise_floor_crps_m: float | None
+    held_out_crps_x_m: float | None = None
+    coordinate: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

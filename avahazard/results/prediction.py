@@ -25,12 +25,17 @@ class PredictedEvent(Result):
 
 @dataclass(frozen=True, slots=True)
 class PredictionScores(Result):
-    """Predictions against the runouts of the file; `elpd_loo` is their log density (nats)."""
+    """Predictions against the runouts of the file; `elpd_loo` is their log density (nats).
+
+    `runout` is in the `coordinate` of the records, `runout_x` in x where there are profiles.
+    """
 
     runout: RunoutScores
     speed: SpeedScores | None
     elpd_loo: float | None
     elpd_loo_se: float | None
+    coordinate: str
+    runout_x: RunoutScores | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from avahazard.results.base import Result, Rows
-from avahazard.results.hazard import Quantiles
+from avahazard.results.hazard import Design, Quantiles
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +51,20 @@ class Zone(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class PeriodDesign(Result):
+    """The design runout of a return period, as `hazard` gives it."""
+
+    return_period_years: float
+    extrapolated: bool
+    design: Design
+
+
+@dataclass(frozen=True, slots=True)
 class ZonedPath(Result):
-    """One path: `places` from its highest release to its end, and its zones, the worst first."""
+    """One path: its design runouts, its zones, the worst first, and what comes to its `places`.
+
+    These run from the highest release to the end of the profile.
+    """
 
     path_id: str
     limits: str
@@ -60,6 +72,7 @@ class ZonedPath(Result):
     release_x_m: float
     end_x_m: float
     interval: str
+    designs: Rows[PeriodDesign]
     places: Rows[Place]
     p_not_released: float
     zones: Rows[Zone]

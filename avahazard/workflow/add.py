@@ -124,6 +124,7 @@ def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndA
         held_out_by=after.held_out.by,
         noise_floor_m=floor.noise_floor_m,
         noise_floor_crps_m=floor.noise_floor_crps_m,
+        coordinate=after.coordinate,
     )
 
 

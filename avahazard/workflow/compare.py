@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.axes import event_axes
-from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.held_out import (
     HeldOutPredictions,
     choose_groups,
     held_out_predictions,
 )
+from avahazard.criticism.scoring.in_x import in_x
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.scores import (
     randomised_pit,
@@ -36,7 +37,13 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.results.comparison import Comparison, HeldOutScores, Scores, SpeedScores
+from avahazard.results.comparison import (
+    Comparison,
+    HeldOutScores,
+    RunoutScores,
+    Scores,
+    SpeedScores,
+)
 from avahazard.store.results import COMPARISON, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import load_stored, require_unchanged
@@ -123,8 +130,9 @@ def comparison(
             elpd_loo_se=loo.se,
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
+            runout_x=x_scores(expected, observations),
         ),
-        held_out=_held_out_scores(held.by, others),
+        held_out=_held_out_scores(held.by, others, observations),
         where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
         speed_misfit=None if speeds is None else speed_misfit(observations, speeds),
         measured_force=measured_force(observations) if observations.speeds else None,
@@ -139,7 +147,9 @@ def coordinate_name(observations: Observations) -> str:
     return names.pop() if len(names) == 1 else ("mixed" if names else "elevation")
 
 
-def _held_out_scores(by: str, others: HeldOutPredictions) -> HeldOutScores:
+def _held_out_scores(
+    by: str, others: HeldOutPredictions, observations: Observations
+) -> HeldOutScores:
     rng = generator(0, "held out scores")
     pit = record_pit(others.records, rng)
     n = len(others.log_density)
@@ -149,7 +159,16 @@ def _held_out_scores(by: str, others: HeldOutPredictions) -> HeldOutScores:
         speed=_speed_scores(others.speeds),
         elpd_loo=float(np.sum(others.log_density)),
         elpd_loo_se=float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
+        runout_x=x_scores(others.records, observations),
     )
+
+
+def x_scores(expected: ExpectedRecords, observations: Observations) -> RunoutScores | None:
+    """The scores in x of the events with a profile; None without any."""
+    found = in_x(expected, observations)
+    if found is None:
+        return None
+    return runout_scores(found, record_pit(found, generator(0, "scores in x")))
 
 
 def _speed_scores(speeds: MatchedSpeeds | None) -> SpeedScores | None:

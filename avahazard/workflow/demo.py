@@ -1,4 +1,4 @@
-"""The main job on the demo data: from an empty database to 100-year bounds and a report."""
+"""The main job on the demo data: from an empty database to design runouts and a report."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def run_demo(
     folder: FilePath,
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
 ) -> Demo:
-    """Import the twin into a new database in `folder`, calibrate it, draw 100-year bounds, report.
+    """Import the twin into a new database in `folder`, calibrate it, give design runouts, report.
 
     A second run makes the files anew and leaves others alone. `model` is calibrated by the
     marginal method, `gibbs` by the paper's sampler.
@@ -58,7 +58,7 @@ def run_demo(
     write_hazard(folder / BOUNDS, bounds.rows)
     with reading(name) as session:
         records = load_records(session)
-    title = f"100-year runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
+    title = f"100-year design runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
     draw_hazard(folder / PICTURE, title, records, bounds.rows)
     compare(name, MODEL, report=report)
     write_report(name, MODEL, folder / REPORT, report=report)

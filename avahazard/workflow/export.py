@@ -107,19 +107,21 @@ def _drawn(records: Records, path: Path, profile: Profile, line: PathLine) -> Ma
 
 def _notes(drawn: Sequence[MappedPath], rows: Rows, zones: Rows) -> list[str]:
     """What has no place on the map."""
+    from avahazard.gis.hazard_map import QUANTILES  # noqa: PLC0415 (may be missing)
+
     shown = {one.path.path_id for one in drawn}
     beyond = [
         row["path_id"]
         for row in rows
-        for found in (row, row.get("exceeded"))
+        for found in (row, row.get("design"))
         if found and row["path_id"] in shown
-        for x in found["runout_x_m"].values()
-        if x is None
+        for quantile in QUANTILES
+        if found["runout_x_m"][quantile] is None
     ]
     notes = []
     if beyond:
         notes.append(
-            f"{len(beyond)} statistics of runouts lie past the end of the profile and have no "
+            f"{len(beyond)} quantiles of runouts lie past the end of the profile and have no "
             f"point: {', '.join(dict.fromkeys(beyond))}. Longer profiles would tell."
         )
     bare = [

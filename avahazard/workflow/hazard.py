@@ -1,14 +1,16 @@
-"""Runout per path, for volumes and return periods, by a stored model."""
+"""Design runouts and runouts of volumes per path, by a stored model."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path as FilePath
 
 import numpy as np
 
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.hazard.path_rows import path_rows
 from avahazard.hazard.scenario import Scenario
 from avahazard.hazard.volume_frequency import return_volume
@@ -42,7 +44,7 @@ def hazard(
 ) -> Hazard:
     """Compute and store the runout of paths.
 
-    One row for each path and each return period (years) or volume (m3),
+    One row for each path and each return period (years), with its design runout, or volume (m3),
     sorted by path; with neither given, a return period of 100 years. Paths are those named, or
     all with a profile; among the latter those without what a return period needs are left out
     with a note. `source` says where the frequency of volumes comes from.
@@ -62,15 +64,17 @@ def hazard(
     n_rows = sum(len(of_path) for of_path in scenarios.values())
     report("Runout", 0.0, n_rows)
     rows: list[HazardRow] = []
+    of_model = _model_notes(stored)
     for path_id, of_path in scenarios.items():
         rate = _volumes(stored, of_path, frequencies)
         at = [scenario.any_volume_m3 for scenario in of_path]
         path = stored_path_hazard(stored, path_id, rate, at, seed=seed)
-        rows += path_rows(path, of_path, n_draws, seed)
+        mine = path_rows(path, of_path, n_draws, seed)
+        rows += [replace(row, notes=(*row.notes, *of_model)) for row in mine]
         report("Runout", float(len(rows)), n_rows)
     with writing(database) as session:
         save_result(session, BOUNDS, name, plain(rows))
-    return Hazard(Rows(rows), (*notes, *_notes(stored, rows)))
+    return Hazard(Rows(rows), (*notes, *_in_short(rows, of_model), *of_model))
 
 
 def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
@@ -127,25 +131,28 @@ def _volumes(
     return frequencies.rate_alone(scenarios[0].path_id)
 
 
-def _notes(stored: StoredFit, rows: Sequence[HazardRow]) -> list[str]:
-    notes = [note for row in rows for note in row.notes]
+def _model_notes(stored: StoredFit) -> list[str]:
+    """What goes with every row of a model."""
+    notes = []
     if stored.records_changed:
-        notes.append(f"the records have changed since {stored.name} was calibrated.")
+        notes.append(stale_words(stored.name))
     if not stored.result.diagnostics.converged:
-        notes.append(f"the chains of {stored.name} have not converged.")
+        notes.append(unconverged_words(stored.name))
     if ignores_volume(stored):
-        notes.append("this model's runout is the same for every volume and return period.")
-    impossible = sum(row.n_nonpositive_friction for row in rows)
-    if impossible:
-        drawn = sum(row.n_draws for row in rows)
-        notes.append(
-            f"{impossible} of {drawn} draws of friction were not over 0, as the normal "
-            "distribution has it; they are left out. The lognormal one never does this."
-        )
-    far = sorted({row.path_id for row in rows if row.extrapolated})
-    if far:
-        notes.append(
-            f"the return period is over twice the observed years of {', '.join(far)}, or past "
-            "the ends of the table: an extrapolation."
-        )
+        notes.append("this model's friction is the same for every volume.")
     return notes
+
+
+def _in_short(rows: Sequence[HazardRow], of_model: Sequence[str]) -> list[str]:
+    """The notes of single rows, each once, with the paths that it is on where not on all."""
+    paths = list(dict.fromkeys(row.path_id for row in rows))
+    where: dict[str, list[str]] = {}
+    for row in rows:
+        for note in (note for note in row.notes if note not in of_model):
+            mine = where.setdefault(note, [])
+            if row.path_id not in mine:
+                mine.append(row.path_id)
+    return [
+        note if len(mine) == len(paths) > 1 else f"{', '.join(mine)}: {note}"
+        for note, mine in where.items()
+    ]

@@ -27,6 +27,7 @@ SCORES = (
     "speed_rmse_m_s",
     "noise_floor_m",
     "noise_floor_crps_m",
+    "held_out_crps_x_m",
 )
 
 
@@ -85,6 +86,7 @@ def ladder_rows(
                 model=model.name,
                 parent=model.parent,
                 added=tuple(key for key in effects[model.name] if key not in before),
+                coordinate=None if found is None else found.coordinate,
                 **{key: scores.get(key) for key in SCORES},
             )
         )
@@ -107,4 +109,5 @@ def standing(comparison: Comparison) -> Standing:
         speed_rmse_m_s=None if speed is None else speed.rmse_m_s,
         noise_floor_m=runout.noise_floor_m,
         noise_floor_crps_m=runout.noise_floor_crps_m,
+        held_out_crps_x_m=None if held_out.runout_x is None else held_out.runout_x.crps_m,
     )

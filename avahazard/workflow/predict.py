@@ -20,7 +20,7 @@ from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.results.base import Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
-from avahazard.workflow.compare import require_comparable
+from avahazard.workflow.compare import coordinate_name, require_comparable, x_scores
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.own_effects import own_effects
 
@@ -111,4 +111,6 @@ def _scores(model: FittedModel) -> PredictionScores:
         speed=None,
         elpd_loo=float(np.sum(density)),
         elpd_loo_se=float(np.sqrt(n) * np.std(density, ddof=1)) if n > 1 else None,
+        coordinate=coordinate_name(model.observations),
+        runout_x=x_scores(expected, model.observations),
     )

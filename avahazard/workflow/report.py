@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path as FilePath
 
 from avahazard import __version__
-from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.html.content import ReportContent
@@ -23,7 +21,7 @@ from avahazard.workflow.friction import friction_densities
 from avahazard.workflow.ladder import ladder_rows
 from avahazard.workflow.models import show_model
 from avahazard.workflow.report_events import event_views, unknown_columns
-from avahazard.workflow.report_friction import friction_view
+from avahazard.workflow.report_friction import apparent_friction, friction_view
 from avahazard.workflow.report_paths import path_views
 from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
@@ -111,7 +109,7 @@ def gather(
         }
     report("Writing the report", 0.1, 1.0)
     observations = stored.model.observations
-    found = back_calculate(observations, predict_records(observations, (), {}))
+    found = apparent_friction(stored.model)
     report("Writing the report", 0.3, 1.0)
     events = event_views(stored.training.events, stored.model, found.mu, found.status)
     report("Writing the report", 0.6, 1.0)

@@ -20,6 +20,7 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.event import Event
 from avahazard.report.html.content import EventView
 from avahazard.workflow.compare import COORDINATES
+from avahazard.workflow.report_friction import from_reference
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +42,7 @@ def event_views(
     metres = model.sigma_m is not None
     observed = recorded_elevation(observations) if metres else observations.observed
     smooth = {site.path.path_id: site.smooth for site in observations.sites}
+    reference = mu * np.exp(-from_reference(model))
     views = []
     for i, event in enumerate(events):
         known = bool(np.isfinite(draws[i]).all())
@@ -54,6 +56,7 @@ def event_views(
                 observed_m=None if observations.kind[i] == LEFT else float(observed[i]),
                 mu=float(mu[i]) if np.isfinite(mu[i]) else None,
                 mu_status=STATUSES[status[i]],
+                mu_reference=float(reference[i]) if np.isfinite(reference[i]) else None,
                 predicted=(float(low), float(middle), float(high)) if known else None,
                 p_left=float(np.mean(left[i])),
             )
@@ -69,6 +72,7 @@ def event_view(
     observed_m: float | None = None,
     mu: float | None = None,
     mu_status: str = "no-record",
+    mu_reference: float | None = None,
     predicted: tuple[float, float, float] | None = None,
     p_left: float | None = None,
 ) -> EventView:
@@ -86,6 +90,7 @@ def event_view(
         stop_x_m=None if smooth is None else stop_place(smooth, event),
         mu=mu,
         mu_status=mu_status,
+        mu_reference=mu_reference,
         predicted=predicted,
         p_left=p_left,
     )

@@ -1,4 +1,4 @@
-"""Friction against volume for the report: the law and the scatter about it."""
+"""Friction against volume for the report: the law, the scatter about it, and the events."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.friction_scatter import draws, friction
+from avahazard.inference.paper.back_calculation import BackCalculation, back_calculate
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.report.html.content import FrictionView
@@ -23,8 +25,8 @@ ROOM = 1.5
 def friction_view(model: FittedModel) -> FrictionView | None:
     """The calibrated friction over the recorded volumes; None where none is recorded.
 
-    Effects on friction by columns of the event are at their reference; the spread between paths
-    is left out.
+    Effects on friction are at their reference, and the spread between paths is left out, as they
+    are from `EventView.mu_reference`.
     """
     posterior = model.posterior
     recorded = posterior.observations.columns.log_volume
@@ -44,6 +46,40 @@ def friction_view(model: FittedModel) -> FrictionView | None:
             _frictions(posterior, u, middle, volume), [0.05, 0.25, 0.75, 0.95], axis=0
         ),
     )
+
+
+def apparent_friction(model: FittedModel) -> BackCalculation:
+    """Friction that stops each event's block at its record, with the model's effects at work.
+
+    Effects on the motion and on the record stand at the median of the posterior: so the
+    frictions are those that the model's law is a law of.
+    """
+    observations, posterior = model.observations, model.posterior
+    values = posterior.layout.effect_values(np.median(model.draws, axis=0))
+    curvature = float(model.specification.centrifugal)
+    return back_calculate(
+        observations, predict_records(observations, posterior.effects, values, curvature)
+    )
+
+
+def from_reference(model: FittedModel) -> Floats:
+    """What effects on friction and the path add to log friction `[n_events]`, at the median.
+
+    Less of them, a friction may stand beside the law alone. nan for an event without a volume.
+    """
+    posterior, columns = model.posterior, model.observations.columns
+    u = np.median(model.draws, axis=0)
+    volume = np.exp(columns.log_volume)
+    known = np.where(np.isfinite(volume), volume, 1e4)
+    location, _ = posterior.location_and_scatter(u, known[:, None])
+    law = posterior.layout.law
+    at = location[:, 0] if posterior.layout.log_scatter else np.log(location[:, 0])
+    added = at - law.log_friction(u[: len(law.coordinates)], known)
+    by_path = [
+        float(np.median(model.offsets[p])) if p in model.offsets else 0.0 for p in columns.paths
+    ]
+    offsets = np.array([*by_path, 0.0])[columns.path_index]
+    return np.where(np.isfinite(volume), added + offsets, np.nan)
 
 
 def _frictions(posterior: Posterior, u: Floats, middle: Floats, volume: Floats) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 from avahazard.effects.catalogue import catalogue
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
@@ -148,7 +149,7 @@ def _notes(stored: StoredFit, entries: Sequence[ZonedPath]) -> list[str]:
             f"the effect {mend}, would mend it."
         )
     if stored.records_changed:
-        notes.append(f"the records have changed since {stored.name} was calibrated.")
+        notes.append(stale_words(stored.name))
     if not stored.result.diagnostics.converged:
-        notes.append(f"the chains of {stored.name} have not converged.")
+        notes.append(unconverged_words(stored.name))
     return notes

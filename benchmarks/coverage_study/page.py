@@ -12,7 +12,7 @@ PathLine = dict[str, Any]
 Worlds = Sequence[Sequence[PathLine]]
 
 FAMILIES = {"gev": "GEV of yearly maxima", "gpd": "Pareto over the median"}
-WAYS = {"b": "(b) exceeded once in 100 years", "a": "(a) volume, then friction"}
+WAYS = {"b": "design runout", "a": "runout of the volume"}
 SEEN = 24
 """Worlds that choices were made on."""
 LOW, HIGH = 0.87, 0.93
@@ -40,7 +40,8 @@ def page(lines: Sequence[Line], command: str) -> str:
             "exceeds with chance 1/100 comes from 400,000 avalanches of each path with the true",
             "parameters. Each world is calibrated from its records alone, by the default method.",
             "",
-            f"The 90 % interval of (b) holds the truth in {mean:.1%} ± {error:.1%} of the paths:",
+            "The 90 % interval of the design runout holds the truth in "
+            f"{mean:.1%} ± {error:.1%} of the paths:",
             f"{verdict}, 87 to 93 %. ± is one standard error over worlds, as the paths of one",
             f"world share their friction law. {n} of {n_all} paths count: those whose true runout",
             f"lies on the profile. Worlds 1 to {SEEN} had been looked at, with other values, when",
@@ -52,13 +53,13 @@ def page(lines: Sequence[Line], command: str) -> str:
             "below, above: the truth lies under, over the interval. error: the median of the",
             "interval less the truth, its median over paths. width: of the interval, its median.",
             "",
-            "(a) is another question: where an avalanche of the 100-year volume stops. Its",
-            "interval holds the scatter between avalanches, so it is two to three times as wide,",
-            "and its middle lies far short of the 100-year runout: an avalanche can also go far by",
-            "a rare friction. That it holds the 100-year runout as often as it does comes from its",
-            "width alone.",
+            "The runout of the volume is another question: where an avalanche of the 100-year",
+            "volume stops. Its interval holds the scatter between avalanches, so it is two to",
+            "three times as wide, and its middle lies far short of the design runout: an avalanche",
+            "can also go far by a rare friction. That it holds the 100-year runout as often as it",
+            "does comes from its width alone.",
             "",
-            "## By number of records on the path (b)",
+            "## By number of records on the path (design runout)",
             "",
             "| records | paths | " + " | ".join(FAMILIES.values()) + " |",
             "|---|---|" + "---|" * len(FAMILIES),
@@ -70,9 +71,9 @@ def page(lines: Sequence[Line], command: str) -> str:
             "|---|---|---|---|---|",
             *[_volumes(worlds, family) for family in FAMILIES],
             "",
-            "## What (a) says of itself",
+            "## What the runout of the volume says of itself",
             "",
-            "The 5, 50 and 95 % of (a) less those of avalanches of the true 100-year volume with",
+            "The 5, 50 and 95 % of it less those of avalanches of the true 100-year volume with",
             "the true scatter, medians over paths:",
             "",
             "| frequency | 5 % | 50 % | 95 % |",

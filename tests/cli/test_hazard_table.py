@@ -9,7 +9,15 @@ import pytest
 from rich.console import Console
 
 from avahazard.cli.hazard_table import show_bounds
-from avahazard.results.hazard import HazardRow, RunoutInterval, Spread, VolumeInterval
+from avahazard.results.hazard import (
+    FarthestRecord,
+    HazardRow,
+    PlaceQuantiles,
+    RunoutInterval,
+    Spread,
+    VolumeInterval,
+)
+from tests.gis.results import DESIGN
 from tests.results.samples import HAZARD_ROW, NO_SPREAD, SPREAD
 
 
@@ -26,8 +34,9 @@ def shown(capsys: pytest.CaptureFixture[str], *rows: HazardRow) -> str:
 
 def test_a_volume(capsys: pytest.CaptureFixture[str]) -> None:
     printed = shown(capsys, row())
-    assert "p – 123000 1900 1200–2600 1900 1200–2600 0" in printed
-    assert "Interval (a): what varies." in printed
+    assert "p – 123000 1800 1200–2600 1800 1200–2600 0" in printed
+    assert "Interval: what varies." in printed
+    assert "Design runout" not in printed
     assert "beyond" not in printed
     assert "Volumes of the return periods" not in printed
 
@@ -35,7 +44,7 @@ def test_a_volume(capsys: pytest.CaptureFixture[str]) -> None:
 def test_beyond_the_profile(capsys: pytest.CaptureFixture[str]) -> None:
     spread = Spread(None, 1200.0, 1800.0, None)
     printed = shown(capsys, row(runout_x_m=spread, p_left_profile=0.12))
-    assert "beyond 1200–beyond" in printed
+    assert "1800 1200–beyond" in printed
     assert "12.0%" in printed
     assert "A longer profile would tell" in printed
 
@@ -49,22 +58,43 @@ def test_held_at_the_release(capsys: pytest.CaptureFixture[str]) -> None:
     assert "beyond" not in printed
 
 
-def test_both_ways_and_what_varies(capsys: pytest.CaptureFixture[str]) -> None:
-    beyond = Spread(None, 1200.0, 1800.0, None)
+def test_the_design_runout_leads(capsys: pytest.CaptureFixture[str]) -> None:
+    apart = {
+        "natural": RunoutInterval(SPREAD, SPREAD, "nature"),
+        "parameters": RunoutInterval(SPREAD, SPREAD, "ignorance"),
+    }
+    far = replace(
+        DESIGN,
+        runout_x_m=PlaceQuantiles(2300.0, None, None),
+        runout_elevation_m=PlaceQuantiles(None, None, 1040.0),
+        p_beyond=0.6,
+        point=None,
+        farthest_record=FarthestRecord(None, None),
+        records_beyond=None,
+    )
     printed = shown(
         capsys,
-        row(
-            return_period_years=300.0,
-            extrapolated=True,
-            natural=RunoutInterval(SPREAD, SPREAD, "nature"),
-            parameters=RunoutInterval(SPREAD, SPREAD, "ignorance"),
-            exceeded=RunoutInterval(beyond, SPREAD, "both"),
-        ),
+        row(return_period_years=100.0, design=DESIGN, **apart),
+        row(return_period_years=300.0, design=far, extrapolated=True, **apart),
+        row(),
     )
+    assert "p 100 850 800–930 1537 1515–1552 1.0%" in printed
+    assert "p 300* beyond 2300–beyond beyond beyond–1040 60.0%" in printed
+    assert "p 100 1 of 7 900 1950-02-13" in printed
+    assert "p 300* – of 7 beyond undated – –" in printed
+    assert printed.index("Design runout") < printed.index("Runout of avalanches of one volume")
+    assert "Another question: where avalanches of the T-year volume" in printed
     assert "p 300* 123000 1200–2600 1200–2600" in printed
-    assert "p 300* beyond 1200–beyond 1900 1200–2600" in printed
-    assert "natural: nature. parameters: ignorance. Interval (b): both." in printed
+    assert "natural: nature. parameters: ignorance." in printed
+    assert "Interval: uncertainty." in printed
+    assert f"in {DESIGN.point.crs}." in printed
     assert "*: an extrapolation" in printed
+
+
+def test_no_design_runout_where_the_rate_is_not_known(capsys: pytest.CaptureFixture[str]) -> None:
+    printed = shown(capsys, row(return_period_years=100.0))
+    assert "p 100 unknown – unknown – –" in printed
+    assert "Records past" not in printed
 
 
 def test_return_periods_tell_where_volumes_come_from(capsys: pytest.CaptureFixture[str]) -> None:

@@ -25,6 +25,8 @@ def shown(entries: list[ZonedPath]) -> str:
 
 def test_one_path_place_by_place() -> None:
     text = shown([entry()])
+    assert "P01 30 850 800–930 1537 1515–1552 1.0% P01 300* 850" in text
+    assert text.index("Design runout") < text.index("Zones by the limits")
     assert "P01 red none – 700–200" in text
     assert "P01 blue* 100 900 700–beyond" in text
     assert untold(text, "m/s", "kPa") == []

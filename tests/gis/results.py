@@ -8,7 +8,15 @@ from typing import Any
 import numpy as np
 
 from avahazard.records.path import Profile
-from avahazard.results.hazard import HazardRow, RunoutInterval, Spread
+from avahazard.results.hazard import (
+    Design,
+    FarthestRecord,
+    HazardRow,
+    MapPoint,
+    PlaceQuantiles,
+    RunoutInterval,
+    Spread,
+)
 from tests.gis.surface import CODE, NORTH, WEST
 from tests.results.samples import HAZARD_ROW
 
@@ -32,11 +40,22 @@ def spread(low: float, q95: float | None) -> Spread:
     return Spread(None if q95 is None else low + 60.0, low, low + 50.0, q95)
 
 
+DESIGN = Design(
+    runout_x_m=PlaceQuantiles(800.0, 850.0, 930.5),
+    runout_elevation_m=PlaceQuantiles(1515.2, 1536.8, 1552.0),
+    p_beyond=0.01,
+    point=MapPoint(WEST + 210.0, NORTH - 780.0, CODE),
+    farthest_record=FarthestRecord(900.0, "1950-02-13"),
+    records_beyond=1,
+    n_records=7,
+    interval="uncertainty",
+)
+
+
 def bounds_row(path_id: str = "P", period: float | None = 100.0) -> HazardRow:
     """Give a row of `hazard`: the upper bound of (a) lies past the end of the profile."""
     both = (spread(700.0, None), spread(1500.0, None))
     apart = RunoutInterval(*both, "what varies")
-    x = spread(800.0, 930.5)
     return replace(
         HAZARD_ROW,
         path_id=path_id,
@@ -47,7 +66,7 @@ def bounds_row(path_id: str = "P", period: float | None = 100.0) -> HazardRow:
         runout_elevation_m=both[1],
         natural=apart,
         parameters=apart,
-        exceeded=None if period is None else RunoutInterval(x, x, "uncertainty"),
+        design=None if period is None else DESIGN,
     )
 
 

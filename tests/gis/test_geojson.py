@@ -29,7 +29,15 @@ def test_one_collection_in_degrees_with_the_kind_of_each_feature(tmp_path: Path)
     features = collection["features"]
     assert len(features) == sum(len(layer.features) for layer in layers)
     kinds = {f["properties"]["kind"] for f in features}
-    assert kinds == {"paths", "zones", "zone_areas", "releases", "events", "runouts"}
+    assert kinds == {
+        "paths",
+        "zones",
+        "zone_areas",
+        "releases",
+        "events",
+        "volume_runouts",
+        "design_runouts",
+    }
     originals = [f for layer in layers for f in layer.features]
     for made, feature in zip(features, originals, strict=True):
         shape = shapely.geometry.shape(made["geometry"])

@@ -62,7 +62,7 @@ def test_every_layer_has_its_kind_system_and_features(file: Path, layers: list[M
 
 def test_points_lie_on_the_path_line(file: Path) -> None:
     (line,) = read(file, "paths")[1]
-    for layer in ("releases", "events", "runouts"):
+    for layer in ("releases", "events", "design_runouts"):
         for point in read(file, layer)[1]:
             assert line.distance(point) < 0.1
 

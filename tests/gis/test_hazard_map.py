@@ -36,7 +36,8 @@ def test_every_layer_with_its_attributes() -> None:
         "zones": 2,
         "releases": 1,
         "events": 1,
-        "runouts": 6,
+        "volume_runouts": 2,
+        "design_runouts": 3,
     }
     path = found["paths"].features[0].attributes
     assert (path["path_id"], path["width_m"], path["length_m"]) == ("P", 80.0, 1000.0)
@@ -51,30 +52,36 @@ def test_every_layer_with_its_attributes() -> None:
     assert area.geometry.area == pytest.approx(550.0 * 80.0, rel=0.01)
 
 
-def test_runouts_are_points_for_each_way_and_statistic() -> None:
-    found = by_name(hazard_layers([drawn()], [bounds()], []))["runouts"].features
-    places = {(f.attributes["way"], f.attributes["statistic"]): f for f in found}
-    assert {key: f.attributes["x_m"] for key, f in places.items()} == {
-        ("volume", "q05"): 700.0,
-        ("volume", "q50"): 750.0,
-        ("exceeded", "mean"): 860.0,
-        ("exceeded", "q05"): 800.0,
-        ("exceeded", "q50"): 850.0,
-        ("exceeded", "q95"): 930.5,
+def test_runouts_are_points_for_each_quantile() -> None:
+    layers = by_name(hazard_layers([drawn()], [bounds()], []))
+    places = {
+        (name, f.attributes["quantile"]): f
+        for name in ("design_runouts", "volume_runouts")
+        for f in layers[name].features
     }
-    for feature in found:
+    assert {key: f.attributes["x_m"] for key, f in places.items()} == {
+        ("volume_runouts", "q05"): 700.0,
+        ("volume_runouts", "q50"): 750.0,
+        ("design_runouts", "q05"): 800.0,
+        ("design_runouts", "q50"): 850.0,
+        ("design_runouts", "q95"): 930.5,
+    }
+    for feature in places.values():
         on_line = feature.line.whole.project(feature.geometry)
         assert on_line == pytest.approx(feature.attributes["x_m"], abs=1e-6)
-    point = places["exceeded", "q95"].attributes
+    last = places["design_runouts", "q95"]
+    point = last.attributes
     assert (point["x_q05_m"], point["x_q95_m"], point["interval"]) == (800.0, 930.5, "uncertainty")
-    assert point["elevation_m"] == pytest.approx(places["exceeded", "q95"].line.elevation(930.5))
+    assert (point["farthest_record_x_m"], point["records_beyond"]) == (900.0, 1)
+    assert point["elevation_m"] == pytest.approx(last.line.elevation(930.5))
 
 
-def test_no_areas_without_a_width_and_no_exceeded_for_a_volume() -> None:
+def test_no_areas_without_a_width_and_no_design_for_a_volume() -> None:
     for width in (None, "wide", 0.0):
         layers = by_name(hazard_layers([drawn(width=width)], [bounds(period=None)], [zones()]))
         assert "zone_areas" not in layers
-        assert {f.attributes["way"] for f in layers["runouts"].features} == {"volume"}
+        assert "design_runouts" not in layers
+        assert layers["volume_runouts"].features
 
 
 def test_paths_in_several_systems_have_layers_of_their_own() -> None:
@@ -84,4 +91,4 @@ def test_paths_in_several_systems_have_layers_of_their_own() -> None:
         "paths_31287": "EPSG:31287",
         "paths_32632": "EPSG:32632",
     }
-    assert layers["runouts"].code == "EPSG:31287"
+    assert layers["design_runouts"].code == "EPSG:31287"

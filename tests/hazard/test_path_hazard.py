@@ -118,5 +118,5 @@ def test_a_model_travels_to_another_process() -> None:
 def test_nothing_known_of_the_rate_means_no_chances() -> None:
     path = build(model(), None)
     rows = path_rows(path, [Scenario("p", 2e4), Scenario("p", 5e4)], 1000, seed=0)
-    assert all(row.reach is None and row.exceeded is None for row in rows)
+    assert all(row.reach is None and row.design is None for row in rows)
     assert path_rows(build(model()), [Scenario("p", 2e4)], 1000, seed=0)[0].reach is not None

@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.hazard.path_hazard import Varying
 from avahazard.hazard.words import (
-    exceeded_words,
+    design_words,
     interval_words,
     natural_words,
     parameters_words,
@@ -45,8 +45,8 @@ def test_the_family_of_the_scatter() -> None:
 def test_a_volume_that_does_not_matter_has_no_error() -> None:
     without = replace(PLAIN, varying=Varying(volume=False))
     assert "does not matter" in interval_words(without, return_period=True)
-    assert "volume" not in exceeded_words(without)
-    assert "all volumes" in exceeded_words(PLAIN)
+    assert "volume" not in design_words(without)
+    assert "all volumes" in design_words(PLAIN)
     assert "error of the volume" not in parameters_words(without, return_period=True)
     assert "error of the volume" in parameters_words(PLAIN, return_period=True)
 

@@ -35,5 +35,9 @@ def test_a_panel_for_each_path_and_one_legend_of_all(tmp_path: Path) -> None:
     text = file.read_text()
     assert text.count("<!-- Path (made up) -->") == 3
     assert text.count("<!-- no β-point -->") == 1
-    for label in ("α-β, norway: α ± 1 sd", "model, T = 100 years: 5 to 95 %", "recorded stops"):
+    for label in (
+        "α-β, norway: α ± 1 sd",
+        "model, avalanches of the volume V: 5 to 95 %",
+        "recorded stops",
+    ):
         assert text.count(f"<!-- {label} -->") == 1

@@ -12,6 +12,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.bounds_figure import DrawnPath, draw_bounds
 from avahazard.results.hazard import Spread
+from tests.gis.results import DESIGN
 from tests.results.samples import HAZARD_ROW
 
 X = np.arange(0.0, 3001.0, 50.0)
@@ -36,7 +37,7 @@ def test_a_panel_for_each_path(tmp_path: Path, n: int) -> None:
     text = file.read_text()
     assert text.count("<!-- Path (made up) -->") == n
     assert text.count("<!-- V = 20,000 m³ -->") == n
-    assert text.count("<!-- runout, 5 to 95 % -->") == 1
+    assert text.count("<!-- avalanches of the volume V: 5 to 95 % -->") == 1
 
 
 def test_beyond_the_profile_and_without_volume_or_records(tmp_path: Path) -> None:
@@ -45,6 +46,22 @@ def test_beyond_the_profile_and_without_volume_or_records(tmp_path: Path) -> Non
     text = file.read_text()
     assert text.count("<!-- beyond -->") == 1
     assert text.count("<!-- V = ") == 1
+
+
+def test_the_design_runout_leads_with_its_legend(tmp_path: Path) -> None:
+    file = tmp_path / "bounds.svg"
+    one = drawn(2000.0)
+    row = replace(one.row, return_period_years=100.0, design=DESIGN)
+    draw_bounds(file, "Bounds", [replace(one, row=row)])
+    text = file.read_text()
+    for words in (
+        "design runout, exceeded once in 100 years: 5 to 95 %",
+        "design runout, exceeded once in 100 years: median",
+        "avalanches of its volume V: 5 to 95 %",
+        "100-year runout x = 850 m (800 to 930)",
+        "1 past the median",
+    ):
+        assert words in text
 
 
 def test_no_name_of_a_picture(tmp_path: Path) -> None:

@@ -24,11 +24,15 @@ def test_every_length_has_a_column_and_is_empty_beyond_the_profile(tmp_path: Pat
         "20000.0",
     )
     assert (row["runout_x_q05_m"], row["runout_x_q95_m"]) == ("700.0", "")
-    assert (row["exceeded_runout_x_q95_m"], row["exceeded_interval"]) == ("930.5", "uncertainty")
+    assert (row["design_runout_x_q95_m"], row["design_interval"]) == ("930.5", "uncertainty")
+    assert row["design_runout_elevation_q50_m"] == "1536.8"
+    assert (row["farthest_record_x_m"], row["records_beyond"]) == ("900.0", "1")
+    assert list(row).index("design_runout_x_q05_m") < list(row).index("runout_x_q05_m")
+    assert row["design_crs"].startswith("EPSG")
     assert {"natural_runout_x_q50_m", "parameters_runout_elevation_mean_m"} <= row.keys()
     (row,) = written(tmp_path / "bounds.csv", "P", period=None)
     assert row["return_period_years"] == ""
-    assert "exceeded_interval" not in row
+    assert "design_interval" not in row
 
 
 def test_what_a_spreadsheet_would_run_is_made_harmless(tmp_path: Path) -> None:

@@ -66,14 +66,22 @@ def layers(file: FilePath) -> dict[str, tuple[str, int]]:
 def test_a_geopackage_with_every_layer(stored: str, tmp_path: FilePath) -> None:
     file = tmp_path / "map.gpkg"
     done = export(stored, "base", file)
-    expected = {"zone_areas": 2, "paths": 2, "zones": 4, "releases": 2, "events": 2, "runouts": 12}
+    expected = {
+        "zone_areas": 2,
+        "paths": 2,
+        "zones": 4,
+        "releases": 2,
+        "events": 2,
+        "volume_runouts": 4,
+        "design_runouts": 6,
+    }
     assert layers(file) == {name: ("EPSG:31287", n) for name, n in expected.items()}
     assert {x.layer: x.n_features for x in done.layers} == expected
     assert [f.name for f in tmp_path.iterdir()] == ["map.gpkg"]
     notes = "\n".join(done.notes)
-    assert untold(notes, "R", "crs", "4 statistics", "P, Q", "width_m: Q") == []
+    assert untold(notes, "R", "crs", "2 quantiles", "P, Q", "width_m: Q") == []
     lines = shapely.from_wkb(pyogrio.raw.read(file, layer="paths")[2])
-    for layer in ("releases", "events", "runouts"):
+    for layer in ("releases", "events", "design_runouts"):
         points = shapely.from_wkb(pyogrio.raw.read(file, layer=layer)[2])
         off = np.min([shapely.distance(line, points) for line in lines], axis=0)
         assert off.max() < 0.1
@@ -81,7 +89,7 @@ def test_a_geopackage_with_every_layer(stored: str, tmp_path: FilePath) -> None:
 
 def test_the_other_files(stored: str, tmp_path: FilePath) -> None:
     export(stored, "base", tmp_path / "map.geojson")
-    assert len(json.loads((tmp_path / "map.geojson").read_text())["features"]) == 24
+    assert len(json.loads((tmp_path / "map.geojson").read_text())["features"]) == 22
     done = export(stored, "base", tmp_path / "bounds.csv")
     with (tmp_path / "bounds.csv").open(newline="") as handle:
         assert [row["path_id"] for row in csv.DictReader(handle)] == ["P", "Q", "R"]

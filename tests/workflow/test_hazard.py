@@ -73,9 +73,9 @@ def test_hundred_years_for_every_path_by_default(mine: str) -> None:
         assert (np.diff(middle) <= 0.0).all()
         # The chance falls to 1 % where the runout of 100 years is.
         crossing = np.interp(-0.01, -np.array(middle), row.reach.x_m)
-        exceeded = row.exceeded.runout_x_m.q50
-        if exceeded is not None:
-            assert crossing == pytest.approx(exceeded, abs=60.0)
+        middle = row.design.runout_x_m.q50
+        if middle is not None:
+            assert crossing == pytest.approx(middle, abs=60.0)
     with reading(mine) as session:
         assert latest_result(session, BOUNDS, "gibbs") == plain(rows)
 
@@ -90,7 +90,7 @@ def check_apart(row: HazardRow) -> None:
         assert 0.5 * width < natural.q95 - natural.q05 < 1.05 * width
         assert 0.0 < parameters.q95 - parameters.q05 < width
     assert "all parameters" in row.natural.interval
-    assert "error of the rate" in row.exceeded.interval
+    assert "error of the rate" in row.design.interval
 
 
 def test_periods_and_volumes_give_rows_for_both(mine: str) -> None:
@@ -173,7 +173,7 @@ def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) 
     assert rows_of(mine, "gibbs", volumes=[1e4], paths=["bare"])[0].runout_x_m.mean > 0
     (any_volume,) = rows_of(mine, "constant", paths=["bare"])
     assert (any_volume.volume_m3, any_volume.return_period_years) == (None, 100.0)
-    assert any_volume.exceeded.runout_x_m.q50 > 0.0
+    assert any_volume.design.runout_x_m.q50 > 0.0
 
 
 def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, write: Write) -> None:
@@ -199,8 +199,8 @@ def test_volumes_of_a_table_by_both_ways(mine: str, write: Write) -> None:
     assert rows[0].n_records is None
     assert rows[0].volume_m3 == pytest.approx(2e4)
     # One volume each 30 years: the farthest of 30 years is a common avalanche, of 300 a rare one.
-    assert rows[0].exceeded.runout_x_m.q50 < rows[0].runout_x_m.q05
-    assert rows[1].exceeded.runout_x_m.q50 > rows[1].runout_x_m.q50
+    assert rows[0].design.runout_x_m.q50 < rows[0].runout_x_m.q05
+    assert rows[1].design.runout_x_m.q50 > rows[1].runout_x_m.q50
 
 
 def test_gaps_raise_the_rate(mine: str, write: Write) -> None:

@@ -118,8 +118,13 @@ def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
 def test_zones_end_where_hazard_says_that_runouts_do(french: Found) -> None:
     rows = hazard(french.database, "gibbs", return_periods=[100.0, 300.0], paths=["scey"]).rows
     for zone, row in zip(french.entries[1].zones[1:], rows, strict=True):
-        x = row.exceeded.runout_x_m
-        assert (zone.to_x_q05_m, zone.to_x_m) == pytest.approx((x.q05, x.q50), abs=10)
+        x = row.design.runout_x_m
+        assert (zone.to_x_q05_m, zone.to_x_m) == pytest.approx((x.q05, x.q50), abs=0.01)
+    found = {d.return_period_years: d.design for d in french.entries[1].designs}
+    for row in rows:
+        here = found[row.return_period_years]
+        assert here.runout_x_m.q50 == pytest.approx(row.design.runout_x_m.q50, abs=0.01)
+        assert here.records_beyond == row.design.records_beyond
 
 
 def test_a_path_does_not_hang_on_the_others(french: Found, mine: str) -> None:

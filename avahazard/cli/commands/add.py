@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from avahazard.cli.comparison_table import error_words, unit_words
 from avahazard.cli.model_table import show_calibration
 from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, warn
@@ -56,16 +57,20 @@ def add(
 
 
 def fall_of_error(found: BeforeAndAfter) -> str:
-    """One line: how far the held-out error fell, and how far it is from the floor."""
-    after, floor = found.after.held_out_crps_m, found.noise_floor_crps_m
-    rest = f"the records' own errors leave {floor:.1f} m"
+    """How far the error fell: that of `compare`, on what was held out."""
     by = "paths" if found.held_out_by == "path" else "folds"
+    what = f"Error (CRPS in {unit_words(found.coordinate)}, {by} held out)"
+    after = found.after.held_out_crps_m
     if found.before is None:
-        return f"Held-out error (CRPS, by {by}): {after:.1f} m; {rest}."
+        return f"{what}: {after:.1f} m. {error_words(found)}"
     before = found.before.held_out_crps_m
-    change = (after - before) / before
-    verb = "fell" if change < 0.0 else "rose"
-    return (
-        f"Held-out error (CRPS, by {by}) {verb} from {before:.1f} to {after:.1f} m "
-        f"({change:+.1%}); {rest}, {after - floor:.1f} m below."
-    )
+    text = f"{what} {_change(before, after)}"
+    x = (found.before.held_out_crps_x_m, found.after.held_out_crps_x_m)
+    if found.coordinate != "x" and x[0] is not None and x[1] is not None:
+        text += f"; in x it {_change(x[0], x[1])}"
+    return f"{text}. {error_words(found)}"
+
+
+def _change(before: float, after: float) -> str:
+    verb = "fell" if after < before else "rose"
+    return f"{verb} from {before:.1f} to {after:.1f} m ({(after - before) / before:+.1%})"

@@ -8,7 +8,13 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import failures, show_scores
+from avahazard.cli.comparison_table import (
+    CRPS_WORDS,
+    error_words,
+    failures,
+    show_scores,
+    unit_words,
+)
 from avahazard.cli.options import EffectFiles, StoredModel, picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
@@ -42,24 +48,27 @@ def compare(
 
     def render(console: Console) -> None:
         whole = "paths" if held.by == "path" else "fifths of the events"
-        parts = show_scores(("calibrated on all", scores), (f"{whole} held out", held))
-        console.print(table(f"{name} against the records", *parts))
-        floor = scores.runout.noise_floor_m
+        parts = ((f"{whole} held out", held), ("calibrated on", scores))
+        columns, cells = show_scores(found.coordinate, *parts)
+        console.print(table(f"{name} against the records", columns, cells))
         console.print(
-            f"The records' own errors leave {floor:.0f} m (CRPS "
-            f"{scores.runout.noise_floor_crps_m:.0f} m), whatever the model."
+            f"The error of {name}, as add and ladder give it: CRPS where {whole} were held out, "
+            f"{held.runout.crps_m:.1f} {unit_words(found.coordinate)}."
         )
+        console.print(CRPS_WORDS)
+        console.print(f"bias: predicted mean less recorded. {error_words(found)}")
         console.print(
-            f"Log predictive density, each record left out in turn: {scores.elpd_loo:.1f} "
+            f"Log predictive density, each record left out in turn (higher is better): "
+            f"{scores.elpd_loo:.1f} "
             f"± {scores.elpd_loo_se:.1f}."
         )
         if found.speed_misfit:
-            cells = [
+            lines = [
                 (row.axis, row.level, row.n, row.bias_m_s, row.rmse_m_s)
                 for row in found.speed_misfit
             ]
-            columns = ("speeds by", "level", ">n", ">bias m/s", ">RMSE m/s")
-            console.print(table("Friction fitted to each stop", columns, cells))
+            heads = ("speeds by", "level", ">n", ">bias m/s", ">RMSE m/s")
+            console.print(table("Speeds, with friction fitted to each stop", heads, lines))
         console.print("Where it fails:")
         for line in failures(found):
             console.print(f"  {line}", soft_wrap=True)

@@ -61,8 +61,9 @@ def diagnose(
             )
             for c in found.candidates[:SHOWN]
         ]
-        columns = ("effect", ">gain, nats", ">p", ">error after, m", "looks like")
-        console.print(table(f"Candidates (error now {_before(found)} m)", columns, rows))
+        columns = ("effect", ">gain, nats", ">p", ">own CRPS m", "looks like")
+        title = f"Candidates (CRPS on the records of the calibration now {_before(found)} m)"
+        console.print(table(title, columns, rows))
         best = found.candidates[0] if found.candidates else None
         if found.missing and best is not None and best.effect in found.missing:
             console.print(best.physics, soft_wrap=True)

@@ -47,10 +47,10 @@ def hazard(
     seed: Seed = 0,
     effect_file: EffectFiles = None,
 ) -> None:
-    """Draw the runout for volumes or return periods, with its interval, path by path.
+    """Give the design runout of return periods, and the runout of volumes, path by path.
 
-    (a) takes the volume of the return period and draws friction; (b) is the runout exceeded once
-    in the period, all volumes mixed at the rate of the path.
+    The design runout is exceeded once in the period, by avalanches of all volumes at the rate of
+    the path. Below it stands where avalanches of the volume of that period stop.
 
     \b
     Examples:

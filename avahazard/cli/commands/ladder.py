@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from avahazard.cli.comparison_table import COORDINATES, CRPS_WORDS
 from avahazard.cli.options import picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
@@ -39,9 +40,9 @@ def ladder(
                 row.model,
                 row.parent,
                 ", ".join(row.added) or None,
-                _metres(row.rmse_m),
-                _metres(row.crps_m),
                 _metres(row.held_out_crps_m),
+                _metres(row.held_out_crps_x_m),
+                _metres(row.crps_m),
                 None if row.elpd_loo is None else f"{row.elpd_loo:.0f}",
                 None if row.coverage_90 is None else f"{row.coverage_90:.0%}",
                 row.speed_rmse_m_s,
@@ -49,12 +50,22 @@ def ladder(
             for row in found.rows
         ]
         columns = (
-            "model", "parent", "added", ">RMSE m", ">CRPS", ">held out", ">elpd", ">in 90 %", ">m/s"
+            "model", "parent", "added", ">error m", ">in x m", ">own m", ">elpd", ">in 90 %", ">m/s"
         )  # fmt: skip
         console.print(table("Every model and its error", columns, cells))
+        of = {COORDINATES[row.coordinate] for row in found.rows if row.coordinate is not None}
+        console.print(
+            f"error: CRPS where held out, of {' or '.join(sorted(of))}; in x: the same of the "
+            "distance along the path; own: on the records that the model was calibrated on, as "
+            "the share in 90 % and the speeds (RMSE, m/s) are."
+        )
+        console.print(CRPS_WORDS)
         floors = [row.noise_floor_crps_m for row in found.rows if row.noise_floor_crps_m]
         if floors:
-            console.print(f"The records' own errors leave a CRPS of {min(floors):.0f} m.")
+            console.print(
+                f"Errors of the recorded runouts alone would leave {min(floors):.1f} m; those of "
+                "the volumes, and what varies from avalanche to avalanche, come on top."
+            )
 
     emit(context, document, render)
     for note in found.notes:

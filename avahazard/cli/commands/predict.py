@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import show_scores
+from avahazard.cli.comparison_table import CRPS_WORDS, show_scores
 from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
@@ -56,7 +56,9 @@ def predict(
         )
         console.print(table(f"Predicted stops, {what} in m", columns, cells))
         if scores is not None:
-            console.print(table("Against the file's own runouts", *show_scores((name, scores))))
+            columns_of, lines = show_scores(scores.coordinate, (name, scores))
+            console.print(table("Against the file's own runouts", columns_of, lines))
+            console.print(CRPS_WORDS)
 
     emit(context, document, render)
     for note in found.notes:

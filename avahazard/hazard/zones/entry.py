@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches
+from avahazard.hazard.design import design_of
 from avahazard.hazard.exceedance import Reach, exceeded_runout, reach
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import QUANTILES
@@ -18,7 +19,7 @@ from avahazard.hazard.zones.pressure import draw_densities, pressure_kpa
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
 from avahazard.results.hazard import Quantiles
-from avahazard.results.zones import Density, ExceededHere, Place, ZonedPath
+from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, ZonedPath
 
 Floats = NDArray[np.float64]
 
@@ -65,6 +66,10 @@ def path_zones(
         release_x_m=float(chances.x[0]),
         end_x_m=float(chances.x[-1]),
         interval=INTERVAL,
+        designs=Rows(
+            PeriodDesign(period, found.extrapolated, design_of(path, found.runout_x))
+            for period, found in exceeded.items()
+        ),
         places=Rows(
             Place(
                 x_m=float(chances.x[i]),

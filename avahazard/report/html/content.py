@@ -29,7 +29,8 @@ class EventView:
     the event left its profile. `stop_x_m` is its place on the path, None off the profile.
     `predicted` holds the 5, 50 and 95 % quantiles in the same coordinate, None where the model
     predicts nothing for this event; `p_left` is the predicted chance to leave. `mu` is apparent
-    friction, None where no friction stops the block there, as `mu_status` says.
+    friction under the model, None where no friction stops the block there, as `mu_status` says;
+    `mu_reference` is the same less what the model's effects on friction and its path add to it.
     """
 
     event_id: str
@@ -44,6 +45,7 @@ class EventView:
     stop_x_m: float | None
     mu: float | None
     mu_status: str
+    mu_reference: float | None = None
     predicted: tuple[float, float, float] | None = None
     p_left: float | None = None
 

@@ -23,7 +23,7 @@ def candidates_table(diagnosis: Diagnosis) -> HtmlTable:
         ]
         for c in diagnosis.candidates[:MOST_CANDIDATES]
     ]
-    columns = ("effect", ">gain, nats", ">p", ">error before", ">after", "looks like", "meaning")
+    columns = ("effect", ">gain, nats", ">p", ">own CRPS before", ">after", "looks like", "meaning")
     return HtmlTable("candidates", "Candidate effects", columns, rows, cards=True)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from avahazard.report.html.content import EventView, Floats, FrictionView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLUE, axis, by_path, layout
@@ -46,7 +48,7 @@ def friction_figure(
             for edge in (low, high)
         ),
     ]
-    shown = [e for e in events if e.mu is not None and e.volume_m3]
+    shown = [e for e in events if e.mu_reference is not None and e.volume_m3]
     for name, color, symbol, mine in by_path(shown, names):
         data.append(
             {
@@ -54,21 +56,24 @@ def friction_figure(
                 "mode": "markers",
                 "name": label(name),
                 "x": [e.volume_m3 for e in mine],
-                "y": [e.mu for e in mine],
+                "y": [e.mu_reference for e in mine],
                 "text": [label(event_words(e, names)) for e in mine],
                 "hovertemplate": "%{text}<br>apparent friction %{y:.3f}<extra></extra>",
                 "marker": {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8},
             }
         )
+    inside = "" if view.scatter is None else _inside(view, shown)
     lacking = len(events) - len(shown)
     return Figure(
         "friction",
         "Friction against volume",
         f"Apparent friction of {len(shown)} events against their volume, with the calibrated "
         "median and the bands that hold 50 and 90 % of avalanches.",
-        "Apparent friction is the one whose block stops where the record says. Large avalanches "
-        "run farther where the curve falls. The model itself was fitted to the records, not to "
-        "these points."
+        "Apparent friction is the one whose block, with the model’s effects on its motion, stops "
+        "where the record says; what effects on friction and the path itself add to it is taken "
+        "off, as it is from the curve. Large avalanches run farther where the curve falls. The "
+        "model itself was fitted to the records, not to these points."
+        + inside
         + (
             f" {lacking} events have no volume, or no friction stops the block at their record, "
             "and are not shown."
@@ -82,6 +87,16 @@ def friction_figure(
             height=470,
         ),
     )
+
+
+def _inside(view: FrictionView, events: Sequence[EventView]) -> str:
+    """How many points lie in the wide band."""
+    assert view.scatter is not None
+    log_volume = np.log([e.volume_m3 or np.nan for e in events])
+    low, high = (np.interp(log_volume, np.log(view.volume), view.scatter[k]) for k in (0, 3))
+    mu = np.array([e.mu_reference for e in events], np.float64)
+    n = int(np.sum((mu >= low) & (mu <= high)))
+    return f" {n} of {len(events)} lie in the band of 90 %."
 
 
 def _band(x: Floats, low: Floats, high: Floats, color: str, name: str) -> list[Trace]:

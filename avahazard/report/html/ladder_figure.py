@@ -5,7 +5,7 @@ from __future__ import annotations
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLUE, VERMILION, axis, layout
-from avahazard.report.html.words import count
+from avahazard.report.html.words import COORDINATES, count
 
 
 def ladder_figure(content: ReportContent) -> Figure | None:
@@ -14,6 +14,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
     if not rows:
         return None
     name = content.model.model
+    of = COORDINATES[rows[0].coordinate or "mixed"]
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     data: list[Trace] = [
         {
@@ -29,7 +30,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
         }
     ]
     places = layout(
-        axis("held-out error, CRPS (m)", rangemode="tozero"),
+        axis(f"error: CRPS on records kept back (m of {of})", rangemode="tozero"),
         axis("", type="category", autorange="reversed"),
         height=120 + 34 * len(rows),
         bargap=0.35,
@@ -54,7 +55,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
                 "yanchor": "bottom",
                 "xanchor": "left",
                 "showarrow": False,
-                "text": f"the records’ own errors: {min(floors):.0f} m",
+                "text": f"errors of the recorded runouts alone: {min(floors):.0f} m",
                 "font": {"color": VERMILION, "size": 12},
             }
         ]
@@ -65,8 +66,10 @@ def ladder_figure(content: ReportContent) -> Figure | None:
         "Error of each model on what it had not seen",
         f"Bars of the held-out error of {len(rows)} models, with the floor that the errors of "
         "the records leave.",
-        "The CRPS is the mean distance between prediction and record, in metres, of records that "
-        "were kept back from the calibration. No model can fall below the dashed line."
+        "The CRPS is a mean error in metres that counts the width of the forecast too; for a "
+        "forecast without scatter it is the mean absolute error. The dashed line is what errors of "
+        "the recorded runouts alone would leave: those of the volumes, and what varies from "
+        "avalanche to avalanche, come on top for every model."
         + (f" Left out: {count(lost, 'model')} never compared." if lost else ""),
         data,
         places,

@@ -16,18 +16,17 @@ def assumptions(content: ReportContent) -> list[str]:
         "Recorded volumes and runouts are taken with the errors that the records state. An "
         "avalanche that nobody recorded is not in the model, unless a limit of sight was given.",
     ]
-    if content.rows:
-        words += [
-            "A runout for a return period takes the volume of that return period, then lets "
-            "friction vary. The interval says what varies: "
-            + "; ".join(dict.fromkeys(row["interval"] for row in content.rows))
-            + ".",
-        ]
-    exceeded = next((row["exceeded"] for row in content.rows if row.get("exceeded")), None)
-    if exceeded is not None:
+    design = next((row["design"] for row in content.rows if row.get("design")), None)
+    if design is not None:
         words.append(
-            "The runout exceeded once in the return period mixes avalanches of all volumes, as "
-            f"often as they come. Its interval: {exceeded['interval']}."
+            "The design runout of a return period mixes avalanches of all volumes, as often as "
+            f"they come. Its interval: {design['interval']}."
+        )
+    if content.rows:
+        words.append(
+            "The runout of a volume lets friction vary. Its interval: "
+            + "; ".join(dict.fromkeys(row["interval"] for row in content.rows))
+            + "."
         )
     if any(row["return_period_years"] is not None for row in content.rows):
         words.append(

@@ -139,8 +139,12 @@ def _span(values: Floats) -> tuple[float, float]:
 
 
 def _runout(plan: PlanView, row: Any, color: str, width: float) -> list[Trace]:
-    """The 90 % of a row along the line, and its median; rows lie on each other, narrower."""
-    spread = row["runout_x_m"]
+    """The 90 % of a row along the line, and its median; rows lie on each other, narrower.
+
+    Of the design runout; of avalanches of the volume where the row is for one.
+    """
+    spread = (row.get("design") or row)["runout_x_m"]
+    name = f"design runout, {case(row)}" if row.get("design") else f"avalanches of {case(row)}"
     if spread["q05"] is None:
         return []
     end = float(plan.x[-1]) if spread["q95"] is None else float(spread["q95"])
@@ -150,13 +154,13 @@ def _runout(plan: PlanView, row: Any, color: str, width: float) -> list[Trace]:
         {
             "type": "scatter",
             "mode": "lines",
-            "name": case(row),
+            "name": name,
             "legendgroup": group,
             "x": east,
             "y": north,
             "line": {"color": color, "width": max(width, 3.0)},
             "opacity": 0.65,
-            "text": [f"{case(row)}: x {interval(spread)}"] * BAR_PLACES,
+            "text": [f"{name}: x {interval(spread)}"] * BAR_PLACES,
             "hovertemplate": "%{text}<extra></extra>",
         }
     ]
@@ -172,7 +176,7 @@ def _runout(plan: PlanView, row: Any, color: str, width: float) -> list[Trace]:
                 "y": north,
                 "marker": {"symbol": "diamond", "size": 10, "color": color,
                            "line": {"color": "white", "width": 1}},
-                "hovertemplate": f"{case(row)}, median: x {spread['q50']:.0f} m<extra></extra>",
+                "hovertemplate": f"{name}, median: x {spread['q50']:.0f} m<extra></extra>",
             }
         )  # fmt: skip
     return traces
@@ -194,5 +198,6 @@ def _caption(plan: PlanView) -> str:
     )
     shade = " The shading is that of the terrain model of the import." if plan.ground else ""
     return (
-        f"{words} The coloured line holds 90 % of the avalanches, the diamond is the median.{shade}"
+        f"{words} The coloured line holds 90 % of what the design runout may be, the diamond is "
+        f"its median; for a given volume, of its avalanches.{shade}"
     )

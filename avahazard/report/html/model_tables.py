@@ -8,7 +8,15 @@ from collections.abc import Mapping
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import SIGNIFICANT, failing
 from avahazard.report.html.table import HtmlTable, error_text
-from avahazard.report.html.words import axis_words, chance, integer, number, share, unit_words
+from avahazard.report.html.words import (
+    COORDINATES,
+    axis_words,
+    chance,
+    integer,
+    number,
+    share,
+    unit_words,
+)
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 
@@ -23,7 +31,10 @@ def ladder_table(content: ReportContent) -> HtmlTable:
             row.model,
             row.parent or "–",
             ", ".join(row.added) or "–",
-            *(error_text(getattr(row, key)) for key in ("rmse_m", "crps_m", "held_out_crps_m")),
+            *(
+                error_text(getattr(row, key))
+                for key in ("held_out_crps_m", "held_out_crps_x_m", "crps_m")
+            ),
             "–" if row.elpd_loo is None else f"{row.elpd_loo:.0f}".replace("-", "−"),
             "–" if row.coverage_90 is None else share(row.coverage_90),
             "–" if row.speed_rmse_m_s is None else f"{row.speed_rmse_m_s:.1f} m/s",
@@ -31,7 +42,7 @@ def ladder_table(content: ReportContent) -> HtmlTable:
         for row in content.ladder
     ]
     columns = (
-        "model", "from", "added", ">RMSE", ">CRPS", ">held-out CRPS", ">elpd", ">in 90 %",
+        "model", "from", "added", ">error", ">in x", ">on its own records", ">elpd", ">in 90 %",
         ">speed RMSE",
     )  # fmt: skip
     return HtmlTable("models", "Every model and its error, oldest first", columns, rows)
@@ -42,8 +53,11 @@ def scores_table(comparison: Comparison) -> HtmlTable:
     held = comparison.held_out
     apart = "paths kept back" if held.by == "path" else "fifths of the events kept back"
     rows = []
-    for name, scores in (("all records", comparison.scores), (apart, held)):
-        for what, unit, found in (("runout", "m", scores.runout),
+    coordinate = comparison.coordinate
+    for name, scores in ((apart, held), ("records of the calibration", comparison.scores)):
+        for what, unit, found in ((COORDINATES[coordinate], "m", scores.runout),
+                                  (COORDINATES["x"], "m",
+                                   None if coordinate == "x" else scores.runout_x),
                                   ("speed", "m_s", scores.speed)):  # fmt: skip
             if found is not None:
                 ending = unit.replace("_", "/")

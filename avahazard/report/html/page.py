@@ -104,6 +104,7 @@ def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, HtmlTabl
     comparison, diagnosis = content.comparison, content.diagnosis
     return {
         "lines": path_tables.lines_table(content),
+        "of_volume": path_tables.of_volume_table(content),
         "bounds": path_tables.bounds_table(content),
         "paths": path_tables.paths_table(content.paths) if content.paths else None,
         "models": model_tables.ladder_table(content),

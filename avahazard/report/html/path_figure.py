@@ -59,7 +59,7 @@ def path_figure(k: int, view: PathView) -> Figure | None:
         top -= px + GAP_PX
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
     x_axis = axis(
-        "distance along the path x (m)",
+        "horizontal distance along the path x (m)",
         anchor=last,
         range=[view.smooth.x_min, view.smooth.x_max],
     )
@@ -78,16 +78,16 @@ def reading_words(views: Sequence[PathView]) -> list[str]:
     """How to read the figures of the paths: of what they hold, once for all."""
     rows = [row for view in views for row in view.rows]
     words = []
+    if any(row.get("design") for row in rows):
+        words.append(
+            "Thick bars above the ground hold 90 % of what the runout exceeded once in the return "
+            "period may be; the tick is its median."
+        )
     if rows:
         words.append(
-            "Bars above the ground hold 90 % of avalanches of the return period or volume, and "
-            "the humps on them are their distribution; the tick is the median, the diamond the "
-            "mean. A bar that ends at the edge goes on beyond the profile."
-        )
-    if any(row.get("exceeded") for row in rows):
-        words.append(
-            "Open circles with thin bars: the runout exceeded once in the return period, and 90 % "
-            "of what it may be."
+            "Thin lines hold 90 % of avalanches of one volume (that of the return period, or a "
+            "given one), and the humps on them are their distribution; the small tick is their "
+            "median. A bar that ends at the edge goes on beyond the profile."
         )
     if any(view.alpha_beta for view in views):
         words.append(

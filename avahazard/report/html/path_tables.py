@@ -13,29 +13,63 @@ APART = {"natural": "nature", "parameters": "parameters"}
 
 
 def lines_table(content: ReportContent) -> HtmlTable:
-    """What line for which path: the answer of the report."""
-    columns = ["path", "for", ">runout x (5 to 95 %)", ">elevation there"]
-    exceeded = any(row.get("exceeded") for row in content.rows)
-    if exceeded:
-        columns.append(">exceeded once: x (5 to 95 %)")
+    """What line for which path: the answer of the report, for every return period."""
+    columns = (
+        "path", "for", ">runout x (5 to 95 %)", ">elevation there", ">records past it",
+        ">farthest record", "mind",
+    )  # fmt: skip
     names = {view.path.path_id: view.name for view in content.paths}
-    rows = [_line(row, names, exceeded) for row in content.rows]
-    return HtmlTable("lines", "Runout by path", [*columns, "mind"], rows, cards=True)
+    rows = [_line(row, names) for row in content.rows if row["return_period_years"] is not None]
+    return HtmlTable("lines", "Design runout: exceeded once in T years", columns, rows, cards=True)
 
 
-def _line(row: Document, names: Mapping[str, str], exceeded: bool) -> list[str]:
-    x, z = row["runout_x_m"], row["runout_elevation_m"]
+def of_volume_table(content: ReportContent) -> HtmlTable:
+    """Where avalanches of one volume stop: that of a return period, or a given one."""
+    columns = ("path", "for", ">volume", ">runout x (5 to 95 %)", ">elevation there", ">leave")
+    names = {view.path.path_id: view.name for view in content.paths}
+    rows = [_of_volume(row, names) for row in content.rows]
+    return HtmlTable("of-volume", "Runout of avalanches of one volume", columns, rows, cards=True)
+
+
+def _line(row: Document, names: Mapping[str, str]) -> list[str]:
     cells = [names.get(row["path_id"], row["path_id"]), case(row)]
+    found = row.get("design")
+    if found is None:
+        why = "not released" if row["p_not_released"] > 0.5 else "rate unknown"
+        return [*cells, why, "–", "–", "–", _mind(row)]
+    x, z = found["runout_x_m"], found["runout_elevation_m"]
+    past, farthest = found["records_beyond"], found["farthest_record"]
+    return [
+        *cells,
+        _with(x["q50"], interval(x)),
+        _with(z["q50"], interval(_mirrored(z))),
+        "–" if past is None or not found["n_records"] else f"{past} of {found['n_records']}",
+        "–" if farthest is None else _record(farthest),
+        _mind(row),
+    ]
+
+
+def _record(farthest: Document) -> str:
+    date = farthest["date"]
+    return metres(farthest["runout_x_m"]) + (f" ({date})" if date else "")
+
+
+def _of_volume(row: Document, names: Mapping[str, str]) -> list[str]:
+    x, z = row["runout_x_m"], row["runout_elevation_m"]
+    cells = [names.get(row["path_id"], row["path_id"]), case(row), volume(row["volume_m3"])]
     if row["p_not_released"] > 0.5:
-        cells += ["not released", "–"]
-    else:
-        lower = {"q05": z["q95"], "q95": z["q05"]}
-        cells += [_with(x["q50"], interval(x)), _with(z["q50"], interval(lower))]
-    if exceeded:
-        found = row.get("exceeded")
-        spread = found["runout_x_m"] if found else None
-        cells.append("–" if spread is None else _with(spread["q50"], interval(spread)))
-    return [*cells, _mind(row)]
+        return [*cells, "not released", "–", "–"]
+    return [
+        *cells,
+        _with(x["q50"], interval(x)),
+        _with(z["q50"], interval(_mirrored(z))),
+        share(row["p_left_profile"]),
+    ]
+
+
+def _mirrored(z: Document) -> Document:
+    """Quantiles of elevation in the order of x: the far end is the low one."""
+    return {"q05": z["q95"], "q95": z["q05"]}
 
 
 def _with(middle: float | None, ends: str) -> str:
@@ -49,8 +83,9 @@ def _mind(row: Document) -> str:
         remarks.append("extrapolated")
     if row.get("pooled"):
         remarks.append("volumes pooled")
-    if row["p_left_profile"] > 0.0:
-        remarks.append(f"{share(row['p_left_profile'])} leave the profile")
+    found = row.get("design")
+    if found and found["p_beyond"] > 0.0:
+        remarks.append(f"{share(found['p_beyond'])} beyond the profile")
     return "; ".join(remarks)
 
 
@@ -59,10 +94,11 @@ def bounds_table(content: ReportContent) -> HtmlTable:
     names = {view.path.path_id: view.name for view in content.paths}
     apart = [key for key in ("natural", "parameters") if any(r.get(key) for r in content.rows)]
     columns = [
-        "path", "for", ">volume, m³", ">5 to 95 %", "years", ">a year", ">x, m: mean", ">median",
-        ">5 to 95 %", ">z, m: median", ">at those ends", ">left",
+        "path", "for", ">design x, m", ">5 to 95 %", ">design elevation, m", ">5 to 95 % of x",
+        ">beyond", ">volume V, m³", ">5 to 95 %", "years", ">a year", ">x of V, m", ">5 to 95 %",
+        ">elevation of V, m", ">5 to 95 % of x", ">leave",
     ]  # fmt: skip
-    columns += [f">x by {APART[key]} alone" for key in apart]
+    columns += [f">x of V by {APART[key]} alone" for key in apart]
     rows: list[list[str]] = []
     for row in content.rows:
         x, z = row["runout_x_m"], row["runout_elevation_m"]
@@ -71,20 +107,33 @@ def bounds_table(content: ReportContent) -> HtmlTable:
             [
                 str(names.get(row["path_id"], row["path_id"])),
                 case(row),
+                *_design_cells(row.get("design")),
                 _bare(volume(row["volume_m3"])),
                 "–" if volumes is None else _between(volume(volumes[k]) for k in ("q05", "q95")),
                 f"{row['first_year']}–{row['last_year']}" if "first_year" in row else "–",
                 f"{row['events_per_year']:.2f}" if "events_per_year" in row else "–",
-                "–" if x["mean"] is None else _bare(metres(x["mean"])),
                 _bare(metres(x["q50"])),
                 _bare(interval(x)),
                 _bare(metres(z["q50"])),
-                _bare(interval({"q05": z["q95"], "q95": z["q05"]})),
+                _bare(interval(_mirrored(z))),
                 share(row["p_left_profile"]),
                 *(_bare(interval(row[k]["runout_x_m"])) if row.get(k) else "–" for k in apart),
             ]
         )
     return HtmlTable("bounds", "All bounds", columns, rows)
+
+
+def _design_cells(found: Document | None) -> list[str]:
+    if found is None:
+        return ["–"] * 5
+    x, z = found["runout_x_m"], found["runout_elevation_m"]
+    return [
+        _bare(metres(x["q50"])),
+        _bare(interval(x)),
+        _bare(metres(z["q50"])),
+        _bare(interval(_mirrored(z))),
+        share(found["p_beyond"]),
+    ]
 
 
 def _between(ends: Iterable[str]) -> str:

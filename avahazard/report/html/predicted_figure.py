@@ -13,7 +13,7 @@ from avahazard.report.html.words import event_words
 
 WORDS = {
     "elevation": ("elevation of the stop", "Elevations of the stops"),
-    "x": ("place x of the stop", "Places of the stops along the path"),
+    "x": ("distance x of the stop", "Places of the stops along the path"),
     "length": ("runout length", "Runout lengths"),
 }
 

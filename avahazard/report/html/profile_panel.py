@@ -11,7 +11,7 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import Floats, PathView
 from avahazard.report.html.figure import Trace, label
 from avahazard.report.html.style import BLACK, GROUND, INK, ROW_COLORS
-from avahazard.report.html.words import case, event_words, interval, metres
+from avahazard.report.html.words import case, event_words, interval, metres, volume_words
 
 PLACES = 160
 STEP = 0.055
@@ -108,48 +108,68 @@ def profile_traces(view: PathView) -> list[Trace]:
 
 
 def _runout(smooth: SmoothProfile, row: Mapping[str, Any], color: str, above: float) -> list[Trace]:
-    """The runout of a row: its 90 % along the ground, median and mean; the exceeded one."""
-    spread, end = row["runout_x_m"], smooth.x_max
-    if spread["q05"] is None and row["p_not_released"] > 0.5:
-        return []
-    low, high = (end if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
-    words = f"{case(row)}: {interval(spread)}"
+    """The design runout of a row, and thinner that of avalanches of its volume."""
     group = f"row {case(row)}"
-    x = np.linspace(low, high, BAR_PLACES)
+    traces: list[Trace] = []
+    design = row.get("design")
+    if design:
+        name = f"design runout, {case(row)}"
+        traces += _bar(smooth, design["runout_x_m"], name, group, above, color, 6.0)
+    volume = row["runout_x_m"]
+    if volume["q05"] is not None:
+        name = f"avalanches of {volume_words(row)}"
+        traces += _bar(smooth, volume, name, group, above, color, 1.2, legend=not design)
+        traces += _spread(smooth, row, color, above, group)
+    return traces
+
+
+def _bar(
+    smooth: SmoothProfile,
+    found: Mapping[str, float | None],
+    name: str,
+    group: str,
+    above: float,
+    color: str,
+    width: float,
+    *,
+    legend: bool = True,
+) -> list[Trace]:
+    """The 5 to 95 % of a runout as a line `above` the ground (m), and its median as a tick."""
+    if found["q05"] is None:
+        return []
+    end = smooth.x_max if found["q95"] is None else found["q95"]
+    x = np.linspace(found["q05"], end, BAR_PLACES)
+    words = f"{name}: x {interval(found)}, median {metres(found['q50'])}"
     traces: list[Trace] = [
         {
             "type": "scatter",
             "mode": "lines",
-            "name": case(row),
+            "name": name,
             "legendgroup": group,
+            "showlegend": legend,
             "x": x,
             "y": smooth.height(x) + above,
-            "line": {"color": color, "width": 4},
-            "opacity": 0.75,
-            "text": [f"{words}, median {metres(spread['q50'])}"] * BAR_PLACES,
+            "line": {"color": color, "width": width},
+            "opacity": 0.8,
+            "text": [words] * BAR_PLACES,
             "hovertemplate": "%{text}<extra></extra>",
         }
     ]
-    traces += _spread(smooth, row, color, above, group)
-    for key, symbol, size in (("q50", "line-ns-open", 13), ("mean", "diamond", 8)):
-        if spread[key] is not None:
-            place = float(spread[key])
-            name = "median" if key == "q50" else "mean"
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "markers",
-                    "legendgroup": group,
-                    "showlegend": False,
-                    "x": [place],
-                    "y": [float(smooth.height(place)) + above],
-                    "marker": {"symbol": symbol, "size": size, "color": color,
-                               "line": {"width": 2, "color": color}},
-                    "hovertemplate": f"{case(row)}, {name}: x %{{x:.0f}} m<extra></extra>",
-                }
-            )  # fmt: skip
-    if row.get("exceeded"):
-        traces += _exceeded(smooth, row, above, group)
+    middle = found["q50"]
+    if middle is not None:
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "legendgroup": group,
+                "showlegend": False,
+                "x": [middle],
+                "y": [float(smooth.height(middle)) + above],
+                "marker": {"symbol": "line-ns-open", "size": 9 + width, "color": color,
+                           "line": {"width": 1.0 + width / 3.0, "color": color}},
+                "hovertemplate": f"{name}, median: x %{{x:.0f}} m<extra></extra>",
+            }
+        )  # fmt: skip
     return traces
 
 
@@ -184,40 +204,6 @@ def _spread(
 
 def _places(smooth: SmoothProfile) -> Floats:
     return np.linspace(smooth.x_min, smooth.x_max, PLACES)
-
-
-def _exceeded(
-    smooth: SmoothProfile, row: Mapping[str, Any], above: float, group: str
-) -> list[Trace]:
-    """The runout exceeded once in the return period, with what it may be."""
-    spread = row["exceeded"]["runout_x_m"]
-    if spread["q50"] is None:
-        return []
-    low, high = (smooth.x_max if spread[q] is None else float(spread[q]) for q in ("q05", "q95"))
-    x = np.linspace(low, high, BAR_PLACES)
-    middle = float(spread["q50"])
-    common: Trace = {
-        "type": "scatter",
-        "legendgroup": group,
-        "showlegend": False,
-        "hovertemplate": f"exceeded once in {case(row)}: {interval(spread)}<extra></extra>",
-    }
-    return [
-        {
-            **common,
-            "mode": "lines",
-            "x": x,
-            "y": smooth.height(x) + above,
-            "line": {"color": BLACK, "width": 1.5},
-        },
-        {
-            **common,
-            "mode": "markers",
-            "x": [middle],
-            "y": [float(smooth.height(middle)) + above],
-            "marker": {"symbol": "circle-open", "size": 11, "color": BLACK, "line": {"width": 2}},
-        },
-    ]
 
 
 def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Trace]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.inference.model.laws import law
 from avahazard.report.html.content import Document, ReportContent
-from avahazard.report.html.words import axis_words, count, metres, share
+from avahazard.report.html.words import COORDINATES, axis_words, count, metres, number, share
 from avahazard.report.verdict_words import verdict_words
 from avahazard.results.comparison import Comparison, Failure
 
@@ -59,16 +60,17 @@ def why_words(content: ReportContent) -> list[str]:
     own, least = f"{known[name]:.1f} m", f"{known[best]:.1f} m"
     if best == name:
         words = [
-            f"Of {len(known)} compared models it errs least on records kept back (CRPS {own})."
+            f"Of {len(known)} compared models it has the least error, the CRPS on records kept "
+            f"back: {own}."
         ]
     else:
         words = [
-            f"Of {len(known)} compared models “{best}” errs least on records kept back (CRPS "
-            f"{least}); this one errs by {own}."
+            f"Of {len(known)} compared models “{best}” has the least error, the CRPS on records "
+            f"kept back: {least}; this one has {own}."
         ]
     parent = content.model.parent
     if parent in known and parent != best:
-        words.append(f"Its parent “{parent}” errs by {known[parent]:.1f} m.")
+        words.append(f"Its parent “{parent}” has {known[parent]:.1f} m.")
     return words
 
 
@@ -79,10 +81,16 @@ def sure_words(content: ReportContent) -> list[str]:
     held = content.comparison.held_out
     runout = held.runout
     what = "paths" if held.by == "path" else "events"
+    of = COORDINATES[content.comparison.coordinate]
+    along = ""
+    if held.runout_x is not None and content.comparison.coordinate != "x":
+        along = f" and {number(held.runout_x.crps_m)} m of distance along the path"
     words = [
-        f"On {what} that were kept back, its prediction misses the recorded runout by "
-        f"{metres(runout.rmse_m)} (root mean square); the records’ own errors would leave "
-        f"{metres(runout.noise_floor_m)} whatever the model.",
+        f"The error of the model, on {what} that were kept back: {runout.crps_m:.1f} m of {of}"
+        f"{along} (CRPS; of a forecast without scatter it would be the mean absolute error).",
+        f"Root mean square of predicted mean less record: {metres(runout.rmse_m)} of {of}. Errors "
+        f"of the recorded runouts alone would leave {metres(runout.noise_floor_m)}; those of the "
+        "volumes, and what varies from avalanche to avalanche, come on top for every model.",
         f"{share(runout.coverage_90)} of these records lie in the interval that should hold 90 %.",
     ]
     if held.speed is not None:
@@ -141,25 +149,14 @@ def _of_bounds(content: ReportContent) -> list[str]:
     def where(rows: Sequence[Document]) -> str:
         return _named([names.get(i, i) for i in dict.fromkeys(r["path_id"] for r in rows)])
 
-    words = []
-    far = [row for row in content.rows if row.get("extrapolated")]
-    if far:
-        words.append(
-            f"{where(far)}: the return period is over twice the observed years. These lines are "
-            "an extrapolation, and the records cannot check them."
-        )
-    beyond = [r for r in content.rows if None in r["runout_x_m"].values() and not _held(r)]
-    if beyond:
-        words.append(
-            f"{where(beyond)}: part of the runout lies beyond the end of the profile, and is not "
-            "known. A longer profile would tell."
-        )
-    held = [row for row in content.rows if _held(row)]
-    if held:
-        words.append(
-            f"{where(held)}: the slope at the release is below the friction, so the block does not "
-            "start; give the path a release on steeper ground."
-        )
+    # What the summary says of the model as it is now goes without saying twice.
+    known = (stale_words(content.model.model), unconverged_words(content.model.model))
+    noted: dict[str, list[Document]] = {}
+    for row in content.rows:
+        for note in row.get("notes", ()):
+            if note not in known:
+                noted.setdefault(note, []).append(row)
+    words = [f"{where(rows)}: {note}" for note, rows in noted.items()]
     pooled = [row for row in content.rows if row.get("pooled")]
     if pooled:
         words.append(
@@ -167,10 +164,6 @@ def _of_bounds(content: ReportContent) -> list[str]:
             "all paths together."
         )
     return words
-
-
-def _held(row: Document) -> bool:
-    return bool(row["p_not_released"] > 0.5)
 
 
 def _named(names: Sequence[str]) -> str:

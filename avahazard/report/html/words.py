@@ -8,6 +8,13 @@ from typing import Any
 from avahazard.report.html.content import EventView
 
 BEYOND = "beyond"
+COORDINATES = {
+    "elevation": "elevation",
+    "x": "distance along the path",
+    "length": "runout length",
+    "mixed": "what was recorded",
+}
+"""What was recorded of a stop, in words."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 NARROW = "\u202f"
 """A narrow space that does not break: between thousands, and before a unit."""
@@ -77,6 +84,13 @@ def case(row: Mapping[str, Any]) -> str:
     """What a row of bounds is for: a return period or a volume."""
     period = row["return_period_years"]
     return volume(row["volume_m3"]) if period is None else f"{period:g} years"
+
+
+def volume_words(row: Mapping[str, Any]) -> str:
+    """The volume of a row: given, or that of its return period."""
+    period = row["return_period_years"]
+    known = volume(row["volume_m3"])
+    return known if period is None else f"the {period:g}-year volume ({known})"
 
 
 def event_words(event: EventView, names: Mapping[str, str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.limits import assumptions, zone_words
 from avahazard.report.html.summary import (
@@ -48,10 +49,10 @@ def test_why_is_the_held_out_error_of_the_ladder(content: ReportContent) -> None
     ladder = [replace(row, held_out_crps_m=40.0), replace(row, model="p", held_out_crps_m=50.0)]
     child = replace(content.model, parent="p")
     text = " ".join(why_words(replace(content, ladder=ladder, model=child)))
-    assert untold(text, "errs least", "40.0 m", "“p”", "50.0 m") == []
+    assert untold(text, "least error", "40.0 m", "“p”", "50.0 m") == []
     ladder[0] = replace(row, held_out_crps_m=60.0)
     (words,) = why_words(replace(content, ladder=ladder, model=child))
-    assert "“p” errs least" in words
+    assert "“p” has the least error" in words
 
 
 def test_how_sure_is_the_held_out_error_beside_the_floor(content: ReportContent) -> None:
@@ -59,6 +60,9 @@ def test_how_sure_is_the_held_out_error_beside_the_floor(content: ReportContent)
     assert comparison is not None
     held = comparison.held_out.runout
     text = " ".join(sure_words(content))
+    assert f"{held.crps_m:.1f} m of elevation" in text
+    assert "m of distance along the path" in text
+    assert "whatever the model" not in text
     assert f"{held.rmse_m:.0f} m" in text
     assert f"{held.noise_floor_m:.0f} m" in text
     assert "fails nowhere" in text
@@ -77,10 +81,11 @@ def test_what_it_cannot_tell_comes_from_the_results(content: ReportContent) -> N
     assert "provisional" in said(content, model=replace(content.model, diagnostics=checks))
     row = dict(content.rows[0])
     name = NAMES[row["path_id"]]
-    beyond = {**row, "runout_x_m": {**row["runout_x_m"], "q95": None}}
-    assert f"{name}: part of" in said(content, rows=[beyond])
-    held = {**row, "p_not_released": 0.9}
-    assert "does not start" in said(content, rows=[held])
+    told = {**row, "notes": ["part of it.", stale_words("m"), unconverged_words("m")]}
+    text = said(content, rows=[told])
+    assert f"{name}: part of it." in text
+    assert f"{name}: {stale_words('m')}" not in text  # said once, of the model as it is now
+    assert f"{name}: {unconverged_words('m')}" not in text
     few = replace(content.paths[0], events=())
     assert "fewer than 5" in said(content, paths=(few, *content.paths[1:]))
 
@@ -95,7 +100,7 @@ def test_what_is_not_known_is_counted(content: ReportContent) -> None:
 def test_the_limits_name_what_the_report_holds(content: ReportContent) -> None:
     text = " ".join(assumptions(content))
     assert content.rows[0]["interval"] in text
-    assert content.rows[0]["exceeded"]["interval"] in text
+    assert content.rows[0]["design"]["interval"] in text
     assert "no drag" in text
     assert "kg/m³" in " ".join(zone_words(content))
     assert "no drag" not in " ".join(assumptions(replace(content, speed_limited=True)))

@@ -24,6 +24,16 @@ ROW: dict[str, Any] = {
     "p_left_profile": 0.1,
     "p_not_released": 0.0,
     "extrapolated": True,
+    "design": {
+        "runout_x_m": {"q05": 1500.0, "q50": 1700.0, "q95": None},
+        "runout_elevation_m": {"q05": None, "q50": 1000.0, "q95": 1050.0},
+        "p_beyond": 0.08,
+        "point": None,
+        "farthest_record": {"runout_x_m": 1650.0, "date": "1950-02-13"},
+        "records_beyond": 0,
+        "n_records": 9,
+        "interval": "what varies",
+    },
 }
 
 
@@ -32,21 +42,37 @@ def cells(table: HtmlTable, row: int = 0) -> dict[str, str]:
     return dict(zip((c.removeprefix(">") for c in table.columns), table.rows[row], strict=True))
 
 
-def test_the_line_is_the_median_with_its_ends(content: ReportContent) -> None:
+def test_the_line_is_the_design_runout_with_the_records(content: ReportContent) -> None:
     found = cells(path_tables.lines_table(replace(content, rows=[ROW])))
     assert found == {
         "path": NAMES["scey"],
         "for": "100 years",
+        "runout x (5 to 95 %)": f"1{S}700 m (1{S}500 to beyond)",
+        "elevation there": f"1{S}000 m (1{S}050 to beyond)",
+        "records past it": "0 of 9",
+        "farthest record": f"1{S}650 m (1950-02-13)",
+        "mind": "extrapolated; 8.0 % beyond the profile",
+    }
+    volume = {**ROW, "return_period_years": None, "design": None}
+    assert path_tables.lines_table(replace(content, rows=[volume])).rows == []
+
+
+def test_avalanches_of_the_volume_have_a_table_of_their_own(content: ReportContent) -> None:
+    found = cells(path_tables.of_volume_table(replace(content, rows=[ROW])))
+    assert found == {
+        "path": NAMES["scey"],
+        "for": "100 years",
+        "volume": f"20{S}000 m³",
         "runout x (5 to 95 %)": f"1{S}200 m (900 to beyond)",
         "elevation there": f"1{S}100 m (1{S}300 to beyond)",
-        "mind": "extrapolated; 10 % leave the profile",
+        "leave": "10 %",
     }
 
 
 def test_a_block_that_does_not_start_has_no_line(content: ReportContent) -> None:
-    held = {**ROW, "p_not_released": 0.9}
-    found = cells(path_tables.lines_table(replace(content, rows=[held])))
-    assert found["runout x (5 to 95 %)"] == "not released"
+    held = replace(content, rows=[{**ROW, "p_not_released": 0.9, "design": None}])
+    for table in (path_tables.lines_table(held), path_tables.of_volume_table(held)):
+        assert cells(table)["runout x (5 to 95 %)"] == "not released"
 
 
 def test_bounds_hold_every_number(content: ReportContent) -> None:
@@ -54,13 +80,14 @@ def test_bounds_hold_every_number(content: ReportContent) -> None:
     assert len(table.rows) == len(content.rows)
     found = cells(table)
     row = content.rows[0]
-    assert found["x by nature alone"] != "–"
+    assert found["x of V by nature alone"] != "–"
     assert found["years"] == f"{row['first_year']}–{row['last_year']}"
     bare = cells(path_tables.bounds_table(replace(content, rows=[ROW])))
-    assert bare["median"] == f"1{S}200"
-    assert bare["x, m: mean"] == "–"
-    assert bare["at those ends"] == f"1{S}300 to beyond"
-    assert bare["volume, m³"] == f"20{S}000"
+    assert bare["design x, m"] == f"1{S}700"
+    assert bare["design elevation, m"] == f"1{S}000"
+    assert bare["x of V, m"] == f"1{S}200"
+    assert bare["volume V, m³"] == f"20{S}000"
+    assert table.columns.index(">design x, m") < table.columns.index(">x of V, m")
 
 
 def test_paths_are_told_with_their_records(content: ReportContent) -> None:
@@ -98,7 +125,11 @@ def test_parameters_have_as_many_digits_as_they_are_sure() -> None:
 def test_scores_and_failures_come_from_the_comparison(content: ReportContent) -> None:
     assert content.comparison is not None
     scores = model_tables.scores_table(content.comparison)
-    assert [row[0] for row in scores.rows] == ["all records", "paths kept back"]
+    assert [(row[0], row[1]) for row in scores.rows] == [
+        (name, what)
+        for name in ("paths kept back", "records of the calibration")
+        for what in ("elevation", "distance along the path")
+    ]
     fails = Failure("snow_type", "scey", 9, -50.0, 1e-4)
     comparison = replace(content.comparison, where_it_fails=Rows([fails] * 40))
     table = model_tables.failures_table(comparison, NAMES)
@@ -115,7 +146,7 @@ def test_the_ladder_has_dashes_for_what_was_not_compared(content: ReportContent)
     (row,) = content.ladder
     bare = replace(NOT_COMPARED, parent="m", added=("season",))
     table = model_tables.ladder_table(replace(content, ladder=[row, bare]))
-    assert cells(table, 1)["held-out CRPS"] == "–"
+    assert cells(table, 1)["error"] == "–"
     assert cells(table, 1)["added"] == "season"
 
 

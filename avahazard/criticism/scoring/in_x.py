@@ -1,0 +1,56 @@
+"""Expected records as places along the path, whatever coordinate was recorded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.scoring.expected import ExpectedRecords
+from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
+from avahazard.physics.smooth_profile import SmoothProfile
+
+Floats = NDArray[np.float64]
+
+N_PLACES = 4001
+
+
+def in_x(expected: ExpectedRecords, observations: Observations) -> ExpectedRecords | None:
+    """The same in x (m) for the events with a profile; None where there is none.
+
+    An elevation, recorded or drawn with the record's error, is put where the path first falls to
+    it, as `stop_place` does; `sigma` is half of what ±sigma of elevation is along the path.
+    """
+    events = np.flatnonzero((observations.kind != LENGTH) & (observations.columns.path_index >= 0))
+    if not len(events):
+        return None
+    observed, sigma = expected.observed.copy(), expected.sigma.copy()
+    draws = expected.draws.copy()
+    for i in events:
+        if observations.kind[i] == PLACE:
+            continue
+        smooth = observations.sites[observations.columns.path_index[i]].smooth
+        y, s = expected.observed[i], expected.sigma[i]
+        higher, record, lower = _places(smooth, np.array([y + s, y, y - s]))
+        # What left the profile reached its end, on a counter-slope too.
+        observed[i] = smooth.x_max if observations.kind[i] == LEFT else record
+        sigma[i] = 0.5 * (lower - higher)
+        draws[i] = np.where(expected.left[i], smooth.x_max, _places(smooth, expected.draws[i]))
+    return replace(
+        expected,
+        observed=observed[events],
+        sigma=sigma[events],
+        draws=draws[events],
+        left=expected.left[events],
+        x=expected.x[events],
+        sign=np.ones(len(events)),
+    )
+
+
+def _places(smooth: SmoothProfile, elevation: Floats) -> Floats:
+    """x (m) `[n]` where the path first falls to elevations (m) `[n]`, its lowest place at most."""
+    x = np.linspace(smooth.x_min, smooth.x_max, N_PLACES)
+    lowest = np.minimum.accumulate(smooth.height(x))
+    falling = np.concatenate([[True], np.diff(lowest) < 0.0])
+    return np.asarray(np.interp(-elevation, -lowest[falling], x[falling]))

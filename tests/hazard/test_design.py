@@ -1,0 +1,148 @@
+"""The design runout: one answer for a return period, which rises with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.hazard.design import design, elevation_quantiles, place_quantiles
+from avahazard.hazard.event_volumes import EventVolumes, one_volume
+from avahazard.hazard.exceedance import exceeded_runout
+from avahazard.hazard.path_rows import path_rows
+from avahazard.hazard.recorded_stops import RecordedStops
+from avahazard.hazard.scenario import Scenario
+from avahazard.inference.model.specification import Specification
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.results.hazard import Design, FarthestRecord, MapPoint, PlaceQuantiles
+from tests.hazard.parabola import draws, path, stop
+
+PERIODS = (3.0, 10.0, 29.0, 30.0, 100.0, 300.0, 1000.0)
+
+
+def of(given: object, period: float) -> Design:
+    found = design(given, period)  # type: ignore[arg-type]
+    assert found is not None
+    return found
+
+
+def random_world(seed: int) -> tuple[np.ndarray, EventVolumes, Specification]:
+    """Draws of a law that may fall or rise with volume, and draws of rate and volumes."""
+    rng = np.random.default_rng(seed)
+    n, n_volumes = 60, 7
+    normal = seed % 3 == 0
+    a = 0.45 * np.exp(0.2 * rng.standard_normal(n))
+    n_law = rng.normal(rng.uniform(-3.0, 3.0), 2.0, n)
+    scatter = rng.uniform(0.02, 0.3, n) * (0.5 if normal else 1.0)
+    share = rng.dirichlet(np.ones(n_volumes), n)
+    volumes = EventVolumes(
+        rng.uniform(0.01, 2.0) * np.exp(0.3 * rng.standard_normal(n)),
+        np.linspace(np.log(1e3), np.log(rng.uniform(2e4, 5e5)), n_volumes),
+        share,
+    )
+    specification = Specification(
+        distribution="normal" if normal else "lognormal",
+        tails="student" if seed % 4 == 1 else "normal",
+    )
+    return np.column_stack([np.log(a), n_law, np.log(scatter)]), volumes, specification
+
+
+def far(x: float | None) -> float:
+    return np.inf if x is None else x
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_it_rises_with_the_return_period_whatever_the_law(seed: int) -> None:
+    coordinates, volumes, specification = random_world(seed)
+    given = path(coordinates, volumes, (2450.0, 2300.0), specification)
+    found = np.array([exceeded_runout(given.avalanches, period) for period in PERIODS])
+    assert (found[1:] >= found[:-1]).all()  # draw by draw
+    designs = [of(given, period) for period in PERIODS]
+    for key in ("q05", "q50", "q95"):
+        x = [far(getattr(d.runout_x_m, key)) for d in designs]
+        assert (np.diff([v for v in x if np.isfinite(v)]) >= 0.0).all()
+        assert x == sorted(x)
+    assert np.all(np.diff([d.p_beyond for d in designs]) >= 0.0)
+
+
+def test_it_rises_where_the_runout_of_the_volume_falls() -> None:
+    """Friction that rises with volume, and the issue's two answers."""
+    n = 40
+    coordinates = draws(0.1, n)
+    coordinates[:, :2] = np.log(0.55), -1.0  # larger avalanches stop earlier
+    nodes = np.log([1e4, 5e4, 2e5])
+    given = path(coordinates, EventVolumes(np.full(n, 0.5), nodes, np.full((n, 3), 1 / 3)))
+    volumes = [
+        path_rows(
+            path(coordinates, one_volume(volume, n), at=[volume]), [Scenario("p", volume)], 500, 0
+        )[0].runout_x_m.q50
+        for volume in (1e4, 5e4, 2e5)
+    ]
+    assert volumes == sorted(volumes, reverse=True)
+    assert of(given, 300.0).runout_x_m.q50 > of(given, 30.0).runout_x_m.q50 + 20.0
+
+
+def test_quantiles_are_those_of_the_draws_never_of_those_that_stopped() -> None:
+    x = np.array([*np.arange(1000.0, 1060.0), *[np.inf] * 40])
+    found = place_quantiles(x)
+    assert (found.q05, found.q50, found.q95) == (1004.0, 1049.0, None)
+    smooth = smooth_profile(np.arange(0.0, 3001.0, 30.0), 2000.0 - 0.5 * np.arange(0.0, 3001.0, 30))
+    z = elevation_quantiles(smooth, x)
+    # Falling ground: each is the elevation at the mirrored quantile of x.
+    assert z.q05 is None
+    assert z.q50 == pytest.approx(float(smooth.height(1049.0)))
+    assert z.q95 == pytest.approx(float(smooth.height(1004.0)))
+
+
+def test_elevations_on_a_counter_slope_have_quantiles_of_their_own() -> None:
+    ground = np.arange(0.0, 3001.0, 30.0)
+    smooth = smooth_profile(ground, 2000.0 - 0.8 * ground + 2e-4 * ground**2)
+    lowest = float(ground[np.argmin(smooth.height(ground))])
+    x = np.linspace(lowest - 300.0, lowest + 500.0, 81)
+    found = elevation_quantiles(smooth, x)
+    heights = np.sort(smooth.height(x))
+    assert (found.q05, found.q50, found.q95) == pytest.approx(
+        (heights[4], heights[40], heights[76]), abs=0.5
+    )
+    assert found.q05 > float(smooth.height(lowest)) - 1e-6
+
+
+def test_the_records_and_the_map_beside_it() -> None:
+    n = 30
+    given = path(draws(1e-6, n), one_volume(1e5, n, rate=0.5))
+    middle = stop(np.exp(np.log(0.7) - 0.2))
+    assert of(given, 100.0).farthest_record is None
+    assert of(given, 100.0).point is None
+    recorded = RecordedStops(
+        np.array([middle - 50.0, middle + 20.0, middle + 40.0]),
+        ("1950", "1960-01-02", None),
+        np.array([0.0, 3600.0]),
+        np.array([7.0, 7.36]),
+        np.array([46.0, 46.0]),
+        "EPSG:4326",
+    )
+    found = of(replace(given, recorded=recorded), 100.0)
+    assert found.runout_x_m.q50 == pytest.approx(middle, abs=0.5)
+    assert (found.records_beyond, found.n_records) == (2, 3)
+    assert found.farthest_record == FarthestRecord(middle + 40.0, None)
+    assert isinstance(found.point, MapPoint)
+    assert found.point.x == pytest.approx(7.0 + 1e-4 * found.runout_x_m.q50)
+    left = RecordedStops(np.array([np.inf, middle]), ("1970", "1980"))
+    found = of(replace(given, recorded=left), 100.0)
+    assert (found.records_beyond, found.farthest_record) == (1, FarthestRecord(None, "1970"))
+
+
+def test_beyond_the_profile_nothing_is_counted() -> None:
+    given = path(draws(0.1, 3), one_volume(2e6, 3, rate=5.0))
+    recorded = RecordedStops(np.array([1500.0]), ("1970",), *[np.array([0.0, 9e3])] * 3, "X")
+    found = of(replace(given, recorded=recorded), 300.0)
+    assert found.runout_x_m == found.runout_elevation_m == PlaceQuantiles(None, None, None)
+    assert (found.p_beyond, found.point, found.records_beyond) == (1.0, None, None)
+
+
+def test_what_is_asked_for_besides_changes_nothing() -> None:
+    coordinates, volumes, _ = random_world(3)
+    alone = of(path(coordinates, volumes), 100.0)
+    among = of(path(coordinates, volumes, at=[3e3, 7e4]), 100.0)
+    assert among.runout_x_m.q50 == pytest.approx(alone.runout_x_m.q50, abs=1e-3)

@@ -1,0 +1,75 @@
+"""What a reader of a row must know."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.hazard.event_volumes import one_volume
+from avahazard.hazard.notes import row_notes
+from avahazard.hazard.path_hazard import PathHazard, RisingFriction, path_hazard
+from avahazard.hazard.path_rows import path_rows
+from avahazard.hazard.scenario import Scenario
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from tests.gis.results import DESIGN
+from tests.hazard.parabola import draws, path
+from tests.results.samples import HAZARD_ROW
+
+PLAIN = path(draws(0.1, 20), one_volume(1e5, 20))
+
+
+def told(given: PathHazard, **more: object) -> str:
+    row = replace(HAZARD_ROW, **{"return_period_years": 100.0, "design": DESIGN, **more})
+    return " ".join(row_notes(given, row))
+
+
+def test_nothing_to_say() -> None:
+    assert told(PLAIN) == ""
+    assert told(replace(PLAIN, rising=RisingFriction(0.01, 1e3, 1e6))) == ""
+
+
+def test_each_note() -> None:
+    assert "does not start in 12%" in told(PLAIN, p_not_released=0.12)
+    assert "100 years are over twice" in told(PLAIN, extrapolated=True)
+    assert "were not over 0" in told(PLAIN, n_nonpositive_friction=3)
+    assert "no design runout" in told(replace(PLAIN, rate_known=False))
+    beyond = replace(DESIGN, p_beyond=0.2)
+    assert "past the end of the profile" in told(PLAIN, design=beyond)
+
+
+@pytest.mark.parametrize(("share", "law"), [(0.25, "exponential"), (1.0, "power"), (0.0, "power")])
+def test_larger_avalanches_that_stop_earlier_are_told_with_their_probability(
+    share: float, law: str
+) -> None:
+    x = np.arange(0.0, 3601.0, 30.0)
+    y = 2500.0 - 0.9 * x + 1.2e-4 * x**2
+    events = tuple(
+        Event(f"e{v:g}", path_id="p", volume_m3=v, runout_x_m=1500.0) for v in (2e3, 1e4, 3e5)
+    )
+    records = Records((Path("p"),), (Profile("p", x, y),), events)
+    coordinates = draws(0.1, 40)
+    coordinates[:, 0] = np.log(0.35 if law == "power" else 0.55)
+    steepness = 0.05 if law == "power" else 2.0
+    coordinates[:, 1] = np.where(np.arange(40) < 40 * share, -steepness, steepness)
+    posterior = Posterior(build_observations(records), Specification(law=law), ())
+    given = path_hazard(
+        *(FittedModel(posterior, coordinates, {}), records, "p", one_volume(1e4, 40, 0.3), [1e4]),
+        event_columns=False,
+        volume_matters=True,
+        seed=0,
+    )
+    assert given.rising == RisingFriction(share, pytest.approx(2e3), pytest.approx(3e5))
+    (row,) = path_rows(given, [Scenario("p", 1e4, 100.0)], 500, 0)
+    words = f"in {share:.0%} of the draws larger avalanches stop earlier"
+    assert (words in " ".join(row.notes)) == (share > 0.0)
+    assert ("2000 to 300000 m3" in " ".join(row.notes)) == (share > 0.0)
+    assert row.design.n_records == 3
+    assert row.design.farthest_record.runout_x_m == 1500.0
