@@ -89,12 +89,13 @@ def test_one_file_may_hold_events_with_and_without_a_path(write: Write) -> None:
     ("row", "column"),
     [
         ("a,P,800,1950-02-30,,,,,,", "date"),
-        ("a,P,800,13.2.1950,,,,,,", "date"),
+        ("a,P,800,13.2.50,,,,,,", "date"),
+        ("a,P,800,3/2/1950,,,,,,", "date"),
         ("a,P,800,0000,,,,,,", "date"),
         ("a,P,800,195O,,,,,,", "date"),
         ("a,P,nan,,,,,,,", "runout_elevation_m"),
         ("a,P,1_000,,,,,,,", "runout_elevation_m"),
-        ('a,P,"800,5",,,,,,,', "runout_elevation_m"),
+        ('a,P,"1,800",,,,,,,', "runout_elevation_m"),
         ("a,P,,,,,,,,", "runout_x_m"),
         ("a,P,800,,-5,,,,,", "volume_m3"),
         ("a,P,800,,0,,,,,", "volume_m3"),
@@ -261,10 +262,10 @@ def test_events_to_predict_may_lack_their_runout(write: Write) -> None:
 
 
 def test_unused_columns_are_said(write: Write) -> None:
-    file = write("profiles.csv", PROFILE.replace("y_m\n", "y_m,landcover\n").replace("0\n", "0,\n"))
+    file = write("profiles.csv", PROFILE.replace("y_m\n", "y_m,cover\n").replace("0\n", "0,\n"))
     intake = read_files([file], Records())
     assert not intake.problems
-    assert "landcover" in intake.notes[0]
+    assert "cover" in intake.notes[0]
 
 
 @pytest.mark.parametrize(
