@@ -69,9 +69,9 @@ def read_files(
         tables["profiles"].append(lines.profiles)
 
     paths = gather_paths(tables["paths"], known, intake)
-    profiles = gather_profiles(tables["profiles"], intake)
+    profiles = gather_profiles(tables["profiles"], known, intake)
     events = gather_events(tables["events"], known, intake, need_runout)
-    speeds = gather_speeds(tables["velocities"], intake)
+    speeds = gather_speeds(tables["velocities"], known, intake)
 
     # A row that was refused still counts as there: what refers to it is not wrong too.
     listed = _ids("path_id", tables["paths"]) | {path.path_id for path in known.paths}

@@ -17,6 +17,7 @@ from avahazard.records.forms.profile import ProfileRow
 from avahazard.records.forms.straight import StraightRow
 from avahazard.records.forms.velocity import VelocityRow
 from avahazard.records.intake import Intake
+from avahazard.records.plausible import check_ranges
 from avahazard.records.recognise import Kind, recognise
 from avahazard.records.table import Table
 
@@ -51,7 +52,8 @@ def read_forms(
     for sheet in sheets:
         table = spell(sheet, stored, wrong)
         of_header: list[RowProblem] = []
-        kind = recognise(table, of_header, need_runout=need_runout)
+        adds = need_runout and not _all_stored(table, known)
+        kind = recognise(table, of_header, need_runout=adds)
         if kind is None and len(sheets) > 1 and not of_header[0].column:
             unknown.append((table, of_header))
             continue
@@ -60,6 +62,7 @@ def read_forms(
             continue
         refuse_near(table, COLUMNS[kind], wrong)
         table = plain_cells(table, given, intake.problems)
+        check_ranges(table, intake.problems, intake.notes)
         intake.read.append(summary(table, kind))
         intake.understood += understood(table, kind, COLUMNS[kind])
         found.append((kind, table))
@@ -70,3 +73,9 @@ def read_forms(
             wrong += of_header
     intake.problems += wrong or faults
     yield from found
+
+
+def _all_stored(table: Table, known: Records) -> bool:
+    """Tell whether every event of the table is stored, so that its runout is."""
+    stored = {event.event_id for event in known.events}
+    return bool(stored) and all(cells.get("event_id") in stored for cells in table.rows)
