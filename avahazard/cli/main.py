@@ -22,7 +22,7 @@ COMMANDS: tuple[Entry, ...] = (
     Entry(
         "import",
         "import_files",
-        "Import CSV files, or folders of them, or paths drawn as lines on a terrain model.",
+        "Import tables or folders of them, or paths drawn as lines on a terrain model.",
     ),
     Entry("paths", "paths", "List the paths."),
     Entry("path", "path", "Show how the profile of a path was smoothed, and check it."),

@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from avahazard.cli.settings import settings
+from avahazard.cli.terminal_text import LONGEST_CELL, SafeHook, safe, safe_json
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.plain import plain
 
@@ -24,24 +25,29 @@ def emit(context: typer.Context, document: Any, render: Callable[[Console], None
     """Print `document` as JSON where that was asked for, else let `render` print it."""
     if settings(context).as_json:
         text = json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2)
-        typer.echo(text)
+        typer.echo(safe_json(text))
     else:
         render(output())
 
 
 def output() -> Console:
     """Return the console on standard output; words in brackets are no markup there."""
-    return Console(markup=False, highlight=False, emoji=False)
+    return _safe(Console(markup=False, highlight=False, emoji=False))
 
 
 def errors() -> Console:
     """Return the console on standard error."""
-    return Console(stderr=True, markup=False, highlight=False, emoji=False)
+    return _safe(Console(stderr=True, markup=False, highlight=False, emoji=False))
+
+
+def _safe(console: Console) -> Console:
+    console.push_render_hook(SafeHook())
+    return console
 
 
 def warn(text: str) -> None:
     """Print a warning on standard error."""
-    errors().print(Text(f"Note: {text}", style="yellow"), soft_wrap=True)
+    errors().print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
@@ -49,6 +55,7 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
 
     Numbers are written by `number`, None as a dash.
     """
+    title = safe(title, LONGEST_CELL)
     made = Table(
         title=title or None,
         title_justify="left",
@@ -59,11 +66,10 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
     )
     for name in columns:
         right = name.startswith(">")
-        made.add_column(
-            name.removeprefix(">"), justify="right" if right else "left", overflow="fold"
-        )
+        heading = safe(name.removeprefix(">"), LONGEST_CELL)
+        made.add_column(heading, justify="right" if right else "left", overflow="fold")
     for row in rows:
-        made.add_row(*(Text(number(value)) for value in row))
+        made.add_row(*(Text(safe(number(value), LONGEST_CELL)) for value in row))
     return made
 
 
@@ -86,14 +92,14 @@ def show_error(error: AvahazardError | OSError) -> None:
     if isinstance(error, RejectedRows):
         for file, problems in groupby(error.problems, key=attrgetter("file")):
             rows = [(p.line or None, p.column, p.value, p.accepted) for p in problems]
-            console.print(file, soft_wrap=True)
+            console.print(safe(file), soft_wrap=True)
             console.print(table("", (">line", "column", "value", "accepted"), rows))
     if isinstance(error, AvahazardError):
         message, hint = error.message, error.hint
     else:
         place = f": {error.filename}" if error.filename else ""
         message, hint = f"{error.strerror or error}{place}", ""
-    console.print(Text.assemble(("Error: ", "bold red"), message), soft_wrap=True)
+    console.print(Text.assemble(("Error: ", "bold red"), safe(message)), soft_wrap=True)
     if hint:
-        console.print(Text(f"Hint: {hint}"), soft_wrap=True)
+        console.print(Text(f"Hint: {safe(hint)}"), soft_wrap=True)
     sys.stderr.flush()

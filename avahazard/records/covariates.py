@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Literal
 
 from avahazard.records.errors import RowProblem
@@ -13,6 +12,7 @@ from avahazard.records.table import Table
 
 Kind = Literal["number", "text"]
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+LARGEST = 1e30  # its square must still be a number
 NOT_FINITE = re.compile(r"[+-]?(?:inf|infinity|nan)", re.IGNORECASE)
 
 
@@ -30,15 +30,20 @@ def read_covariates(
     own_columns: set[str],
     stored: Mapping[str, Kind],
     problems: list[RowProblem],
+    notes: list[str],
 ) -> dict[tuple[str, int], dict[str, Covariate]]:
     """Return the covariates of every row of `tables`, keyed (file, line).
 
-    A column is one of numbers where every value in it is a number, unless the records
-    stored before hold it as text; empty cells are left out. Texts in a column that is
-    stored as numbers, and numbers that are not finite, are added to `problems`.
+    A column is one of numbers where most of its values are numbers, unless the records
+    stored before hold it as text; empty cells are left out. Texts in a column of numbers,
+    and numbers that are not finite or out of bounds, are added to `problems`. Numbers in a
+    column of words are words, which is added to `notes`.
     """
     names = dict.fromkeys(c for t in tables for c in t.header if c not in own_columns)
     kinds = {name: stored.get(name) or _kind(tables, name) for name in names}
+    notes += [
+        note for name, kind in kinds.items() if kind == "text" for note in _mixed(tables, name)
+    ]
     found: dict[tuple[str, int], dict[str, Covariate]] = {}
     for table in tables:
         extra = [name for name in table.header if name in kinds]
@@ -50,7 +55,7 @@ def read_covariates(
                     continue
                 if kinds[name] == "text":
                     values[name] = text
-                elif NUMBER.fullmatch(text) and math.isfinite(float(text)):
+                elif NUMBER.fullmatch(text) and abs(float(text)) <= LARGEST:
                     values[name] = float(text)
                 else:
                     problems.append(
@@ -61,13 +66,32 @@ def read_covariates(
 
 
 def _kind(tables: Sequence[Table], name: str) -> Kind:
-    """A column of numbers and a few nan is one of numbers with mistakes, not one of words."""
+    """A column of numbers and a few words is one of numbers with mistakes, not one of words."""
     texts = [cells[name] for table in tables for cells in table.rows if name in cells]
-    like_numbers = all(NUMBER.fullmatch(t) or NOT_FINITE.fullmatch(t) for t in texts)
-    return "number" if like_numbers and any(map(NUMBER.fullmatch, texts)) else "text"
+    n_numbers = sum(_like_a_number(text) for text in texts)
+    return "number" if 2 * n_numbers > len(texts) else "text"
+
+
+def _mixed(tables: Sequence[Table], name: str) -> Iterator[str]:
+    """Say of each file that a column of words holds numbers as well."""
+    for table in tables:
+        found = [(line, cells[name]) for line, cells in table.numbered() if name in cells]
+        numbers = [(line, text) for line, text in found if _like_a_number(text)]
+        words = [(line, text) for line, text in found if not _like_a_number(text)]
+        if numbers and words:
+            (word_line, word), (line, number) = words[0], numbers[0]
+            yield (
+                f"{table.file}: {name} is read as words: line {word_line} holds {word!r}, "
+                f"line {line} {number}."
+            )
+
+
+def _like_a_number(text: str) -> bool:
+    return bool(NUMBER.fullmatch(text) or NOT_FINITE.fullmatch(text))
 
 
 def _accepted(name: str, stored: Mapping[str, Kind]) -> str:
+    finite = f"a number of at most {LARGEST:g} in size"
     if name in stored:
-        return f"a finite number: the records stored before hold {name} as numbers"
-    return "a finite number, or an empty cell where it is missing"
+        return f"{finite}: the records stored before hold {name} as numbers"
+    return f"{finite}, as most of the column, or an empty cell where it is missing"

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Set as AbstractSet
 
 from avahazard.records.collection import Records
+from avahazard.records.contradictions import place_fault, volume_fault
+from avahazard.records.event import Event
 from avahazard.records.intake import Intake, speed_key
-from avahazard.records.terrain import release_fault, speed_fault, stop_fault
+from avahazard.records.path import Path, Profile
+from avahazard.records.terrain import Fault, release_fault, speed_fault, stop_fault
 
 
 def check_references(
@@ -26,16 +29,20 @@ def check_references(
 def check_places(intake: Intake, known: Records) -> None:
     """Refuse stops, releases and speeds that cannot be found on the profile of their path.
 
+    Refuse events too whose values contradict each other.
+
     Stored records are checked again where their path has another profile now.
     """
     new = intake.records
     profiles = {p.path_id: p for p in (*known.profiles, *new.profiles)}
+    paths = {p.path_id: p for p in (*known.paths, *new.paths)}
     changed = {p.path_id for p in new.profiles}
     read_paths = {p.path_id for p in new.paths}
     read_events = {e.event_id for e in new.events}
     stored_events = [e for e in known.events if e.event_id not in read_events]
     path_of = {e.event_id: e.path_id for e in (*stored_events, *new.events)}
 
+    _check_volumes(intake)
     for path in (*new.paths, *(p for p in known.paths if p.path_id not in read_paths)):
         profile = profiles.get(path.path_id)
         if profile is None or path.path_id not in changed | read_paths:
@@ -46,9 +53,8 @@ def check_places(intake: Intake, known: Records) -> None:
         profile = profiles.get(event.path_id or "")
         if profile is None:
             continue
-        for fault in (stop_fault(event, profile), release_fault(event, profile)):
-            if fault:
-                intake.refuse(("event", event.event_id), *fault)
+        for fault in _event_faults(event, paths.get(profile.path_id), profile):
+            intake.refuse(("event", event.event_id), *fault)
     read_speeds = {speed_key(s) for s in new.speeds}
     for speed in (*new.speeds, *(s for s in known.speeds if speed_key(s) not in read_speeds)):
         profile = profiles.get(path_of.get(speed.event_id) or "")
@@ -57,3 +63,17 @@ def check_places(intake: Intake, known: Records) -> None:
             continue
         if fault := speed_fault(speed, profile):
             intake.refuse(speed_key(speed), *fault)
+
+
+def _check_volumes(intake: Intake) -> None:
+    for event in intake.records.events:
+        if fault := volume_fault(event):
+            intake.refuse(("event", event.event_id), *fault)
+
+
+def _event_faults(event: Event, path: Path | None, profile: Profile) -> list[Fault]:
+    """What is wrong with the places of an event: each by itself, else with one another."""
+    found = [stop_fault(event, profile), release_fault(event, profile)]
+    return [fault for fault in found if fault] or [
+        fault for fault in [place_fault(event, path, profile)] if fault
+    ]

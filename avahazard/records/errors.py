@@ -37,3 +37,12 @@ class RejectedRows(AvahazardError):  # noqa: N818
             "Mend the rows above and import again.",
         )
         self.problems = tuple(problems)
+
+
+def told_once(problems: Sequence[RowProblem]) -> list[RowProblem]:
+    """Return `problems` by file and line, of several of one cell the first."""
+    first: dict[tuple[str, int, str, str], RowProblem] = {}
+    for problem in problems:
+        cell = (problem.file, problem.line, problem.column, problem.value)
+        first.setdefault(cell, problem)
+    return sorted(first.values(), key=lambda problem: (problem.file, problem.line))

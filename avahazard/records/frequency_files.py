@@ -9,10 +9,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
+from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
+from avahazard.records.files.cells import plain_cells
+from avahazard.records.files.conventions import UNKNOWN
+from avahazard.records.files.spelling import spell
 from avahazard.records.forms.return_volume import ReturnVolumeRow, SnowDepthRow
 from avahazard.records.forms.row import Row, check_rows
-from avahazard.records.table import read_table
+from avahazard.records.table import read_tables
 
 Floats = NDArray[np.float64]
 R = TypeVar("R", bound=Row)
@@ -59,14 +62,21 @@ def read_snow_depths(file: FilePath) -> dict[str | None, Floats]:
 def _rows(file: FilePath, form: type[R], problems: list[RowProblem]) -> list[tuple[int, R]]:
     """The rows of the file; at least one."""
     try:
-        table = read_table(file, problems)
+        tables = read_tables(file, problems)
     except OSError as error:
         raise AvahazardError(
-            f"The file {file} cannot be read: {error.strerror}.", "Name a CSV file."
+            f"The file {file} cannot be read: {error.strerror}.", "Name a CSV or .xlsx file."
         ) from error
-    if table is None:
+    if len(tables) > 1:
+        raise AvahazardError(
+            f"The workbook {file} has {len(tables)} sheets with values.",
+            "Leave one in it, or save that one as CSV.",
+        )
+    if not tables:
         raise RejectedRows(problems)
+    table = plain_cells(spell(tables[0], (), problems), UNKNOWN, problems)
     rows = list(check_rows(form, table.file, table.numbered(), problems))
+    problems[:] = told_once(problems)
     if not rows and not problems:
         columns = ", ".join(form.model_fields)
         raise AvahazardError(f"The file {file} has no rows.", f"Its columns: {columns}.")

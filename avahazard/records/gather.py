@@ -7,6 +7,12 @@ from collections.abc import Iterator, Sequence
 
 from avahazard.records.build import build_event, build_path, build_profile, build_speed
 from avahazard.records.collection import Records
+from avahazard.records.complete import (
+    complete_event,
+    complete_path,
+    complete_profile,
+    complete_speed,
+)
 from avahazard.records.covariates import column_kinds, read_covariates
 from avahazard.records.event import Event, Speed
 from avahazard.records.forms.event import EventRow
@@ -19,22 +25,27 @@ from avahazard.records.intake import Intake, speed_key
 from avahazard.records.path import Path, Profile
 from avahazard.records.table import Table
 
+PLACES = frozenset({"runout_x_m", "runout_elevation_m", "left_profile"})
+
 
 def gather_paths(tables: Sequence[Table], known: Records, intake: Intake) -> list[Path]:
     """Return the paths that have a row of their own."""
     stored = column_kinds(path.covariates for path in known.paths)
     columns = set(PathRow.model_fields)
-    covariates = read_covariates(tables, columns, stored, intake.problems)
+    covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
+    old = {path.path_id: path for path in known.paths}
     paths = []
     for table in tables:
         rows = _each_once("path", "path_id", table, intake)
         for line, row in check_rows(PathRow, table.file, rows, intake.problems):
-            paths.append(build_path(row, covariates[table.file, line]))
+            path = build_path(row, covariates[table.file, line])
+            paths.append(complete_path(path, old.get(path.path_id), table.header))
     return paths
 
 
-def gather_profiles(tables: Sequence[Table], intake: Intake) -> list[Profile]:
+def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> list[Profile]:
     """Return the profiles of which every point and the order of the points are right."""
+    old = {profile.path_id: profile for profile in known.profiles}
     profiles = []
     for table in tables:
         _note_unused(table, ProfileRow, intake)
@@ -47,8 +58,14 @@ def gather_profiles(tables: Sequence[Table], intake: Intake) -> list[Profile]:
                 continue
             whole = len(rows) == n_rows[path_id]
             profile = build_profile(table.file, rows, intake.problems) if whole else None
-            if profile is not None:
-                profiles.append(profile)
+            if profile is None:
+                continue
+            profile, lost = complete_profile(profile, old.get(path_id), table.header)
+            if lost:
+                what = ", ".join(lost)
+                note = f"{table.file}: {path_id} has other points than before, and no {what}."
+                intake.notes.append(note)
+            profiles.append(profile)
     return profiles
 
 
@@ -58,9 +75,11 @@ def gather_events(
     """Return the events, on a path where the row names one, else on their straight line."""
     stored = column_kinds(event.covariates for event in known.events)
     columns = EventRow.model_fields.keys() | StraightRow.model_fields.keys()
-    covariates = read_covariates(tables, columns, stored, intake.problems)
+    covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
+    old = {event.event_id: event for event in known.events}
     events = []
     for table in tables:
+        given = need_runout and bool(PLACES & set(table.header))
         reach = bool({"fall_height_m", "runout_length_m"} & set(table.header))
         on_path: list[tuple[int, dict[str, str]]] = []
         straight: list[tuple[int, dict[str, str]]] = []
@@ -72,17 +91,19 @@ def gather_events(
                 table.file,
                 iter(on_path),
                 intake.problems,
-                context={"need_runout": need_runout},
+                context={"need_runout": given},
             ),
             *check_rows(StraightRow, table.file, iter(straight), intake.problems),
         ]
         for line, row in sorted(found, key=lambda item: item[0]):
-            events.append(build_event(row, covariates[table.file, line]))
+            event = build_event(row, covariates[table.file, line])
+            events.append(complete_event(event, old.get(event.event_id), table.header))
     return events
 
 
-def gather_speeds(tables: Sequence[Table], intake: Intake) -> list[Speed]:
+def gather_speeds(tables: Sequence[Table], known: Records, intake: Intake) -> list[Speed]:
     """Return the speeds."""
+    old = {speed_key(speed): speed for speed in known.speeds}
     speeds = []
     for table in tables:
         _note_unused(table, VelocityRow, intake)
@@ -92,7 +113,7 @@ def gather_speeds(tables: Sequence[Table], intake: Intake) -> list[Speed]:
                 ("x_m", speed.x_m) if speed.x_m is not None else ("elevation_m", speed.elevation_m)
             )
             if intake.claim(speed_key(speed), (table.file, line), column, f"{place:g}"):
-                speeds.append(speed)
+                speeds.append(complete_speed(speed, old.get(speed_key(speed)), table.header))
     return speeds
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from avahazard.records.collection import Records
 from avahazard.records.errors import RowProblem
 from avahazard.records.event import Speed
+from avahazard.records.files.understood import UnderstoodColumn
 
 Key = tuple[Hashable, ...]  # the kind of a record, and what identifies it
 Origin = tuple[str, int]  # file and line
@@ -15,13 +16,18 @@ Origin = tuple[str, int]  # file and line
 
 @dataclass
 class Intake:
-    """Records in the order of the files; `origins` has no path that only a profile implies."""
+    """Records in the order of the files; `origins` has no path that only a profile implies.
+
+    `read` says in a line how each file was read, `understood` how each column was.
+    """
 
     files: list[str] = field(default_factory=list)
     records: Records = field(default_factory=Records)
     origins: dict[Key, Origin] = field(default_factory=dict)
     problems: list[RowProblem] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    read: list[str] = field(default_factory=list)
+    understood: list[UnderstoodColumn] = field(default_factory=list)
 
     def claim(self, key: Key, origin: Origin, column: str, value: str) -> bool:
         """Take `key` for the row at `origin`; a second row with it is a problem."""

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from avahazard.records.collection import Records
 from avahazard.records.compare import differences, profile_difference
+from avahazard.records.errors import told_once
 from avahazard.records.event import Event, Speed
 from avahazard.records.intake import Intake, Key, speed_key
 from avahazard.records.path import Path, Profile
@@ -67,7 +68,7 @@ def merge_records(intake: Intake, stored: Records, *, update: bool = False) -> M
             update,
         ),
     )
-    intake.problems.sort(key=lambda problem: (problem.file, problem.line))
+    intake.problems = told_once(intake.problems)
     return Merge(write, counts)
 
 

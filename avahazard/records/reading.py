@@ -8,28 +8,34 @@ from pathlib import Path as FilePath
 from avahazard.records.collection import Records
 from avahazard.records.crosscheck import check_places, check_references
 from avahazard.records.drawn import Drawn
-from avahazard.records.errors import RejectedRows, RowProblem
+from avahazard.records.errors import RejectedRows, RowProblem, told_once
+from avahazard.records.files.conventions import UNKNOWN, Conventions
+from avahazard.records.files.forms import read_forms
 from avahazard.records.gather import gather_events, gather_paths, gather_profiles, gather_speeds
 from avahazard.records.intake import Intake
 from avahazard.records.path import Path
-from avahazard.records.recognise import Kind, recognise
+from avahazard.records.recognise import Kind
 from avahazard.records.sources import find_files
-from avahazard.records.table import Table, read_table
+from avahazard.records.table import Table, read_tables
 
 
 def read_records(
-    sources: Sequence[str | FilePath], known: Records | None = None, *, need_runout: bool = True
+    sources: Sequence[str | FilePath],
+    known: Records | None = None,
+    *,
+    need_runout: bool = True,
+    given: Conventions = UNKNOWN,
 ) -> Records:
-    """Return the records in `sources`, CSV files or folders of them (docs/data_forms.md).
+    """Return the records in `sources`, files or folders of them (docs/data_forms.md).
 
     Rows may refer to the paths and events of `known`, the records stored before. With
-    `need_runout` false an event may lack its runout.
+    `need_runout` false an event may lack its runout. `given` says what files may leave open.
 
     Raises:
         AvahazardError: a source is missing.
         RejectedRows: rows that cannot be taken, all of them.
     """
-    intake = read_files(sources, known or Records(), need_runout=need_runout)
+    intake = read_files(sources, known or Records(), need_runout=need_runout, given=given)
     if intake.problems:
         raise RejectedRows(intake.problems)
     return intake.records
@@ -41,6 +47,7 @@ def read_files(
     *,
     need_runout: bool = True,
     drawn: Sequence[Drawn] = (),
+    given: Conventions = UNKNOWN,
 ) -> Intake:
     """Read `sources` as `read_records` does, but collect the problems instead of raising.
 
@@ -51,11 +58,8 @@ def read_files(
     for file in find_files(sources):
         intake.files.append(str(file))
         faults: list[RowProblem] = []
-        table = read_table(file, faults)
-        wrong_header: list[RowProblem] = []
-        kind = table and recognise(table, wrong_header, need_runout=need_runout)
-        intake.problems += wrong_header or faults
-        if table and kind:
+        sheets = read_tables(file, faults)
+        for kind, table in read_forms(sheets, known, intake, faults, need_runout, given):
             tables[kind].append(table)
     for lines in drawn:
         intake.files.append(lines.file)
@@ -65,9 +69,9 @@ def read_files(
         tables["profiles"].append(lines.profiles)
 
     paths = gather_paths(tables["paths"], known, intake)
-    profiles = gather_profiles(tables["profiles"], intake)
+    profiles = gather_profiles(tables["profiles"], known, intake)
     events = gather_events(tables["events"], known, intake, need_runout)
-    speeds = gather_speeds(tables["velocities"], intake)
+    speeds = gather_speeds(tables["velocities"], known, intake)
 
     # A row that was refused still counts as there: what refers to it is not wrong too.
     listed = _ids("path_id", tables["paths"]) | {path.path_id for path in known.paths}
@@ -77,7 +81,7 @@ def read_files(
     intake.records = Records((*paths, *implied), tuple(profiles), tuple(events), tuple(speeds))
     check_references(intake, path_ids, event_ids)
     check_places(intake, known)
-    intake.problems.sort(key=lambda problem: (problem.file, problem.line))
+    intake.problems = told_once(intake.problems)
     return intake
 
 

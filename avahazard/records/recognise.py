@@ -19,7 +19,7 @@ FORMS = (
 def recognise(table: Table, problems: list[RowProblem], *, need_runout: bool = True) -> Kind | None:
     """Return the kind of `table`, or None after adding to `problems` what its header lacks."""
     columns = set(table.header)
-    kind = _kind(columns, PurePath(table.file).stem.lower())
+    kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
     if kind is None:
         problems.append(RowProblem(table.file, 1, "", ", ".join(table.header), FORMS))
         return None

@@ -21,13 +21,18 @@ def write_hazard(file: FilePath, rows: Sequence[HazardRow]) -> None:
 
     Texts that a spreadsheet would run as formulas begin with an apostrophe.
     """
-    flat = [_flat(row) for row in rows]
-    columns = list(dict.fromkeys(name for row in flat for name in row))
+    columns, flat = hazard_table(rows)
     with file.open("w", newline="", encoding="utf-8") as handle:
         # Lines end as RFC 4180 has it, which also puts quotes around what holds such an end.
         writer = csv.DictWriter(handle, columns)
         writer.writeheader()
         writer.writerows({name: _cell(value) for name, value in row.items()} for row in flat)
+
+
+def hazard_table(rows: Sequence[HazardRow]) -> tuple[list[str], list[dict[str, Any]]]:
+    """The columns of a table of `rows`, and the cells of each row by column."""
+    flat = [_flat(row) for row in rows]
+    return list(dict.fromkeys(name for row in flat for name in row)), flat
 
 
 def is_own_csv(file: FilePath) -> bool:

@@ -76,11 +76,25 @@ class ImportedRecords(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class ReadColumn(Result):
+    """A column of a file: its name there, what it means, its unit, its first values as read."""
+
+    file: str
+    form: str
+    column: str
+    meaning: str
+    unit: str
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Import(Result):
-    """What an import did, or would do."""
+    """What an import did, or would do: how it read each file, and each column of it."""
 
     dry_run: bool
     files: tuple[str, ...]
+    read: tuple[str, ...]
+    understood: Rows[ReadColumn]
     records: ImportedRecords
     notes: tuple[str, ...]
 

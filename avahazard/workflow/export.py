@@ -14,6 +14,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
 from avahazard.report.hazard_csv import is_own_csv, write_hazard
+from avahazard.report.hazard_workbook import is_own_workbook, write_hazard_workbook
 from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
@@ -28,15 +29,19 @@ if TYPE_CHECKING:
     from avahazard.gis.path_line import PathLine
 
 Rows = Sequence[Mapping[str, Any]]
-ENDINGS = (".gpkg", ".geojson", ".csv")
+ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx")
+TABLES = {
+    ".csv": (is_own_csv, write_hazard),
+    ".xlsx": (is_own_workbook, write_hazard_workbook),
+}
 
 
 def export(database: str, name: str, file: FilePath) -> Export:
     """Write the latest bounds and zones by the model `name` to `file`, for what its name ends in.
 
     `.gpkg`: paths, releases, recorded stops, runouts and zones as layers with their styles, in
-    the paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`: the rows of `hazard`.
-    A file that an export made before is replaced, no other one.
+    the paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`, `.xlsx`: the rows of
+    `hazard`. A file that an export made before is replaced, no other one.
 
     Raises:
         AvahazardError: there is no such model, no bounds are stored by it, `file` has another
@@ -56,9 +61,10 @@ def export(database: str, name: str, file: FilePath) -> Export:
         raise AvahazardError(
             f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
         )
-    if ending == ".csv":
+    if ending in TABLES:
+        is_own, write = TABLES[ending]
         bounds = [HazardRow.from_dict(dict(row)) for row in rows]
-        _replace(file, is_own_csv, lambda part: write_hazard(part, bounds))
+        _replace(file, is_own, lambda part: write(part, bounds))
         return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), ())
     made, notes = _layers(records, rows, zones or [])
     if zones is None:

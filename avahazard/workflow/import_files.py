@@ -8,9 +8,11 @@ from pathlib import Path as FilePath
 
 from avahazard.records.drawn import Drawn
 from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.records.files.conventions import UNKNOWN, Conventions
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
-from avahazard.results.database import Counts, Import, ImportedRecords
+from avahazard.results.base import Rows
+from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
 from avahazard.store.records import load_records, save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.terrain import save_terrain
@@ -26,16 +28,18 @@ def import_files(
     land_cover: str | FilePath | None = None,
     update: bool = False,
     dry_run: bool = False,
+    given: Conventions = UNKNOWN,
 ) -> Import:
     """Import `sources` into `database`.
 
-    CSV files or folders of them (docs/data_forms.md), and files of lines (GeoPackage, GeoJSON,
-    Shapefile), each line a path drawn from its top.
+    Tables (.csv, .xlsx) or folders of them (docs/data_forms.md), and files of lines (GeoPackage,
+    GeoJSON, Shapefile), each line a path drawn from its top.
 
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
     metres), and the ground around it is kept; `land_cover` is a file of polygons with that
     attribute. Rows that are stored already are no change; with `update` rows that contradict stored
-    ones replace them. A dry run reports what would happen.
+    ones replace them. A dry run reports what would happen. `given` says what files leave open: the
+    decimal sign, and whether the day or the month comes first.
 
     Raises:
         AvahazardError: the database or a source cannot be used, or there are lines without a
@@ -47,7 +51,7 @@ def import_files(
     drawn = _drawn(lines, dem, land_cover)
     with (reading if dry_run else writing)(database) as session:
         stored = load_records(session)
-        intake = read_files(tables, stored, drawn=drawn)
+        intake = read_files(tables, stored, drawn=drawn, given=given)
         merge = merge_records(intake, stored, update=update)
         if intake.problems:
             raise RejectedRows(intake.problems)
@@ -56,7 +60,14 @@ def import_files(
             crops = [crop for one in drawn for crop in one.terrain]
             save_terrain(session, crops, outdated=[p.path_id for p in merge.write.profiles])
     counts = {kind: Counts(**asdict(count)) for kind, count in merge.counts.items()}
-    return Import(dry_run, tuple(intake.files), ImportedRecords(**counts), tuple(intake.notes))
+    return Import(
+        dry_run,
+        tuple(intake.files),
+        tuple(intake.read),
+        Rows(ReadColumn(**asdict(column)) for column in intake.understood),
+        ImportedRecords(**counts),
+        tuple(intake.notes),
+    )
 
 
 def _drawn(

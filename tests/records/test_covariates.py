@@ -17,7 +17,7 @@ def read(
     rows = tuple({"id": str(i), **({"c": t} if t else {})} for i, t in enumerate(texts))
     table = Table("f.csv", ("id", "c"), tuple(range(2, 2 + len(rows))), rows)
     problems: list[RowProblem] = []
-    found = read_covariates([table], {"id"}, stored or {}, problems)
+    found = read_covariates([table], {"id"}, stored or {}, problems, [])
     return [found["f.csv", line].get("c") for line in table.lines], problems
 
 
@@ -34,7 +34,7 @@ def test_numbers_where_every_value_is_one(texts: list[str], values: list[Covaria
     assert read(texts) == (values, [])
 
 
-@pytest.mark.parametrize("text", ["nan", "inf", "-Infinity", "1e999"])
+@pytest.mark.parametrize("text", ["nan", "inf", "-Infinity", "1e999", "1e31"])
 def test_numbers_have_to_be_finite(text: str) -> None:
     _, problems = read(["1", text])
     assert [(p.line, p.column, p.value) for p in problems] == [(3, "c", text)]
@@ -49,3 +49,14 @@ def test_stored_kind_decides() -> None:
 
 def test_kinds_of_stored_records() -> None:
     assert column_kinds([{"a": 1.0}, {"b": "x"}]) == {"a": "number", "b": "text"}
+
+
+def test_a_word_among_numbers_is_refused_and_numbers_among_words_are_told() -> None:
+    values, problems = read(["1", "2", "3", "wet"])
+    assert values == [1.0, 2.0, 3.0, None]
+    assert [(p.line, p.value) for p in problems] == [(5, "wet")]
+    rows = tuple({"id": str(i), "c": t} for i, t in enumerate(["wet", "dry", "7"]))
+    table = Table("f.csv", ("id", "c"), (2, 3, 4), rows)
+    notes: list[str] = []
+    read_covariates([table], {"id"}, {}, [], notes)
+    assert notes == ["f.csv: c is read as words: line 2 holds 'wet', line 4 7."]

@@ -89,12 +89,13 @@ def test_one_file_may_hold_events_with_and_without_a_path(write: Write) -> None:
     ("row", "column"),
     [
         ("a,P,800,1950-02-30,,,,,,", "date"),
-        ("a,P,800,13.2.1950,,,,,,", "date"),
+        ("a,P,800,13.2.50,,,,,,", "date"),
+        ("a,P,800,3/2/1950,,,,,,", "date"),
         ("a,P,800,0000,,,,,,", "date"),
         ("a,P,800,195O,,,,,,", "date"),
         ("a,P,nan,,,,,,,", "runout_elevation_m"),
         ("a,P,1_000,,,,,,,", "runout_elevation_m"),
-        ('a,P,"800,5",,,,,,,', "runout_elevation_m"),
+        ('a,P,"1,800",,,,,,,', "runout_elevation_m"),
         ("a,P,,,,,,,,", "runout_x_m"),
         ("a,P,800,,-5,,,,,", "volume_m3"),
         ("a,P,800,,0,,,,,", "volume_m3"),
@@ -261,10 +262,10 @@ def test_events_to_predict_may_lack_their_runout(write: Write) -> None:
 
 
 def test_unused_columns_are_said(write: Write) -> None:
-    file = write("profiles.csv", PROFILE.replace("y_m\n", "y_m,landcover\n").replace("0\n", "0,\n"))
+    file = write("profiles.csv", PROFILE.replace("y_m\n", "y_m,cover\n").replace("0\n", "0,\n"))
     intake = read_files([file], Records())
     assert not intake.problems
-    assert "landcover" in intake.notes[0]
+    assert "cover" in intake.notes[0]
 
 
 @pytest.mark.parametrize(
@@ -285,3 +286,34 @@ def test_real_rock_avalanches_lie_on_their_straight_lines(shared_data: Path) -> 
     assert "Rubble Creek" in {e.event_id for e in found.events}
     assert isinstance(found.events[0].covariates["deposit_area_m2"], float)
     assert found.events[0].covariates["confinement"] == "Frontal"
+
+
+@pytest.mark.parametrize(
+    ("header", "column"),
+    [
+        ("volme_m3", "volme_m3"),
+        ("volume", "volume"),
+        ("volume_km3", "volume_km3"),
+        ("Date,date", "Date"),
+        ("Volume_m3,VOLUME_M3", ""),
+    ],
+)
+def test_near_misses_of_columns_are_refused(write: Write, header: str, column: str) -> None:
+    write("profiles.csv", PROFILE)
+    n = header.count(",") + 1
+    file = write("events.csv", f"{EVENTS},{header}\na,P,800{',1950' * n}\n")
+    (problem,) = problems(file.parent)
+    assert (problem.line, problem.column) == (1, column)
+
+
+def test_other_spellings_are_the_known_columns(write: Write) -> None:
+    write("profiles.csv", PROFILE)
+    write("paths.csv", "path_id,OBSERVED_FROM,Aspect\nP,1900,30\n")
+    file = write("events.csv", f"{EVENTS},Volume_m3,Date\na,P,800,5000,1950\n")
+    intake = read_files([file.parent], Records())
+    (event,) = intake.records.events
+    assert (event.volume_m3, event.date, event.covariates) == (5000, "1950", {})
+    assert intake.records.paths[0].observed_from == 1900
+    assert any("Volume_m3 is volume_m3, Date is date" in line for line in intake.read)
+    again = read_files([write("paths.csv", "path_id,aspect\nP,40\n")], intake.records)
+    assert again.records.paths[0].covariates == {"Aspect": 40.0}

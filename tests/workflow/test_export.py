@@ -96,7 +96,7 @@ def test_the_other_files(stored: str, tmp_path: FilePath) -> None:
     assert done.layers == (Layer("hazard", 3, None),)
 
 
-@pytest.mark.parametrize("name", ["out.gpkg", "out.geojson", "out.csv"])
+@pytest.mark.parametrize("name", ["out.gpkg", "out.geojson", "out.csv", "out.xlsx"])
 def test_only_an_export_is_replaced(stored: str, tmp_path: FilePath, name: str) -> None:
     file = tmp_path / name
     for _ in range(2):

@@ -20,7 +20,7 @@ def export(
     ],
     output: Annotated[
         Path,
-        output_file("Ends in .gpkg, .geojson or .csv. An export that is there is replaced."),
+        output_file("Ends in .gpkg, .geojson, .csv or .xlsx. An export that is there is replaced."),
     ],
 ) -> None:
     """Write the bounds and zones of a model for a GIS or a spreadsheet.
@@ -30,6 +30,7 @@ def export(
       avahazard export first -o first.gpkg
       avahazard export first -o first.geojson
       avahazard export first -o first.csv
+      avahazard export first -o first.xlsx
     """
     from avahazard.workflow.export import export as run  # noqa: PLC0415
 

@@ -13,6 +13,7 @@ from typer.testing import Result
 
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from tests.records.files.matrix import save_workbook
 
 Run = Callable[..., Result]
 Write = Callable[[str, str], Path]
@@ -117,3 +118,57 @@ def test_all_real_data_import_through_the_installed_command(
         )
         events = json.loads(done.stdout)["records"]["events"]
         assert (events["new"], events["unchanged"]) == expected
+
+
+def test_a_dry_run_shows_how_each_column_is_read(avahazard: Run, folder: Path) -> None:
+    (folder / "events.csv").write_bytes(
+        "Event ID;path_id;Date;runout_elevation_m;Volume (m³);Bemerkung\n"
+        "a;P;14.01.1950;700,5;5000;naß\n".encode("cp1252")
+    )
+    done = avahazard("import", "--dry-run", str(folder))
+    assert done.exit_code == 0, done.stderr
+    shown = " ".join(done.stdout.split())
+    for words in (
+        "Date date: date, or year 1950-01-14",
+        "runout_elevation_m elevation of the stop m a.s.l. 700.5",
+        "Volume (m³) volume_m3: volume of the deposit m3 5000",
+        "Bemerkung your own column, words naß",
+    ):
+        assert words in shown
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    told = next(line for line in done.stderr.splitlines() if "events.csv" in line)
+    for words in (
+        "events, 1 row",
+        "Windows-1252 (such as 'naß')",
+        "semicolons",
+        "decimal commas",
+        "dates: dd.mm.yyyy (14.01.1950 is 1950-01-14)",
+        "Event ID is event_id, Date is date, Volume (m³) is volume_m3",
+    ):
+        assert words in told
+    read = json.loads(avahazard("--json", "import", "--dry-run", str(folder)).stdout)["understood"]
+    assert [c["values"] for c in read if c["column"] == "Date"] == [["1950-01-14"]]
+
+
+def test_the_remedies_are_options(avahazard: Run, folder: Path) -> None:
+    (folder / "events.csv").write_text(
+        "event_id;path_id;date;runout_x_m;runout_elevation_m\na;P;3/4/1950;100,125;\n"
+    )
+    done = avahazard("import", str(folder))
+    assert done.exit_code == 1
+    shown = " ".join(done.stderr.split())
+    assert "--decimal" in shown
+    assert "--dates dmy" in shown
+    done = avahazard("import", "--decimal", "comma", "--dates", "dmy", str(folder))
+    assert done.exit_code == 0, done.stderr
+    assert avahazard("import", "--dates", "ymd", str(folder)).exit_code == 2
+
+
+def test_a_workbook_beside_tables_is_read_or_refused(avahazard: Run, folder: Path) -> None:
+    rows = [tuple(line.split(",")) for line in EVENTS.splitlines()]
+    save_workbook(folder / "events.xlsx", {"Sheet1": rows})
+    done = avahazard("import", str(folder))
+    assert done.exit_code == 1
+    assert "events.csv and events.xlsx" in done.stderr
+    (folder / "events.csv").unlink()
+    assert counts(avahazard("--json", "import", str(folder)))["events"] == (2, 0, 0)

@@ -1,0 +1,19 @@
+"""What a user says of a file that does not say it itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from avahazard.records.files.dates import Order
+from avahazard.records.files.numbers import Decimal
+
+
+@dataclass(frozen=True, slots=True)
+class Conventions:
+    """The decimal sign, and whether day or month comes first; None: the file shows it."""
+
+    decimal: Decimal | None = None
+    dates: Order | None = None
+
+
+UNKNOWN = Conventions()

@@ -1,0 +1,60 @@
+"""The rows of a text file, and what stands between its values."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from pathlib import PurePath
+
+from avahazard.records.errors import RowProblem
+from avahazard.records.files.names import known_name
+from avahazard.records.files.sheet import Line, Sheet
+
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
+HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itself
+
+
+def split(file: str, text: str, encoding: str, problems: list[RowProblem]) -> Sheet | None:
+    """Return the rows of `text`; None after adding to `problems`."""
+    start = HINT.match(text)
+    separator = start.group(1) if start else _separator(text)
+    if separator not in SEPARATORS:
+        names = ", ".join(SEPARATORS.values())
+        problems.append(RowProblem(file, 1, "", separator, f"values separated by {names}"))
+        return None
+    lines: list[Line] = []
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    line = 1
+    try:
+        for row in reader:
+            cells = tuple(cell.strip() for cell in row)
+            if any(cells) and not (start and line == 1):
+                lines.append((line, cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        accepted = f"rows of values separated by {SEPARATORS[separator]}"
+        problems.append(RowProblem(file, line, "", str(error), accepted))
+        return None
+    words = (encoding, SEPARATORS[separator])
+    return Sheet(file, PurePath(file).stem, tuple(lines), words, separator)
+
+
+def _separator(text: str) -> str:
+    """The one by which the header has the most known columns; else the most columns."""
+
+    def rank(separator: str) -> tuple[int, int]:
+        header = next(_records(text, separator), [])
+        return sum(known_name(name) is not None for name in header), len(header)
+
+    return max(SEPARATORS, key=rank)
+
+
+def _records(text: str, separator: str) -> Iterator[list[str]]:
+    try:
+        for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator):
+            if any(cell.strip() for cell in row):
+                yield row
+    except csv.Error:
+        return

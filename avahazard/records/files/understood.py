@@ -1,0 +1,50 @@
+"""How the columns of the files were understood, for people to look at before they import."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from avahazard.records.covariates import NUMBER
+from avahazard.records.forms.meanings import MEANINGS
+from avahazard.records.table import Table
+
+FIRST_VALUES = 3
+
+
+@dataclass(frozen=True, slots=True)
+class UnderstoodColumn:
+    """A column of a file: its name there, what it means, its unit, its first values as read."""
+
+    file: str
+    form: str
+    column: str
+    meaning: str
+    unit: str
+    values: tuple[str, ...]
+
+
+def understood(table: Table, form: str, columns: Collection[str]) -> list[UnderstoodColumn]:
+    """Say it for every column of `table`; `columns` are those of its form."""
+    found = []
+    for name in table.header:
+        values = [cells[name] for cells in table.rows if name in cells]
+        if name in columns and name in MEANINGS:
+            words, unit, _ = MEANINGS[name]
+            meaning = f"{name}: {words}" if name in table.spelt else words
+        else:
+            unit = ""
+            kind = "numbers" if values and all(map(NUMBER.fullmatch, values)) else "words"
+            kept = form in ("paths", "events")
+            meaning = f"your own column, {kind}" if kept else "not used"
+        spelt = table.spelt.get(name, name)
+        first = tuple(values[:FIRST_VALUES])
+        found.append(UnderstoodColumn(table.file, form, spelt, meaning, unit, first))
+    return found
+
+
+def summary(table: Table, form: str) -> str:
+    """One line for a file or sheet: what it holds, and how it was read."""
+    n = len(table.rows)
+    rows = "1 row" if n == 1 else f"{n} rows"
+    return f"{table.file}: {form}, {rows} ({', '.join(table.words)})"

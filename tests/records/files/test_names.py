@@ -1,0 +1,56 @@
+"""Columns in other spellings."""
+
+from __future__ import annotations
+
+import pytest
+
+from avahazard.records.files.forms import COLUMNS
+from avahazard.records.files.names import known_name, near_name
+from avahazard.records.forms.meanings import MEANINGS
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("volume_m3", "volume_m3"),
+        ("Volume_m3", "volume_m3"),
+        ("Volume (m³)", "volume_m3"),
+        ("VOLUME [m3]", "volume_m3"),
+        ("Date", "date"),
+        ("OBSERVED_FROM", "observed_from"),
+        ("observed from", "observed_from"),
+        ("Event ID", "event_id"),
+        ("EventId", "event_id"),
+        ("Speed (m/s)", "speed_m_s"),
+        ("aspect", None),
+        ("volume", None),
+        ("volume_km3", None),
+    ],
+)
+def test_spellings(name: str, column: str | None) -> None:
+    assert known_name(name) == column
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("volume", "volume_m3"),
+        ("Volume_km3", "volume_m3"),
+        ("volme_m3", "volume_m3"),
+        ("vloume_m3", "volume_m3"),
+        ("runout elevation", "runout_elevation_m"),
+        ("left_profil", "left_profile"),
+        ("snow_types", "snow_type"),
+        ("rate", None),
+        ("aspect", None),
+        ("snow_temperature_c", None),
+        ("mean_slope_deg", None),
+        ("deposit_area_m2", None),
+    ],
+)
+def test_near_misses(name: str, column: str | None) -> None:
+    assert near_name(name, sorted(COLUMNS["events"])) == column
+
+
+def test_every_column_of_a_form_has_a_meaning() -> None:
+    assert set().union(*COLUMNS.values()) <= MEANINGS.keys()
