@@ -96,7 +96,7 @@ def build_site(
 
 def path_site(path: Path, profile: Profile) -> Site:
     """Return the regularised path with one release: the path's own, else its top."""
-    smooth = smooth_profile(profile.x_m, profile.y_m)
+    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     return build_site(path, profile, smooth, [release_place(smooth, path.release_elevation_m)])
 
 

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from avahazard.physics.ground_spline import GroundPosterior, block_length, ground_posterior
+from avahazard.physics.point_error import PointError, Source, point_error
 
 Floats = NDArray[np.float64]
 Method = Literal["auto", "legendre", "spline"]
 
 DEGREE = 8
 PENALTY = 1e-4
-MISFIT_LIMIT_M = 10.0
-"""Largest deviation of the polynomial from the points that is still accepted."""
-SPLINE_DEVIATION_M = 5.0
-"""Largest deviation that the smoothing spline is stiffened to."""
-FEWEST_SPLINE_POINTS = 5
-"""Paths with fewer points are first filled up on the straight lines between them."""
+POINTS_A_TERM = 2
+"""With fewer points for each of its terms a polynomial cannot show that it misses them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +28,10 @@ class SmoothProfile:
     """A path y = f(x) with two continuous derivatives; x in metres, downhill to the right.
 
     `derivatives(x)` returns (f, f', f'') with the shape of `x`; `knots` are the places where
-    higher derivatives jump.
+    higher derivatives jump. `rms_m` is the misfit, `sigma_m` the error of the points that it should
+    equal, both as root mean squares weighted by 1/σ²; `sigma_source` says whence that error is.
+    `posterior` is what the points tell of the ground. A polynomial that was asked for by itself
+    has none of these three.
     """
 
     method: Literal["legendre", "spline"]
@@ -39,6 +42,10 @@ class SmoothProfile:
     x_max: float
     knots: Floats
     derivatives: Callable[[Floats], tuple[Floats, Floats, Floats]]
+    rms_m: float = 0.0
+    sigma_m: float = 0.0
+    sigma_source: Source | None = None
+    posterior: GroundPosterior | None = None
 
     def height(self, x: Floats | float) -> Floats:
         """Elevation at x."""
@@ -61,17 +68,33 @@ class Derivatives:
         return self.curve(x), self.slope(x), self.bending(x)
 
 
-def smooth_profile(x: Floats, y: Floats, method: Method = "auto") -> SmoothProfile:
+def smooth_profile(
+    x: Floats, y: Floats, sigma: Floats | None = None, method: Method = "auto"
+) -> SmoothProfile:
     """Regularise the points (x, y), both `[n_points]`, x strictly rising.
 
-    `auto` takes the Legendre polynomial unless it misses a point by more than
-    `MISFIT_LIMIT_M`; then the smoothing spline.
+    `sigma` `[n_points]` (m) is the error of the elevations, estimated where it is not given.
+    `auto` takes the Legendre polynomial where its misfit is within that error, root mean square
+    against root mean square; else the smoothing spline.
     """
-    if method != "spline":
-        fitted = legendre_profile(x, y)
-        if method == "legendre" or fitted.max_deviation_m <= MISFIT_LIMIT_M:
-            return fitted
-    return spline_profile(x, y)
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    error = point_error(x, y, sigma)
+    spline = _spline(x, y, error, block_length(float(x[-1] - x[0])))
+    if method == "spline":
+        return spline
+    polynomial = legendre_profile(x, y)
+    deviation = polynomial.height(x) - y
+    enough = len(x) >= POINTS_A_TERM * (DEGREE + 1)
+    within = float(np.mean((deviation / error.sigma) ** 2)) <= 1.0
+    if method == "auto" and not (enough and within):
+        return spline
+    return replace(
+        polynomial,
+        rms_m=_weighted_rms(deviation, error.sigma),
+        sigma_m=spline.sigma_m,
+        sigma_source=spline.sigma_source,
+        posterior=spline.posterior,
+    )
 
 
 def legendre_profile(
@@ -90,50 +113,66 @@ def legendre_profile(
     norms = np.sqrt(np.arange(degree + 1) + 0.5)
     f = Legendre(coefficients * norms, domain=[x[0], x[-1]])
     slope, bend = f.deriv(1), f.deriv(2)
+    deviation = f(x) - y
     return SmoothProfile(
         method="legendre",
         degree=degree,
         smoothing=None,
-        max_deviation_m=float(np.max(np.abs(f(x) - y))),
+        max_deviation_m=float(np.max(np.abs(deviation))),
         x_min=float(x[0]),
         x_max=float(x[-1]),
         knots=np.empty(0),
         derivatives=Derivatives(f, slope, bend),
+        rms_m=float(np.sqrt(np.mean(deviation**2))),
     )
 
 
-def spline_profile(x: Floats, y: Floats, deviation: float = SPLINE_DEVIATION_M) -> SmoothProfile:
-    """The stiffest cubic smoothing spline that stays within `deviation` metres of every point."""
-    from scipy.interpolate import make_smoothing_spline  # noqa: PLC0415 (import cost)
-
+def spline_profile(
+    x: Floats, y: Floats, sigma: Floats | float | None = None, block_m: float | None = None
+) -> SmoothProfile:
+    """The smoothing spline of points with errors `sigma` (m), as a block of `block_m` feels it."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    while len(x) < FEWEST_SPLINE_POINTS:
-        middles = 0.5 * (x[1:] + x[:-1])
-        filled = np.sort(np.concatenate([x, middles]))
-        x, y = filled, np.interp(filled, x, y)
-    # The penalty is ∫ f''² dx: scaled by the mean spacing and length, its exponent has a
-    # sensible range for any path.
-    scale = (x[-1] - x[0]) ** 3
+    given = None if sigma is None else np.broadcast_to(np.asarray(sigma, dtype=float), x.shape)
+    length = block_length(float(x[-1] - x[0])) if block_m is None else block_m
+    return _spline(x, y, point_error(x, y, given), length)
 
-    def spline_of(log_smoothing: float):  # type: ignore[no-untyped-def]
-        return make_smoothing_spline(x, y, lam=scale * 10.0**log_smoothing)
 
-    low, high = -14.0, 2.0
-    for _ in range(24):
-        middle = 0.5 * (low + high)
-        if np.max(np.abs(spline_of(middle)(x) - y)) <= deviation:
-            low = middle
-        else:
-            high = middle
-    f = spline_of(low)
-    slope, bend = f.derivative(1), f.derivative(2)
+def drawn_profile(smooth: SmoothProfile, rng: np.random.Generator) -> SmoothProfile:
+    """The path as it might be, given its points and their error."""
+    if smooth.posterior is None:
+        return smooth
+    f = smooth.posterior.draw(rng)
+    return replace(smooth, knots=_inner_knots(smooth.posterior), derivatives=_derivatives(f))
+
+
+def _spline(x: Floats, y: Floats, error: PointError, block_m: float) -> SmoothProfile:
+    posterior = ground_posterior(x, y, error.sigma, error.penalty, block_m)
+    f = posterior.ground()
+    deviation = f(x) - y
     return SmoothProfile(
         method="spline",
         degree=None,
-        smoothing=float(scale * 10.0**low),
-        max_deviation_m=float(np.max(np.abs(f(x) - y))),
+        smoothing=error.penalty,
+        max_deviation_m=float(np.max(np.abs(deviation))),
         x_min=float(x[0]),
         x_max=float(x[-1]),
-        knots=x[1:-1].copy(),
-        derivatives=Derivatives(f, slope, bend),
+        knots=_inner_knots(posterior),
+        derivatives=_derivatives(f),
+        rms_m=_weighted_rms(deviation, error.sigma),
+        sigma_m=_weighted_rms(error.sigma, error.sigma),
+        sigma_source=error.source,
+        posterior=posterior,
     )
+
+
+def _derivatives(f: BSpline) -> Derivatives:
+    return Derivatives(f, f.derivative(1), f.derivative(2))
+
+
+def _inner_knots(posterior: GroundPosterior) -> Floats:
+    return posterior.knots[4:-4]
+
+
+def _weighted_rms(deviation: Floats, sigma: Floats) -> float:
+    """Root of the mean of squares `[n_points]`, weighted by 1/σ²."""
+    return float(np.sqrt(np.average(deviation**2, weights=sigma**-2)))

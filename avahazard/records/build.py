@@ -71,7 +71,7 @@ def build_profile(
     if len(problems) == before and last.y_m >= first.y_m:
         accepted = f"less than {first.y_m:g}, because x_m runs from the top of the path"
         problems.append(RowProblem(file, line, "y_m", f"{last.y_m:g}", accepted))
-    for name in ("land_cover", "easting_m", "lon"):
+    for name in ("land_cover", "easting_m", "lon", "elevation_sigma_m"):
         _all_or_none(file, points, name, problems)
     for line, row in points:
         if row.crs != first.crs:
@@ -91,6 +91,7 @@ def build_profile(
         crs=first.crs,
         lon=_optional([row.lon for row in rows]),
         lat=_optional([row.lat for row in rows]),
+        elevation_sigma_m=_optional([row.elevation_sigma_m for row in rows]),
     )
 
 

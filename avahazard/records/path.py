@@ -33,7 +33,9 @@ class Path:
 class Profile:
     """Points along a path: `x_m` rises strictly from the top, all arrays `[n_points]`.
 
-    Coordinates are either `easting_m`, `northing_m` in `crs`, or `lon`, `lat`, or absent.
+    `elevation_sigma_m` is the error of each elevation, one standard deviation, None where it is
+    not known. Coordinates are either `easting_m`, `northing_m` in `crs`, or `lon`, `lat`, or
+    absent.
     """
 
     path_id: str
@@ -45,3 +47,4 @@ class Profile:
     crs: str | None = None
     lon: Floats | None = None
     lat: Floats | None = None
+    elevation_sigma_m: Floats | None = None

@@ -1,13 +1,19 @@
-"""Whether a recorded place can be found on the raw points of its profile."""
+"""Whether a recorded place can be found on its profile."""
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
+from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
 
 Fault = tuple[str, float, str]  # column, value, what would be accepted
+
+# So many standard deviations of the ground must a path rise before two places count.
+RISE_SD = 3.0
 
 # Elevations read from another map than the profile differ by about this much.
 MAP_TOLERANCE_M = 30.0
@@ -77,7 +83,23 @@ def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
 
 
 def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
-    """Tell whether the profile reaches `elevation_m` on both sides of its lowest point."""
+    """Tell whether the profile reaches `elevation_m` on both sides of its lowest point.
+
+    Points that rise by no more than their error make no counter-slope.
+    """
     lowest = int(np.argmin(profile.y_m))
     beyond = float(profile.y_m[lowest:].max())
-    return float(profile.y_m[lowest]) < elevation_m <= beyond
+    return float(profile.y_m[lowest]) < elevation_m <= beyond and _rises(profile)
+
+
+@lru_cache(maxsize=256)
+def _rises(profile: Profile) -> bool:
+    """Whether the ground rises beyond its lowest place by more than its error allows."""
+    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+    height = smooth.height(profile.x_m)
+    sd = np.zeros(len(height))
+    if smooth.posterior is not None:
+        sd = smooth.posterior.sd(profile.x_m)
+    lowest = int(np.argmin(height))
+    rise = height[lowest:] - height[lowest]
+    return bool(np.any(rise > RISE_SD * np.hypot(sd[lowest:], sd[lowest])))

@@ -22,7 +22,9 @@ def draw_hazard(file: FilePath, title: str, records: Records, rows: Sequence[Haz
         AvahazardError: `file` is not the name of a picture.
     """
     paths = {path.path_id: path for path in records.paths}
-    smooth = {p.path_id: smooth_profile(p.x_m, p.y_m) for p in records.profiles}
+    smooth = {
+        p.path_id: smooth_profile(p.x_m, p.y_m, p.elevation_sigma_m) for p in records.profiles
+    }
     drawn = []
     for row in rows:
         path, ground = paths[row.path_id], smooth[row.path_id]

@@ -13,6 +13,9 @@ from avahazard.report.picture import picture
 
 Floats = NDArray[np.float64]
 
+INTERVAL_90 = 1.645
+"""Standard deviations from the middle to the 5 and 95 % of a normal distribution."""
+
 
 def draw_path(
     file: FilePath,
@@ -31,6 +34,17 @@ def draw_path(
         x = np.linspace(smooth.x_min, smooth.x_max, 1000)
         axes.plot(profile.x_m, profile.y_m, ".", color="0.6", markersize=3, label="points")
         axes.plot(x, smooth.height(x), color="black", linewidth=1, label=smooth.method)
+        if smooth.posterior is not None:
+            height, spread = smooth.height(x), INTERVAL_90 * smooth.posterior.sd(x)
+            axes.fill_between(
+                x,
+                height - spread,
+                height + spread,
+                color="tab:orange",
+                alpha=0.4,
+                linewidth=0,
+                label="ground, 5 to 95 %",
+            )
         for place, mark, color, label in (
             (release_x, "v", "tab:blue", "releases"),
             (stop_x, "|", "tab:red", "recorded stops"),

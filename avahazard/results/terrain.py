@@ -38,14 +38,23 @@ class Stretch(Result):
 class ProfileFit(Result):
     """How a profile was regularised: `degree` of a polynomial, or `smoothing` of a spline.
 
-    With a spline also by how much the polynomial would have missed the points.
+    Root mean squares (m): the points' misfit `rms_m`, and what the polynomial's is. The error of
+    the points `elevation_sigma_m` is given, estimated or assumed (`sigma_from`); what they say
+    themselves is `sigma_estimate_m`, None where they are too few. `ground_sd_m` is the error of
+    the ground that follows, `block_m` the length of the block that feels it.
     """
 
     method: str
     degree: int | None = field(default=None, metadata=ABSENT)
     smoothing: float | None = field(default=None, metadata=ABSENT)
-    polynomial_deviation_m: float | None = field(default=None, metadata=ABSENT)
+    polynomial_rms_m: float
+    rms_m: float
     max_deviation_m: float
+    elevation_sigma_m: float
+    sigma_from: str | None
+    sigma_estimate_m: float | None
+    ground_sd_m: float | None
+    block_m: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -98,6 +98,7 @@ def _load_profiles(session: Session) -> Iterable[Profile]:
             crs=columns["crs"][0],
             lon=_array(columns["lon"]),
             lat=_array(columns["lat"]),
+            elevation_sigma_m=_array(columns["elevation_sigma_m"]),
         )
 
 

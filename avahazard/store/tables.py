@@ -56,6 +56,7 @@ class ProfilePointTable(Base):
     crs: Mapped[str | None]
     lon: Mapped[float | None]
     lat: Mapped[float | None]
+    elevation_sigma_m: Mapped[float | None]
 
 
 class TerrainTable(Base):

@@ -77,7 +77,7 @@ def _profile_rows(records: Records) -> list[dict[str, object]]:
         columns: dict[str, Sequence[object]] = {"x_m": p.x_m.tolist(), "y_m": p.y_m.tolist()}
         if p.land_cover is not None:
             columns["land_cover"] = p.land_cover
-        for name in ("easting_m", "northing_m", "lon", "lat"):
+        for name in ("easting_m", "northing_m", "lon", "lat", "elevation_sigma_m"):
             values = getattr(p, name)
             if values is not None:
                 columns[name] = values.tolist()

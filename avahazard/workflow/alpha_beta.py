@@ -56,7 +56,7 @@ def alpha_beta_paths(
 
 def _runouts(records: Records, path: Path) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
     profile = find_profile(records, path)
-    smooth = smooth_profile(profile.x_m, profile.y_m)
+    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     return smooth, alpha_beta_runouts(smooth, release_place(smooth, path.release_elevation_m))
 
 

@@ -105,7 +105,7 @@ def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], 
 def _drawn(records: Records, path: Path, profile: Profile, line: PathLine) -> MappedPath:
     from avahazard.gis.hazard_map import MappedPath  # noqa: PLC0415
 
-    smooth = smooth_profile(profile.x_m, profile.y_m)
+    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     events = [event for event in records.events if event.path_id == path.path_id]
     stops = [(event, x) for event in events if (x := stop_place(smooth, event)) is not None]
     return MappedPath(path, line, release_place(smooth, path.release_elevation_m), tuple(stops))

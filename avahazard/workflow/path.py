@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.site import release_place, stop_place
+from avahazard.physics.ground_spline import block_length
+from avahazard.physics.point_error import point_error
 from avahazard.physics.smooth_profile import (
-    MISFIT_LIMIT_M,
     SmoothProfile,
     legendre_profile,
     smooth_profile,
@@ -25,6 +26,9 @@ from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
 Floats = NDArray[np.float64]
+
+CONTRADICTED = 2.0
+"""A given error is contradicted by points that scatter this many times as far."""
 
 
 def view_path(database: str, path_id: str, plot: FilePath | None = None) -> PathCheck:
@@ -44,7 +48,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> Path
     path = find_path(records, path_id)
     profile = find_profile(records, path)
     events = [event for event in records.events if event.path_id == path_id]
-    smooth = smooth_profile(profile.x_m, profile.y_m)
+    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     check = describe_path(path, profile, smooth, events)
     if plot is not None:
         from avahazard.report.path_figure import draw_path  # noqa: PLC0415 (matplotlib is slow)
@@ -84,15 +88,20 @@ def describe_path(
 
 
 def _fit(profile: Profile, smooth: SmoothProfile) -> ProfileFit:
-    deviation = smooth.max_deviation_m
-    if smooth.method == "legendre":
-        return ProfileFit(method="legendre", degree=smooth.degree, max_deviation_m=deviation)
-    polynomial = legendre_profile(profile.x_m, profile.y_m)
+    estimate = point_error(profile.x_m, profile.y_m)
+    posterior = smooth.posterior
     return ProfileFit(
         method=smooth.method,
+        degree=smooth.degree,
         smoothing=smooth.smoothing,
-        polynomial_deviation_m=polynomial.max_deviation_m,
-        max_deviation_m=deviation,
+        polynomial_rms_m=legendre_profile(profile.x_m, profile.y_m).rms_m,
+        rms_m=smooth.rms_m,
+        max_deviation_m=smooth.max_deviation_m,
+        elevation_sigma_m=smooth.sigma_m,
+        sigma_from=smooth.sigma_source,
+        sigma_estimate_m=float(estimate.sigma[0]) if estimate.source == "estimated" else None,
+        ground_sd_m=None if posterior is None else float(np.mean(posterior.sd(profile.x_m))),
+        block_m=block_length(float(profile.x_m[-1] - profile.x_m[0])),
     )
 
 
@@ -105,10 +114,22 @@ def stretches(x: Floats, holds: NDArray[np.bool_]) -> Rows[Stretch]:
 
 def _notes(check: PathCheck) -> list[str]:
     notes = []
-    if check.fit.method == "spline":
+    fit = check.fit
+    estimate = fit.sigma_estimate_m
+    if fit.sigma_from == "assumed":
         notes.append(
-            f"The polynomial misses the points by up to {check.fit.polynomial_deviation_m:.1f} m "
-            f"(over {MISFIT_LIMIT_M:.0f} m): a smoothing spline was taken."
+            f"{check.n_points} points do not tell their error: {fit.elevation_sigma_m:g} m was "
+            "assumed. Give elevation_sigma_m."
+        )
+    elif (
+        fit.sigma_from == "given"
+        and estimate is not None
+        and estimate > CONTRADICTED * fit.elevation_sigma_m
+    ):
+        notes.append(
+            f"The points scatter by {estimate:.1f} m about smooth ground, more than their "
+            f"elevation_sigma_m of {fit.elevation_sigma_m:.1f} m: the block runs over bumps "
+            "that may be errors."
         )
     if not check.monotone:
         places = "; ".join(_written(part) for part in check.rises)

@@ -53,7 +53,7 @@ def path_views(
         recorded = [e for e in records.events if e.path_id == path.path_id]
         smooth = known.get(path.path_id)
         if smooth is None and profile is not None:
-            smooth = smooth_profile(profile.x_m, profile.y_m)
+            smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
         mine = [e for e in events if e.path_id == path.path_id]
         views.append(
             PathView(

@@ -21,4 +21,4 @@ def longest(method: str) -> SmoothProfile:
     table = pd.read_csv(FILE)
     name = table.groupby("path_id").x_m.max().idxmax()
     rows = table[table.path_id == name]
-    return smooth_profile(rows.x_m.to_numpy(float), rows.y_m.to_numpy(float), method)
+    return smooth_profile(rows.x_m.to_numpy(float), rows.y_m.to_numpy(float), method=method)

@@ -73,3 +73,18 @@ def test_speeds_are_on_the_profile() -> None:
         fault = speed_fault(speed, BOWL)
         assert fault is not None
         assert fault[0] == column
+
+
+def test_noise_makes_no_counter_slope() -> None:
+    """Points of a path that falls all the way rise at many places where they are noisy."""
+    rng = np.random.default_rng(8)
+    x = np.arange(0.0, 2000.0, 10.0)
+    y = 900.0 * np.exp(-x / 500.0) - 0.01 * x
+    noisy = Profile("P", x, y + rng.normal(0.0, 5.0, len(x)))
+    low = float(noisy.y_m.min())
+    for rise in (0.5, 2.0, 5.0):
+        assert not on_counter_slope(low + rise, noisy)
+        assert stop_fault(Event("e", "P", runout_elevation_m=low + rise), noisy) is None
+    # Where it truly rises again, it is refused as before.
+    valley = Profile("P", x, y + np.maximum(x - 1500.0, 0.0) * 0.12 + rng.normal(0.0, 5.0, len(x)))
+    assert on_counter_slope(float(valley.y_m.min()) + 20.0, valley)

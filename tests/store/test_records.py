@@ -81,6 +81,7 @@ def some_profile(draw: st.DrawFn, path_id: str) -> Profile:
         land_cover=draw(maybe(st.lists(words, min_size=n, max_size=n).map(tuple))),
         easting_m=draw(maybe(column)),
         crs=draw(maybe(words)),
+        elevation_sigma_m=draw(maybe(column)),
     )
 
 

@@ -111,9 +111,9 @@ def test_tables_and_profiles_are_made_once_for_a_path(
         counted[f"table of {site.path.path_id}"] += 1
         return table(site, resistance)
 
-    def count_profile(x: np.ndarray, y: np.ndarray) -> SmoothProfile:
+    def count_profile(x: np.ndarray, y: np.ndarray, sigma: np.ndarray | None) -> SmoothProfile:
         counted[f"profile {x[-1]} {y[0]}"] += 1
-        return smooth(x, y)
+        return smooth(x, y, sigma)
 
     monkeypatch.setattr(Site, "table", count_table)
     monkeypatch.setattr(observations, "smooth_profile", count_profile)

@@ -9,12 +9,12 @@ import pytest
 
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.event import Event
-from avahazard.records.path import Profile
-from avahazard.results.terrain import Stretch
+from avahazard.records.path import Path, Profile
+from avahazard.results.terrain import PathCheck, Stretch
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.path import describe_path, stretches, view_path
-from tests.workflow.worlds import bowl
+from tests.workflow.worlds import bowl, height
 
 
 def _describe(records):
@@ -23,9 +23,16 @@ def _describe(records):
     return describe_path(records.paths[0], profile, smooth, list(records.events))
 
 
+def _of_points(x, y, sigma: float | None = None) -> PathCheck:
+    given = None if sigma is None else np.full(len(x), sigma)
+    profile = Profile("B", x, y, elevation_sigma_m=given)
+    return describe_path(Path("B"), profile, smooth_profile(x, y, given), [])
+
+
 def test_a_bowl_that_falls_all_the_way() -> None:
     document = _describe(bowl(1900.0))
-    assert document.fit.method == "legendre"
+    assert document.fit.method == "spline"
+    assert document.fit.rms_m < document.fit.elevation_sigma_m == pytest.approx(0.1)
     assert document.monotone is True
     assert document.rises == document.notes == ()
     assert (document.length_m, document.n_points) == (1900.0, 96)
@@ -53,20 +60,38 @@ def test_a_flow_longer_than_the_radius_is_told() -> None:
     assert "below the length of the flow (2700 m)" in document.notes[1]
 
 
-def test_a_step_takes_the_spline_and_says_so() -> None:
+def test_a_step_is_felt_as_the_block_feels_it() -> None:
     x = np.linspace(0.0, 2000.0, 101)
     y = 1000.0 - 0.4 * x - 60.0 * np.tanh((x - 1000.0) / 30.0)
-    records = bowl()
-    document = describe_path(records.paths[0], Profile("B", x, y), smooth_profile(x, y), [])
-    assert document.to_dict()["fit"].keys() == {
-        "method",
-        "smoothing",
-        "polynomial_deviation_m",
-        "max_deviation_m",
-    }
-    assert document.fit.max_deviation_m <= 5.0
-    assert document.fit.polynomial_deviation_m > 10.0
-    assert "smoothing spline was taken" in document.notes[0]
+    fit = _of_points(x, y).fit
+    assert (fit.method, fit.degree, fit.sigma_from) == ("spline", None, "estimated")
+    assert fit.polynomial_rms_m > 5.0
+    # A cliff shorter than the block is rounded off.
+    assert fit.elevation_sigma_m < fit.rms_m < 2.0 < fit.max_deviation_m < 10.0
+    assert fit.block_m == 100.0
+
+
+def test_noise_is_told_from_ground() -> None:
+    x = np.linspace(0.0, 1900.0, 191)
+    y = height(x) + np.random.default_rng(1).normal(0.0, 4.0, 191)
+    check = _of_points(x, y)
+    assert check.fit.elevation_sigma_m == pytest.approx(4.0, rel=0.15)
+    assert check.fit.rms_m == pytest.approx(check.fit.elevation_sigma_m, rel=0.1)
+    assert check.fit.ground_sd_m is not None
+    assert 0.3 < check.fit.ground_sd_m < 2.0
+    assert check.notes == ()
+
+
+def test_a_stated_error_that_the_points_contradict_is_told() -> None:
+    x = np.linspace(0.0, 1900.0, 191)
+    y = height(x) + np.random.default_rng(1).normal(0.0, 4.0, 191)
+    assert "scatter by" in _of_points(x, y, 1.0).notes[0]
+    assert not any("scatter by" in note for note in _of_points(x, y, 4.0).notes)
+
+
+def test_few_points_are_told() -> None:
+    x = np.linspace(0.0, 1900.0, 8)
+    assert "8 points do not tell their error" in _of_points(x, height(x)).notes[0]
 
 
 def test_stretches_equal_the_slow_twin() -> None:

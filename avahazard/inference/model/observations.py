@@ -86,12 +86,15 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     )
     known = {} if prior is None else {site.path.path_id: site.smooth for site in prior.sites}
     for name in used:
-        smooth = known.get(name) or smooth_profile(profiles[name].x_m, profiles[name].y_m)
+        profile = profiles[name]
+        smooth = known.get(name) or smooth_profile(
+            profile.x_m, profile.y_m, profile.elevation_sigma_m
+        )
         mine = [i for i, e in enumerate(events) if e.path_id == name]
         own = paths[name].release_elevation_m
         start = {i: _release_elevation(events[i], own) for i in mine}
         place = {z: release_place(smooth, z) for z in dict.fromkeys(start.values())}
-        site = build_site(paths[name], profiles[name], smooth, list(place.values()))
+        site = build_site(paths[name], profile, smooth, list(place.values()))
         sites.append(site)
         for i in mine:
             release[i] = np.searchsorted(site.release_x, place[start[i]])

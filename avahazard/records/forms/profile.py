@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from avahazard.records.forms.row import ELEVATION, ID, PLAIN, Name, Number, Row, wrong
+from avahazard.records.forms.row import ELEVATION, ID, PLAIN, Name, Number, Positive, Row, wrong
 
 Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False), PLAIN]
 Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False), PLAIN]
@@ -24,6 +24,9 @@ class ProfileRow(Row):
     crs: Name | None = Field(None, description="a coordinate system such as EPSG:31287")
     lon: Longitude | None = Field(None, description="degrees from -180 to 180")
     lat: Latitude | None = Field(None, description="degrees from -90 to 90")
+    elevation_sigma_m: Positive | None = Field(
+        None, description="the error of the elevation in metres, above 0"
+    )
 
     @model_validator(mode="after")
     def _coordinates_in_pairs(self) -> Self:

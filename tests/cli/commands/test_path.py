@@ -16,13 +16,14 @@ Run = Callable[..., Result]
 
 def test_the_installed_command(installed: Callable[..., Any]) -> None:
     document = installed("path", "scey")
-    assert document["fit"].keys() == {"method", "degree", "max_deviation_m"}
-    assert (document["path_id"], document["fit"]["method"]) == ("scey", "legendre")
+    assert document["fit"].keys() >= {"method", "smoothing", "max_deviation_m", "rms_m"}
+    assert (document["path_id"], document["fit"]["sigma_from"]) == ("scey", "estimated")
+    assert document["fit"]["polynomial_rms_m"] > 1.0 > document["fit"]["max_deviation_m"]
     assert document["drop_m"] == pytest.approx(1090.0, abs=1.0)
     assert document["monotone"] is True
 
 
-def test_people_see_a_table_and_why_a_spline_was_taken(
+def test_people_see_a_table_with_the_error_and_the_misfits(
     avahazard: Run, write: Callable[[str, str], Path]
 ) -> None:
     # A cliff of 100 m, which no polynomial of degree 8 follows.
@@ -33,7 +34,8 @@ def test_people_see_a_table_and_why_a_spline_was_taken(
     done = avahazard("path", "cliff")
     assert done.exit_code == 0
     assert "smoothing spline" in done.stdout
-    assert "over 10 m" in done.stderr
+    assert "error of a point, estimated m" in done.stdout
+    assert "misfit of the polynomial (rms) m" in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
