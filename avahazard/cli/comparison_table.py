@@ -20,6 +20,14 @@ COORDINATES = {
     "mixed": "as recorded, m",
 }
 """What the scores of a coordinate are of."""
+SOURCES = {
+    "record": "errors of the recorded runouts",
+    "volume": "errors of the recorded volumes",
+    "scatter": "natural scatter",
+    "parameters": "uncertain parameters",
+    "unexplained": "unexplained",
+}
+"""Sources of error in words."""
 CRPS_WORDS = (
     "CRPS: mean error in metres that counts the width of the forecast too; for a forecast without "
     "scatter it is the mean absolute error. Smaller is better."
@@ -75,13 +83,27 @@ def unit_words(coordinate: str) -> str:
     return of.get(coordinate, "m, as recorded")
 
 
+def budget_table(found: Comparison) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+    """Columns and rows of the error budget: metres, and the share of the squared error."""
+    whole = sum(part.rms_m**2 for part in found.budget)
+    rows = [
+        (
+            SOURCES.get(part.source, f"explained by {part.source}"),
+            f"{part.rms_m:.1f}",
+            f"{part.rms_m**2 / whole:.0%}" if whole > 0.0 else "-",
+        )
+        for part in found.budget
+    ]
+    return ("where the error comes from", ">rms, m", ">share of squares"), rows
+
+
 def error_words(found: Comparison | BeforeAndAfter) -> str:
-    """What the errors of the recorded runouts alone account for."""
+    """What the errors of the records alone account for."""
     floor = found.scores.runout if isinstance(found, Comparison) else found
     return (
-        f"Errors of the recorded runouts alone would leave a CRPS of "
-        f"{floor.noise_floor_crps_m:.1f} m (RMSE {floor.noise_floor_m:.0f} m). Errors of the "
-        "volumes, and what varies from avalanche to avalanche, come on top for every model."
+        f"Errors of the recorded runouts and volumes alone would leave a CRPS of "
+        f"{floor.noise_floor_crps_m:.1f} m (RMSE {floor.noise_floor_m:.0f} m). What varies from "
+        "avalanche to avalanche comes on top for every model."
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from avahazard.results.base import Result, Rows
 
@@ -12,7 +12,8 @@ class RunoutScores(Result):
     """Predicted against recorded runouts, in metres of the record's own coordinate.
 
     `bias_m` is predicted less recorded, `noise_floor_m` and `noise_floor_crps_m` what errors of
-    the records alone leave, `pit_histogram` counts ranks of records in ten equal bins.
+    the records and of their volumes alone leave, `pit_histogram` counts ranks of records in ten
+    equal bins.
     """
 
     n: int
@@ -58,10 +59,20 @@ class Scores(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class GroupError(Result):
+    """The error (mean CRPS, m) of the events of one path or fold, held out."""
+
+    group: str
+    n: int
+    crps_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class HeldOutScores(Result):
     """Scores of what was held out `by` path or fold; `elpd_loo` (nats) is given the others.
 
-    `runout.crps_m` is the error of the model. `runout_x` as in `Scores`.
+    `runout.crps_m` is the error of the model, `groups` that of each group. `runout_x` as in
+    `Scores`.
     """
 
     by: str
@@ -70,6 +81,31 @@ class HeldOutScores(Result):
     elpd_loo: float | None
     elpd_loo_se: float | None
     runout_x: RunoutScores | None = None
+    groups: Rows[GroupError] = field(default_factory=Rows)
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetPart(Result):
+    """Root mean square (m, in the coordinate of the records) of what one source does.
+
+    Squares add up to that of the error: of the model, or of the first model that it descends
+    from, whose error the named effects have explained.
+    """
+
+    source: str
+    rms_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class EventBudget(Result):
+    """The standard deviations (m) to be expected of one event, by source, and its error."""
+
+    event_id: str
+    record_m: float
+    volume_m: float
+    scatter_m: float
+    parameters_m: float
+    error_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,3 +159,5 @@ class Comparison(Result):
     where_it_fails: Rows[Failure]
     speed_misfit: Rows[SpeedMisfit] | None
     measured_force: Rows[MeasuredForce] | None
+    budget: Rows[BudgetPart] = field(default_factory=Rows)
+    budget_by_event: Rows[EventBudget] = field(default_factory=Rows)

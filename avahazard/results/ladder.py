@@ -31,8 +31,20 @@ class Standing(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class ErrorFall(Result):
+    """By how much (m) the error of held-out records falls, with its 90 % interval."""
+
+    mean_m: float
+    q05_m: float
+    q95_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class BeforeAndAfter(Result):
-    """A parent's scores and its child's, beside what errors of the records alone leave."""
+    """A parent's scores and its child's, beside what errors of records and volumes alone leave.
+
+    `fall` is that of the error, None where the groups held out are too few.
+    """
 
     before: Standing | None
     after: Standing
@@ -40,6 +52,7 @@ class BeforeAndAfter(Result):
     noise_floor_m: float
     noise_floor_crps_m: float
     coordinate: str = "elevation"
+    fall: ErrorFall | None = None
 
 
 @dataclass(frozen=True, slots=True)

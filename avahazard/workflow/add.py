@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.criticism.scoring.budget_rows import with_explained
+from avahazard.criticism.scoring.error_fall import error_fall
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
@@ -111,6 +113,7 @@ def add(
     with writing(database) as session:
         if fresh and before is not None:
             save_result(session, COMPARISON, name, before.to_dict())
+        after = with_explained(after, before, effects)
         save_result(session, COMPARISON, new_name, after.to_dict())
     return replace(result, comparison=before_and_after(before, after))
 
@@ -124,6 +127,7 @@ def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndA
         held_out_by=after.held_out.by,
         noise_floor_m=floor.noise_floor_m,
         noise_floor_crps_m=floor.noise_floor_crps_m,
+        fall=None if before is None else error_fall(before, after),
         coordinate=after.coordinate,
     )
 

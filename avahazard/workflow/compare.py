@@ -10,13 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.axes import event_axes
+from avahazard.criticism.scoring.budget_rows import budget_by_event, budget_parts, with_explained
+from avahazard.criticism.scoring.error_budget import ErrorBudget, error_budget
+from avahazard.criticism.scoring.error_fall import group_errors
 from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.held_out import (
+    HeldOut,
     HeldOutPredictions,
     choose_groups,
     held_out_predictions,
 )
-from avahazard.criticism.scoring.in_x import in_x
+from avahazard.criticism.scoring.in_x import in_x, with_profile
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.scores import (
     randomised_pit,
@@ -44,10 +48,11 @@ from avahazard.results.comparison import (
     Scores,
     SpeedScores,
 )
-from avahazard.store.results import COMPARISON, save_result
+from avahazard.store.models import load_model
+from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import load_stored, require_unchanged
-from avahazard.workflow.stored.own_effects import own_effects
+from avahazard.workflow.stored.own_effects import effects_of, own_effects
 
 Floats = NDArray[np.float64]
 Report = Callable[[str, float, float], None]
@@ -79,6 +84,12 @@ def compare(
     require_unchanged(stored)
     found = comparison(name, stored.model, lambda share: report(f"Comparing {name}", share, 1.0))
     with writing(database) as session:
+        parent = load_model(session, name).parent
+        if parent is not None:
+            before = stored_comparison(latest_result(session, COMPARISON, parent))
+            of_parent = effects_of(load_model(session, parent))
+            added = [key for key in stored.specification.effects if key not in of_parent]
+            found = with_explained(found, before, added)
         save_result(session, COMPARISON, name, found.to_dict())
     if plot is not None:
         from avahazard.report.comparison_figure import draw_comparison  # noqa: PLC0415 (slow)
@@ -112,6 +123,7 @@ def comparison(
     rng = generator(0, "compare")
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
+    budget = error_budget(model, generator(0, "error budget"))
     progress(0.15)
     speeds = matched_speeds(model, rng)
     progress(0.25)
@@ -124,18 +136,20 @@ def comparison(
         model=name,
         coordinate=coordinate_name(observations),
         scores=Scores(
-            runout=runout_scores(expected, pit),
+            runout=runout_scores(expected, pit, budget.floor),
             speed=_speed_scores(speeds),
             elpd_loo=loo.elpd,
             elpd_loo_se=loo.se,
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
-            runout_x=x_scores(expected, observations),
+            runout_x=x_scores(expected, observations, budget),
         ),
-        held_out=_held_out_scores(held.by, others, observations),
+        held_out=_held_out_scores(held, others, observations, budget),
         where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
         speed_misfit=None if speeds is None else speed_misfit(observations, speeds),
         measured_force=measured_force(observations) if observations.speeds else None,
+        budget=budget_parts(expected.error, budget),
+        budget_by_event=budget_by_event(observations, expected.error, budget),
     )
 
 
@@ -148,27 +162,33 @@ def coordinate_name(observations: Observations) -> str:
 
 
 def _held_out_scores(
-    by: str, others: HeldOutPredictions, observations: Observations
+    held: HeldOut, others: HeldOutPredictions, observations: Observations, budget: ErrorBudget
 ) -> HeldOutScores:
     rng = generator(0, "held out scores")
     pit = record_pit(others.records, rng)
     n = len(others.log_density)
     return HeldOutScores(
-        by=by,
-        runout=runout_scores(others.records, pit),
+        by=held.by,
+        runout=runout_scores(others.records, pit, budget.floor),
         speed=_speed_scores(others.speeds),
         elpd_loo=float(np.sum(others.log_density)),
         elpd_loo_se=float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
-        runout_x=x_scores(others.records, observations),
+        runout_x=x_scores(others.records, observations, budget),
+        groups=group_errors(held, others, observations),
     )
 
 
-def x_scores(expected: ExpectedRecords, observations: Observations) -> RunoutScores | None:
+def x_scores(
+    expected: ExpectedRecords, observations: Observations, budget: ErrorBudget
+) -> RunoutScores | None:
     """The scores in x of the events with a profile; None without any."""
     found = in_x(expected, observations)
     if found is None:
         return None
-    return runout_scores(found, record_pit(found, generator(0, "scores in x")))
+    # What volumes do to the floor is in proportion to the errors of the records.
+    wider = (budget.floor / observations.sigma)[with_profile(observations)]
+    pit = record_pit(found, generator(0, "scores in x"))
+    return runout_scores(found, pit, found.sigma * wider)
 
 
 def _speed_scores(speeds: MatchedSpeeds | None) -> SpeedScores | None:

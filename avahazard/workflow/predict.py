@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from avahazard.criticism.scoring.error_budget import error_budget
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import record_pit, runout_scores
 from avahazard.inference.model.observations import LENGTH
@@ -97,6 +98,7 @@ def _scores(model: FittedModel) -> PredictionScores:
     rng = generator(0, "predict scores")
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
+    budget = error_budget(model, generator(0, "error budget"))
     offsets = model.path_offsets(rng)
     given = [
         model.posterior.event_log_likelihood(
@@ -107,10 +109,10 @@ def _scores(model: FittedModel) -> PredictionScores:
     density = logsumexp(given, axis=0) - np.log(len(given))
     n = len(density)
     return PredictionScores(
-        runout=runout_scores(expected, pit),
+        runout=runout_scores(expected, pit, budget.floor),
         speed=None,
         elpd_loo=float(np.sum(density)),
         elpd_loo_se=float(np.sqrt(n) * np.std(density, ddof=1)) if n > 1 else None,
         coordinate=coordinate_name(model.observations),
-        runout_x=x_scores(expected, model.observations),
+        runout_x=x_scores(expected, model.observations, budget),
     )

@@ -65,6 +65,8 @@ def fall_of_error(found: BeforeAndAfter) -> str:
         return f"{what}: {after:.1f} m. {error_words(found)}"
     before = found.before.held_out_crps_m
     text = f"{what} {_change(before, after)}"
+    if found.fall is not None:
+        text += f" (by {found.fall.q05_m:.1f} to {found.fall.q95_m:.1f} m with 90 % confidence)"
     x = (found.before.held_out_crps_x_m, found.after.held_out_crps_x_m)
     if found.coordinate != "x" and x[0] is not None and x[1] is not None:
         text += f"; in x it {_change(x[0], x[1])}"

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from avahazard.cli.comparison_table import (
     CRPS_WORDS,
+    budget_table,
     error_words,
     failures,
     show_scores,
@@ -62,6 +63,7 @@ def compare(
             f"{scores.elpd_loo:.1f} "
             f"± {scores.elpd_loo_se:.1f}."
         )
+        console.print(table("", *budget_table(found)))
         if found.speed_misfit:
             lines = [
                 (row.axis, row.level, row.n, row.bias_m_s, row.rmse_m_s)

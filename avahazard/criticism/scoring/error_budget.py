@@ -53,8 +53,8 @@ class ErrorBudget:
 
     @property
     def floor(self) -> Floats:
-        """What a model that is exact would leave: errors of record and volume `[n_events]`, m2."""
-        return np.asarray(self.record + self.volume)
+        """What a model that is exact would leave `[n_events]` (m): errors of record and volume."""
+        return np.sqrt(self.record + self.volume)
 
 
 def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
@@ -65,7 +65,8 @@ def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
         differ: 0.5 * np.mean((runout[0, 0, 0] - runout[differ]) ** 2, axis=1)
         for differ in np.ndindex(2, 2, 2)
     }
-    parameters, volume, scatter = _shapley(cost)
+    # Where a source does next to nothing, its part can be drawn below nought.
+    parameters, volume, scatter = np.maximum(_shapley(cost), 0.0)
     record = np.where(observations.kind == LEFT, 0.0, observations.sigma) ** 2
     return ErrorBudget(record, volume, scatter, parameters)
 

@@ -22,7 +22,7 @@ def in_x(expected: ExpectedRecords, observations: Observations) -> ExpectedRecor
     An elevation, recorded or drawn with the record's error, is put where the path first falls to
     it, as `stop_place` does; `sigma` is half of what ±sigma of elevation is along the path.
     """
-    events = np.flatnonzero((observations.kind != LENGTH) & (observations.columns.path_index >= 0))
+    events = with_profile(observations)
     if not len(events):
         return None
     observed, sigma = expected.observed.copy(), expected.sigma.copy()
@@ -46,6 +46,11 @@ def in_x(expected: ExpectedRecords, observations: Observations) -> ExpectedRecor
         x=expected.x[events],
         sign=np.ones(len(events)),
     )
+
+
+def with_profile(observations: Observations) -> NDArray[np.int64]:
+    """Indices of the events that have a profile."""
+    return np.flatnonzero((observations.kind != LENGTH) & (observations.columns.path_index >= 0))
 
 
 def _places(smooth: SmoothProfile, elevation: Floats) -> Floats:

@@ -15,13 +15,13 @@ CRPS_OF_NORMAL = 1.0 / np.sqrt(np.pi)
 PIT_BINS = 10
 
 
-def runout_scores(expected: ExpectedRecords, pit: Floats) -> RunoutScores:
+def runout_scores(expected: ExpectedRecords, pit: Floats, floor: Floats) -> RunoutScores:
     """Scores of runouts, in metres of each record.
 
     `bias_m` is predicted mean less record; where elevations are mixed with others, it counts as
-    elevations do (> 0: recorded farther down than predicted). The noise floor is what measurement
-    errors alone leave: root mean square of their standard deviations, and as CRPS. Besides: the
-    histogram of the PIT `[n_events]` in ten equal bins.
+    elevations do (> 0: recorded farther down than predicted). The noise floor is what errors of
+    records and volumes alone leave: root mean square of their standard deviations `floor`
+    `[n_events]`, and as CRPS. Besides: the histogram of the PIT `[n_events]` in ten equal bins.
     """
     return RunoutScores(
         n=len(expected.observed),
@@ -30,8 +30,8 @@ def runout_scores(expected: ExpectedRecords, pit: Floats) -> RunoutScores:
         crps_m=float(np.mean(crps(expected.draws, expected.observed))),
         coverage_50=_coverage(pit, 0.5),
         coverage_90=_coverage(pit, 0.9),
-        noise_floor_m=_root_mean_square(expected.sigma),
-        noise_floor_crps_m=float(CRPS_OF_NORMAL * np.mean(expected.sigma)),
+        noise_floor_m=_root_mean_square(floor),
+        noise_floor_crps_m=float(CRPS_OF_NORMAL * np.mean(floor)),
         pit_histogram=tuple(np.histogram(pit, PIT_BINS, (0.0, 1.0))[0].tolist()),
     )
 

@@ -89,8 +89,8 @@ def sure_words(content: ReportContent) -> list[str]:
         f"The error of the model, on {what} that were kept back: {runout.crps_m:.1f} m of {of}"
         f"{along} (CRPS; of a forecast without scatter it would be the mean absolute error).",
         f"Root mean square of predicted mean less record: {metres(runout.rmse_m)} of {of}. Errors "
-        f"of the recorded runouts alone would leave {metres(runout.noise_floor_m)}; those of the "
-        "volumes, and what varies from avalanche to avalanche, come on top for every model.",
+        f"of the recorded runouts and volumes alone would leave {metres(runout.noise_floor_m)}; "
+        "what varies from avalanche to avalanche comes on top for every model.",
         f"{share(runout.coverage_90)} of these records lie in the interval that should hold 90 %.",
     ]
     if held.speed is not None:

@@ -115,7 +115,7 @@ def test_an_exact_law_without_scatter_reaches_the_floor() -> None:
             for i, m in enumerate(model.observations.volumes.mean)
         ]
     )
-    assert rms(budget.floor) == pytest.approx(rms((observed - predicted) ** 2), rel=0.05)
+    assert rms(budget.floor**2) == pytest.approx(rms((observed - predicted) ** 2), rel=0.05)
     # The least scatter that a model can have.
     assert rms(budget.scatter) < SIGMA_M
 

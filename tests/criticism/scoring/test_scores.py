@@ -69,15 +69,15 @@ def test_pit_turns_round_with_the_sign() -> None:
 def test_scores_by_hand() -> None:
     draws = np.array([[0.0, 10.0], [20.0, 40.0]])
     records = expected(draws, np.array([2.0, 34.0]))
-    scores = runout_scores(records, np.array([0.3, 0.96]))
+    scores = runout_scores(records, np.array([0.3, 0.96]), np.array([3.0, 4.0]))
     assert scores.n == 2
     assert scores.bias_m == pytest.approx(0.5 * (3.0 - 4.0))
     assert scores.rmse_m == pytest.approx(np.sqrt(0.5 * (9.0 + 16.0)))
     assert (scores.coverage_50, scores.coverage_90) == (0.5, 0.5)
-    assert scores.noise_floor_m == pytest.approx(3.0)
-    assert scores.noise_floor_crps_m == pytest.approx(3.0 / np.sqrt(np.pi))
+    assert scores.noise_floor_m == pytest.approx(np.sqrt(12.5))
+    assert scores.noise_floor_crps_m == pytest.approx(3.5 / np.sqrt(np.pi))
     assert sum(scores.pit_histogram) == 2
-    other = runout_scores(expected(draws, records.observed, -1.0), np.array([0.3, 0.9]))
+    other = runout_scores(expected(draws, records.observed, -1.0), np.array([0.3, 0.9]), np.ones(2))
     assert other.bias_m == pytest.approx(0.5)
 
 

@@ -1,0 +1,57 @@
+"""The error budget as rows: in all, by event, and what each added effect has explained."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.scoring.error_budget import ErrorBudget, unexplained
+from avahazard.inference.model.observations import Observations
+from avahazard.results.base import Rows
+from avahazard.results.comparison import BudgetPart, Comparison, EventBudget
+
+Floats = NDArray[np.float64]
+
+SOURCES = ("record", "volume", "scatter", "parameters")
+UNEXPLAINED = "unexplained"
+
+
+def budget_parts(error: Floats, budget: ErrorBudget) -> Rows[BudgetPart]:
+    """Every source and what is left of `error` `[n_events]` (m), as root mean squares."""
+    parts = [
+        BudgetPart(source, float(np.sqrt(np.mean(getattr(budget, source))))) for source in SOURCES
+    ]
+    return Rows([*parts, BudgetPart(UNEXPLAINED, unexplained(error, budget))])
+
+
+def budget_by_event(
+    observations: Observations, error: Floats, budget: ErrorBudget
+) -> Rows[EventBudget]:
+    """Standard deviations by source of each event, and its error (predicted less recorded)."""
+    sd = np.sqrt([getattr(budget, source) for source in SOURCES])
+    return Rows(
+        EventBudget(name, *(float(v) for v in [*sd[:, i], error[i]]))
+        for i, name in enumerate(observations.columns.event_id)
+    )
+
+
+def with_explained(
+    child: Comparison, parent: Comparison | None, added: Sequence[str]
+) -> Comparison:
+    """The comparison of a model whose budget counts what its effects have explained.
+
+    That is by how much the mean square of the error fell from its parent, which was compared with
+    the same records; so the squares add up to those of the first model of the line.
+    """
+    if parent is None or not added or parent.scores.runout.n != child.scores.runout.n:
+        return child
+    before, after = parent.scores.runout.rmse_m, child.scores.runout.rmse_m
+    fallen = float(np.sqrt(max(before**2 - after**2, 0.0)))
+    sources = (*SOURCES, UNEXPLAINED)
+    earlier = [part for part in parent.budget if part.source not in sources]
+    own = [part for part in child.budget if part.source in sources]
+    gained = [*earlier, BudgetPart("+".join(added), fallen)]
+    return replace(child, budget=Rows([*own[:-1], *gained, own[-1]]))
