@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
-from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.physics.smooth_profile import SmoothProfile, drawn_profile, smooth_profile
 from avahazard.physics.speed import speeds_along
-from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain
+from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
@@ -98,6 +98,20 @@ def path_site(path: Path, profile: Profile) -> Site:
     """Return the regularised path with one release: the path's own, else its top."""
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     return build_site(path, profile, smooth, [release_place(smooth, path.release_elevation_m)])
+
+
+def drawn_site(site: Site, rng: np.random.Generator) -> Site:
+    """The site on ground as it might be, given the error of its points: other heights of its nodes.
+
+    Releases, cells and land cover stay at their places, so that resistances fit both.
+    """
+    smooth = drawn_profile(site.smooth, rng)
+    return replace(
+        site,
+        smooth=smooth,
+        terrain=terrain_at(smooth, site.terrain.x),
+        fine_terrain=terrain_at(smooth, site.fine_terrain.x),
+    )
 
 
 def release_place(smooth: SmoothProfile, elevation: float | None) -> float:

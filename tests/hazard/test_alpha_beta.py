@@ -89,7 +89,7 @@ def benched(bench_m: float) -> SmoothProfile:
     x = np.concatenate([[0.0], np.cumsum(lengths)])
     y = 2000.0 - np.concatenate([[0.0], np.cumsum(lengths * slopes)])
     fine = np.arange(0.0, x[-1] + 1.0, 10.0)
-    return spline_profile(fine, np.interp(fine, x, y), deviation=0.5)
+    return spline_profile(fine, np.interp(fine, x, y), 0.1, block_m=20.0)
 
 
 def naive_beta(smooth: SmoothProfile) -> list[float]:

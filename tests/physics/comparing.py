@@ -17,8 +17,8 @@ N_FRICTIONS = 50
 def compare(profile: SmoothProfile, release: float) -> None:
     """Run 50 frictions up to where no block moves.
 
-    A stop is compared where both stop and F does not jump between neighbouring frictions. Speeds
-    agree to 0.1 % or 5 mm/s (the last metre).
+    A stop is compared where both stop and F does not jump between neighbouring frictions. The
+    squares of speed agree to 0.2 % or 0.05 m²/s², which is a centimetre of the runout.
     """
     terrain = terrain_of(profile, release)
     cells, start = cells_of(terrain), terrain.node(release)
@@ -40,7 +40,7 @@ def compare(profile: SmoothProfile, release: float) -> None:
         assert stops.x[0, k] == pytest.approx(stop, abs=0.1), mu[k]
         inner = (u > 1.0) & (x < path.x[-1])
         speeds = speeds_along(cells, start, mu[k : k + 1], x[inner])[0]
-        np.testing.assert_allclose(speeds, u[inner], rtol=1e-3, atol=5e-3)
+        np.testing.assert_allclose(speeds**2, u[inner] ** 2, rtol=2e-3, atol=0.05)
         n_speeds += inner.sum()
     assert compared >= 10
     assert n_speeds > 500

@@ -32,8 +32,10 @@ def test_a_full_set_of_files(write: Write) -> None:
     )
     write(
         "profiles.csv",
-        "path_id,x_m,y_m,land_cover,easting_m,northing_m,crs\n"
-        + "".join(f"P,{100 * i},{1000 - 90 * i},open,{i},{2 * i},EPSG:2154\n" for i in range(6)),
+        "path_id,x_m,y_m,land_cover,easting_m,northing_m,crs,elevation_sigma_m\n"
+        + "".join(
+            f"P,{100 * i},{1000 - 90 * i},open,{i},{2 * i},EPSG:2154,{i}.5\n" for i in range(6)
+        ),
     )
     write(
         "events.csv",
@@ -55,6 +57,8 @@ def test_a_full_set_of_files(write: Write) -> None:
     np.testing.assert_array_equal(profile.x_m, [0, 100, 200, 300, 400, 500])
     assert profile.land_cover == ("open",) * 6
     assert profile.crs == "EPSG:2154"
+    assert profile.elevation_sigma_m is not None
+    np.testing.assert_array_equal(profile.elevation_sigma_m, np.arange(6) + 0.5)
     assert profile.lon is None
     first, second, third = records.events
     assert (first.volume_m3, first.volume_rel_sigma, first.runout_sigma_m) == (3000, 0.5, 25)
@@ -162,6 +166,8 @@ def test_bad_profiles_are_named(
         ("land_cover", "forest", "", 4, "land_cover"),
         ("easting_m,northing_m", "1,2", "1,", 4, "northing_m"),
         ("lon,lat", "7,45", ",", 4, "lon"),
+        ("elevation_sigma_m", "2.5", "", 4, "elevation_sigma_m"),
+        ("elevation_sigma_m", "2.5", "0", 4, "elevation_sigma_m"),
         ("lon,lat", "7,45", "7,91", 4, "lat"),
         ("easting_m,northing_m,crs", "1,2,A", "1,2,B", 4, "crs"),
     ],
