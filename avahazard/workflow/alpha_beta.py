@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any
 
+import numpy as np
+
 from avahazard.effects.site import recorded_stops, release_place
 from avahazard.hazard.alpha_beta import AlphaBeta, alpha_beta_runouts
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
@@ -105,6 +107,12 @@ def _notes(path: Path, found: AlphaBeta) -> tuple[str, ...]:
     return ()
 
 
+def _unlike(row: HazardRow) -> float:
+    """How far a row is from what the regressions are of: the runout of about 100 years."""
+    period = row.return_period_years
+    return np.inf if period is None else abs(float(np.log(period / 100.0)))
+
+
 def _draw(
     plot: FilePath,
     records: Records,
@@ -113,7 +121,7 @@ def _draw(
 ) -> None:
     from avahazard.report.alpha_beta_figure import AlphaBetaPath, draw_alpha_beta  # noqa: PLC0415
 
-    rows = {row.path_id: row for row in reversed(bounds)}
+    rows = {row.path_id: row for row in sorted(bounds, key=_unlike, reverse=True)}
     events = {p.path_id: [e for e in records.events if e.path_id == p.path_id] for p, _, _ in found}
     draw_alpha_beta(
         plot,

@@ -100,7 +100,7 @@ def reading_words(views: Sequence[PathView]) -> list[str]:
             "chance 1/T: the median full, 95 % dashed, 5 % dotted; hover for the pressure."
         )
     elif any(view.speeds for view in views):
-        words.append("Speeds are those of the block of median friction.")
+        words.append("Speeds are those of the block of median friction at that volume.")
     if any(row.get("reach") for row in rows):
         words.append(
             "The lowest panel gives the chance that an avalanche comes as far in a year, and 90 % "

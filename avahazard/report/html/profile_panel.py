@@ -68,7 +68,8 @@ def profile_traces(view: PathView) -> list[Trace]:
     if view.zones:
         traces += _zones(view.zones, foot, drop)
     for level, row in enumerate(view.rows[:MOST_ROWS], start=1):
-        traces += _runout(smooth, row, ROW_COLORS[level - 1], level * STEP * drop)
+        above = level * STEP * drop
+        traces += _runout(smooth, row, ROW_COLORS[level - 1], above, first=level == 1)
     traces += _alpha_beta(view, smooth, 0.5 * STEP * drop)
     traces.append(
         {
@@ -107,8 +108,13 @@ def profile_traces(view: PathView) -> list[Trace]:
     return traces
 
 
-def _runout(smooth: SmoothProfile, row: Mapping[str, Any], color: str, above: float) -> list[Trace]:
-    """The design runout of a row, and thinner that of avalanches of its volume."""
+def _runout(
+    smooth: SmoothProfile, row: Mapping[str, Any], color: str, above: float, *, first: bool
+) -> list[Trace]:
+    """The design runout of a row, and thinner that of avalanches of its volume.
+
+    The legend names the latter in the `first` row only: it stands for all.
+    """
     group = f"row {case(row)}"
     traces: list[Trace] = []
     design = row.get("design")
@@ -118,7 +124,7 @@ def _runout(smooth: SmoothProfile, row: Mapping[str, Any], color: str, above: fl
     volume = row["runout_x_m"]
     if volume["q05"] is not None:
         name = f"avalanches of {volume_words(row)}"
-        traces += _bar(smooth, volume, name, group, above, color, 1.2, legend=not design)
+        traces += _bar(smooth, volume, name, group, above, color, 1.2, legend=first or not design)
         traces += _spread(smooth, row, color, above, group)
     return traces
 
