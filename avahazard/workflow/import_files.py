@@ -6,7 +6,11 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path as FilePath
 
+import numpy as np
+
+from avahazard.records.collection import Records
 from avahazard.records.drawn import Drawn
+from avahazard.records.dwarfing import dwarfing
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.files.conventions import UNKNOWN, Conventions
 from avahazard.records.merge import merge_records
@@ -53,6 +57,7 @@ def import_files(
         stored = load_records(session)
         intake = read_files(tables, stored, drawn=drawn, given=given)
         merge = merge_records(intake, stored, update=update)
+        intake.notes += _dwarfing_volumes(merge.write, stored)
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:
@@ -68,6 +73,19 @@ def import_files(
         ImportedRecords(**counts),
         tuple(intake.notes),
     )
+
+
+def _dwarfing_volumes(new: Records, stored: Records) -> list[str]:
+    """Name new volumes that dwarf those of all records."""
+    written = {event.event_id for event in new.events}
+    events = [*new.events, *(e for e in stored.events if e.event_id not in written)]
+    volumes = np.log(np.array([event.volume_m3 or np.nan for event in events]))
+    return [
+        f"the volume of {events[i].event_id}, {events[i].volume_m3:g} m3, dwarfs all others. "
+        "Is its unit m3?"
+        for i in dwarfing(volumes)
+        if i < len(new.events)
+    ]
 
 
 def _drawn(

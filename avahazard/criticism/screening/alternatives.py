@@ -22,7 +22,7 @@ from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.laws import LAWS, law
-from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, MU_STEP
@@ -44,12 +44,14 @@ class Tables:
     """What one set of tables says of every event.
 
     `record` `[n_events, n_friction]` (float32) and its `record_bounds`, `last_left` `[n_events]`,
-    edges of leaving and of sight, and speeds.
+    `height` `[n_events]` of fall (m) where there is no profile (else nan), edges of leaving and of
+    sight, and speeds.
     """
 
     record: NDArray[np.float32]
     bounds: NDArray[np.float32]
     last_left: NDArray[np.int64]
+    height: Floats
     edges: Edges
     speeds: SpeedGrid
 
@@ -141,6 +143,7 @@ def make_tables(
         record=record,
         bounds=record_bounds(record),
         last_left=last_left.astype(np.int64),
+        height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         edges=Edges(leave, seen, seen_sd, has_limit),
         speeds=_speed_grid(observations, predicted, speed_scatter),
     )
