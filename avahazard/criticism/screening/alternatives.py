@@ -35,6 +35,7 @@ SLOW_POINTS = 3, 3
 """The same where friction depends on speed, whose runs cost ten times as much."""
 SCATTER_SLOPES = (-1.5, -0.8, -0.4, 0.4, 0.8, 1.5)
 """Slopes of log scatter over the reference volume that are tried."""
+MOST_EXPONENT = 20.0
 SPEED_SHARES = (1.0, 0.4)
 """Shares of the model's present error of speed that are tried with an effect: it may fall."""
 
@@ -216,11 +217,16 @@ def _scatter_slopes(
         Alternative(
             key,
             base,
-            design._replace(multiplier=design.multiplier * np.exp(-g * (share - share.mean()))),
+            design._replace(multiplier=design.multiplier * _grown(g * (share.mean() - share))),
             -0.5 * g * g,
         )
         for g in SCATTER_SLOPES
     ]
+
+
+def _grown(exponent: Floats) -> Floats:
+    """e to this power, kept a number where one volume dwarfs the rest."""
+    return np.exp(np.clip(exponent, -MOST_EXPONENT, MOST_EXPONENT))
 
 
 def _with_columns(design: Design, effect: Effect, columns: Floats) -> Design:
