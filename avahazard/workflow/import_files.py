@@ -30,6 +30,7 @@ def import_files(
     *,
     dem: str | FilePath | None = None,
     land_cover: str | FilePath | None = None,
+    crs: str | None = None,
     update: bool = False,
     dry_run: bool = False,
     given: Conventions = UNKNOWN,
@@ -40,10 +41,11 @@ def import_files(
     GeoJSON, Shapefile), each line a path drawn from its top.
 
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
-    metres), and the ground around it is kept; `land_cover` is a file of polygons with that
-    attribute. Rows that are stored already are no change; with `update` rows that contradict stored
-    ones replace them. A dry run reports what would happen. `given` says what files leave open: the
-    decimal sign, and whether the day or the month comes first.
+    metres), and the ground around it is kept; `crs` is its system where it names none (default:
+    that of the lines); `land_cover` is a file of polygons with that attribute. Rows that are
+    stored already are no change; with `update` rows that contradict stored ones replace them. A
+    dry run reports what would happen. `given` says what files leave open: the decimal sign, and
+    whether the day or the month comes first.
 
     Raises:
         AvahazardError: the database or a source cannot be used, or there are lines without a
@@ -52,7 +54,7 @@ def import_files(
     """
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
     tables = [source for source in sources if FilePath(source) not in lines]
-    drawn = _drawn(lines, dem, land_cover)
+    drawn = _drawn(lines, dem, land_cover, crs)
     with (reading if dry_run else writing)(database) as session:
         stored = load_records(session)
         intake = read_files(tables, stored, drawn=drawn, given=given)
@@ -89,7 +91,10 @@ def _dwarfing_volumes(new: Records, stored: Records) -> list[str]:
 
 
 def _drawn(
-    lines: Sequence[FilePath], dem: str | FilePath | None, land_cover: str | FilePath | None
+    lines: Sequence[FilePath],
+    dem: str | FilePath | None,
+    land_cover: str | FilePath | None,
+    crs: str | None,
 ) -> list[Drawn]:
     """The lines on their terrain model; none where no file holds lines."""
     if lines and dem is None:
@@ -98,7 +103,7 @@ def _drawn(
             "Name it: avahazard import LINES --dem DEM.tif",
         )
     if not lines:
-        if dem is not None or land_cover is not None:
+        if dem is not None or land_cover is not None or crs is not None:
             raise AvahazardError(
                 "A terrain model or land cover is read along lines, and no file of lines is named.",
                 f"Name one that ends in {', '.join(LINES)}.",
@@ -110,4 +115,5 @@ def _drawn(
     from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)
 
     assert dem is not None
-    return read_drawn(lines, FilePath(dem), None if land_cover is None else FilePath(land_cover))
+    cover = None if land_cover is None else FilePath(land_cover)
+    return read_drawn(lines, FilePath(dem), cover, crs)
