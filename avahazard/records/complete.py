@@ -64,7 +64,7 @@ def complete_profile(
         return new, []
     lacking = [
         name
-        for name in ("land_cover", *COORDINATES)
+        for name in ("land_cover", "elevation_sigma_m", *COORDINATES)
         if name not in header and getattr(old, name) is not None
     ]
     if any(name in header for name in COORDINATES):
