@@ -32,11 +32,15 @@ MARGIN_M, MARGIN_SHARE = 100.0, 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TerrainModel:
-    """An open terrain model in metres above the sea; `crs` is its horizontal system."""
+    """An open terrain model in metres above the sea; `crs` is its horizontal system.
+
+    `assumed`: the file does not name it.
+    """
 
     file: str
     source: Any
     crs: CRS
+    assumed: bool = False
 
     @property
     def code(self) -> str | None:
@@ -122,8 +126,10 @@ class TerrainModel:
 
 
 @contextmanager
-def open_terrain(file: FilePath) -> Iterator[TerrainModel]:
+def open_terrain(file: FilePath, crs: CRS | None = None) -> Iterator[TerrainModel]:
     """Open a terrain model: GeoTIFF, ESRI ASCII grid, or what else GDAL reads.
+
+    `crs` is the system of a file that does not name its own.
 
     Raises:
         AvahazardError: it cannot be read, has no reference system, or is no model in metres.
@@ -132,7 +138,8 @@ def open_terrain(file: FilePath) -> Iterator[TerrainModel]:
         raise AvahazardError(f"There is no file {file}.", "Name a terrain model with --dem.")
     try:
         with rasterio.open(file) as source:
-            yield TerrainModel(str(file), source, _checked(file, source))
+            system = _checked(file, source, crs)
+            yield TerrainModel(str(file), source, system, assumed=not source.crs)
     except RasterioError as error:
         raise AvahazardError(
             f"The terrain model {file} cannot be read: {error}",
@@ -140,15 +147,18 @@ def open_terrain(file: FilePath) -> Iterator[TerrainModel]:
         ) from error
 
 
-def _checked(file: FilePath, source: Any) -> CRS:
+def _checked(file: FilePath, source: Any, given: CRS | None) -> CRS:
     crs = read_system(source.crs.to_wkt() if source.crs else None)
     if crs is not None and len(crs.axis_info) == 2:
         # GDAL knows by more than their names the systems that ESRI's files describe.
         crs = read_system(f"EPSG:{code}") if (code := source.crs.to_epsg()) else crs
+    if crs is None and not (source.crs and source.crs.to_wkt()):
+        crs = given
     if crs is None:
         raise AvahazardError(
             f"The terrain model {file} has no reference system.",
-            f"Put {file.with_suffix('.prj').name} beside it, with the system's text, such as that "
+            f"Name it: --crs EPSG:31287. Or put {file.with_suffix('.prj').name} beside it, with "
+            "the system's text, such as that "
             f"of `gdalsrsinfo -o wkt_esri EPSG:31287`; or save it as GeoTIFF with its system.",
         )
     if source.count != 1:

@@ -30,7 +30,8 @@ def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Ev
     if old is None:
         return new
     kept = _kept(old, new, header)
-    for name in ON_A_LINE if new.path_id is not None else ON_A_PATH:
+    # A row without a path gives its height and reach whole, in one way or another.
+    for name in (*ON_A_LINE, *(ON_A_PATH if new.path_id is None else ())):
         kept.pop(name, None)
     if old.runout_sigma_m == defaults.runout_sigma_m(old.year):
         kept.pop("runout_sigma_m", None)
@@ -63,7 +64,7 @@ def complete_profile(
         return new, []
     lacking = [
         name
-        for name in ("land_cover", *COORDINATES)
+        for name in ("land_cover", "elevation_sigma_m", *COORDINATES)
         if name not in header and getattr(old, name) is not None
     ]
     if any(name in header for name in COORDINATES):

@@ -80,7 +80,7 @@ def gather_events(
     events = []
     for table in tables:
         given = need_runout and bool(PLACES & set(table.header))
-        reach = bool({"fall_height_m", "runout_length_m"} & set(table.header))
+        reach = bool({"fall_height_m", "runout_length_m", "h_over_l"} & set(table.header))
         on_path: list[tuple[int, dict[str, str]]] = []
         straight: list[tuple[int, dict[str, str]]] = []
         for line, cells in _each_once("event", "event_id", table, intake):

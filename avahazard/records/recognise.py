@@ -62,9 +62,12 @@ def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[st
         return [("path_id",), ("x_m",), ("y_m",)]
     if kind == "velocities":
         return [("event_id",), ("speed_m_s",), ("x_m", "elevation_m")]
-    straight = {"fall_height_m", "runout_length_m"}
+    straight = {"fall_height_m", "runout_length_m", "h_over_l"}
     if "path_id" not in columns and columns & straight:
-        return [("event_id",), *((name,) for name in sorted(straight))]
+        heights = ("fall_height_m", "runout_elevation_m")
+        if "h_over_l" in columns:
+            return [("event_id",), (*heights, "runout_length_m")]
+        return [("event_id",), heights, ("runout_length_m",)]
     needed: list[tuple[str, ...]] = [("event_id",), ("path_id",)]
     if need_runout:
         needed.append(("runout_x_m", "runout_elevation_m", "left_profile", *sorted(straight)))

@@ -6,7 +6,11 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path as FilePath
 
+import numpy as np
+
+from avahazard.records.collection import Records
 from avahazard.records.drawn import Drawn
+from avahazard.records.dwarfing import dwarfing
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.files.conventions import UNKNOWN, Conventions
 from avahazard.records.merge import merge_records
@@ -26,6 +30,7 @@ def import_files(
     *,
     dem: str | FilePath | None = None,
     land_cover: str | FilePath | None = None,
+    crs: str | None = None,
     update: bool = False,
     dry_run: bool = False,
     given: Conventions = UNKNOWN,
@@ -36,10 +41,11 @@ def import_files(
     GeoJSON, Shapefile), each line a path drawn from its top.
 
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
-    metres), and the ground around it is kept; `land_cover` is a file of polygons with that
-    attribute. Rows that are stored already are no change; with `update` rows that contradict stored
-    ones replace them. A dry run reports what would happen. `given` says what files leave open: the
-    decimal sign, and whether the day or the month comes first.
+    metres), and the ground around it is kept; `crs` is its system where it names none (default:
+    that of the lines); `land_cover` is a file of polygons with that attribute. Rows that are
+    stored already are no change; with `update` rows that contradict stored ones replace them. A
+    dry run reports what would happen. `given` says what files leave open: the decimal sign, and
+    whether the day or the month comes first.
 
     Raises:
         AvahazardError: the database or a source cannot be used, or there are lines without a
@@ -48,11 +54,12 @@ def import_files(
     """
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
     tables = [source for source in sources if FilePath(source) not in lines]
-    drawn = _drawn(lines, dem, land_cover)
+    drawn = _drawn(lines, dem, land_cover, crs)
     with (reading if dry_run else writing)(database) as session:
         stored = load_records(session)
         intake = read_files(tables, stored, drawn=drawn, given=given)
         merge = merge_records(intake, stored, update=update)
+        intake.notes += _dwarfing_volumes(merge.write, stored)
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:
@@ -70,8 +77,24 @@ def import_files(
     )
 
 
+def _dwarfing_volumes(new: Records, stored: Records) -> list[str]:
+    """Name new volumes that dwarf those of all records."""
+    written = {event.event_id for event in new.events}
+    events = [*new.events, *(e for e in stored.events if e.event_id not in written)]
+    volumes = np.log(np.array([event.volume_m3 or np.nan for event in events]))
+    return [
+        f"the volume of {events[i].event_id}, {events[i].volume_m3:g} m3, dwarfs all others. "
+        "Is its unit m3?"
+        for i in dwarfing(volumes)
+        if i < len(new.events)
+    ]
+
+
 def _drawn(
-    lines: Sequence[FilePath], dem: str | FilePath | None, land_cover: str | FilePath | None
+    lines: Sequence[FilePath],
+    dem: str | FilePath | None,
+    land_cover: str | FilePath | None,
+    crs: str | None,
 ) -> list[Drawn]:
     """The lines on their terrain model; none where no file holds lines."""
     if lines and dem is None:
@@ -80,7 +103,7 @@ def _drawn(
             "Name it: avahazard import LINES --dem DEM.tif",
         )
     if not lines:
-        if dem is not None or land_cover is not None:
+        if dem is not None or land_cover is not None or crs is not None:
             raise AvahazardError(
                 "A terrain model or land cover is read along lines, and no file of lines is named.",
                 f"Name one that ends in {', '.join(LINES)}.",
@@ -92,4 +115,5 @@ def _drawn(
     from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)
 
     assert dem is not None
-    return read_drawn(lines, FilePath(dem), None if land_cover is None else FilePath(land_cover))
+    cover = None if land_cover is None else FilePath(land_cover)
+    return read_drawn(lines, FilePath(dem), cover, crs)

@@ -54,9 +54,43 @@ def test_a_name_serves_where_there_is_no_path_id(tmp_path: Path, dem: Path) -> N
     (drawn,) = read_drawn([file], dem)
     assert drawn.paths.rows == ({"path_id": "Long gully", "name": "Long gully"},)
     bare = write_lines(tmp_path / "bare.gpkg", [LINE], {"gully": ["x"]})
-    with pytest.raises(AvahazardError, match="no attribute path_id or name") as caught:
+    with pytest.raises(AvahazardError, match="no attribute path_id, name or id") as caught:
         read_drawn([bare], dem)
     assert "gully" in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("column", "row"),
+    [
+        ("NAME", {"path_id": "7", "name": "7"}),
+        ("Name", {"path_id": "7", "name": "7"}),
+        ("ID", {"path_id": "7"}),
+        ("Path_ID", {"path_id": "7"}),
+    ],
+)
+def test_attributes_in_other_spellings_name_the_paths(
+    tmp_path: Path, dem: Path, column: str, row: dict[str, str]
+) -> None:
+    file = write_lines(tmp_path / "lines.gpkg", [LINE], {column: ["7"], "Section": ["open"]})
+    (drawn,) = read_drawn([file], dem)
+    assert drawn.paths.rows == ({**row, "section": "open"},)
+
+
+def test_a_terrain_model_without_a_system_takes_that_of_the_lines_and_says_so(
+    tmp_path: Path, dem: Path
+) -> None:
+    bare = write_dem(tmp_path / "bare.asc", crs=None)
+    file = write_lines(tmp_path / "lines.gpkg", [LINE], {"path_id": ["P"]})
+    (known,) = read_drawn([file], dem)
+    for crs, whose in ((None, "that of the lines"), (CODE, "that of --crs")):
+        (drawn,) = read_drawn([file], bare, crs=crs)
+        assert drawn.profiles.rows[0]["crs"] == CODE
+        assert drawn.profiles.rows == known.profiles.rows
+        assert whose in drawn.notes[0]
+    (drawn,) = read_drawn([file], dem, crs="EPSG:4326")
+    assert drawn.notes == ()
+    with pytest.raises(AvahazardError, match="no reference system nonsense"):
+        read_drawn([file], bare, crs="nonsense")
 
 
 def test_names_that_a_shapefile_cuts_are_known(tmp_path: Path, dem: Path) -> None:

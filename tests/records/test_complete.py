@@ -13,8 +13,8 @@ from avahazard.records.reading import read_files, read_records
 Write = Callable[[str, str], Path]
 
 PATHS = "path_id,name,section,aspect\nP,Pra,open,45\n"
-PROFILES = "path_id,x_m,y_m,land_cover\n" + "".join(
-    f"P,{100 * i},{1000 - 90 * i},open\n" for i in range(6)
+PROFILES = "path_id,x_m,y_m,elevation_sigma_m,land_cover\n" + "".join(
+    f"P,{100 * i},{1000 - 90 * i},2,open\n" for i in range(6)
 )
 EVENTS = (
     "event_id,path_id,date,runout_x_m,volume_m3,deposit_length_m,deposit_width_m,"
@@ -53,6 +53,7 @@ def test_a_file_with_fewer_columns_changes_only_those(write: Write) -> None:
     )
     (profile,) = updated(write, known, "profiles.csv", text).profiles
     assert profile.land_cover == ("open",) * 6
+    assert profile.elevation_sigma_m is not None
     assert profile.y_m[1] == 905
 
 

@@ -32,6 +32,15 @@ def import_(
         Path | None,
         typer.Option(metavar="FILE", help="Polygons with an attribute land_cover."),
     ] = None,
+    crs: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CODE",
+            help="The system of a terrain model that names none, such as EPSG:31287. [default: "
+            "that of the lines]",
+            show_default=False,
+        ),
+    ] = None,
     update: Annotated[
         bool, typer.Option("--update", help="Replace stored rows that differ.")
     ] = False,
@@ -73,6 +82,7 @@ def import_(
         source,
         dem=dem,
         land_cover=land_cover,
+        crs=crs,
         update=update,
         dry_run=dry_run,
         given=Conventions(decimal, dates),

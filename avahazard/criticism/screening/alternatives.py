@@ -22,7 +22,7 @@ from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.laws import LAWS, law
-from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, MU_STEP
@@ -35,6 +35,7 @@ SLOW_POINTS = 3, 3
 """The same where friction depends on speed, whose runs cost ten times as much."""
 SCATTER_SLOPES = (-1.5, -0.8, -0.4, 0.4, 0.8, 1.5)
 """Slopes of log scatter over the reference volume that are tried."""
+MOST_EXPONENT = 20.0
 SPEED_SHARES = (1.0, 0.4)
 """Shares of the model's present error of speed that are tried with an effect: it may fall."""
 
@@ -44,12 +45,14 @@ class Tables:
     """What one set of tables says of every event.
 
     `record` `[n_events, n_friction]` (float32) and its `record_bounds`, `last_left` `[n_events]`,
-    edges of leaving and of sight, and speeds.
+    `height` `[n_events]` of fall (m) where there is no profile (else nan), edges of leaving and of
+    sight, and speeds.
     """
 
     record: NDArray[np.float32]
     bounds: NDArray[np.float32]
     last_left: NDArray[np.int64]
+    height: Floats
     edges: Edges
     speeds: SpeedGrid
 
@@ -141,6 +144,7 @@ def make_tables(
         record=record,
         bounds=record_bounds(record),
         last_left=last_left.astype(np.int64),
+        height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         edges=Edges(leave, seen, seen_sd, has_limit),
         speeds=_speed_grid(observations, predicted, speed_scatter),
     )
@@ -213,11 +217,16 @@ def _scatter_slopes(
         Alternative(
             key,
             base,
-            design._replace(multiplier=design.multiplier * np.exp(-g * (share - share.mean()))),
+            design._replace(multiplier=design.multiplier * _grown(g * (share.mean() - share))),
             -0.5 * g * g,
         )
         for g in SCATTER_SLOPES
     ]
+
+
+def _grown(exponent: Floats) -> Floats:
+    """e to this power, kept a number where one volume dwarfs the rest."""
+    return np.exp(np.clip(exponent, -MOST_EXPONENT, MOST_EXPONENT))
 
 
 def _with_columns(design: Design, effect: Effect, columns: Floats) -> Design:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.likelihood.straight_density import N_POINTS, straight_points
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
 
@@ -64,10 +65,13 @@ def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @kernel
-def record_moments(record, bounds, last_left, observed, sigma, left, log_mu, speed_grid, speeds):  # type: ignore[no-untyped-def]
+def record_moments(  # type: ignore[no-untyped-def]
+    record, bounds, last_left, height, observed, sigma, left, log_mu, speed_grid, speeds
+):
     """RecordMoments of all events.
 
     `record` `[n_events, n_friction]` is what would be recorded, `bounds` its `record_bounds`,
+    `height` `[n_events]` the height of fall of events without a profile (else nan),
     `last_left` `[n_events]` the last friction of the grid at which the block leaves (-1: none),
     `left` `[n_events]` the events that did leave (for these the speeds alone speak), `speeds`
     `[n_rows, n_places]`.
@@ -88,6 +92,9 @@ def record_moments(record, bounds, last_left, observed, sigma, left, log_mu, spe
                 last_left[i], log_mu, speed_grid, row, speeds[row], misfit, points, logs
             )
             log_norm = 0.0
+        elif not np.isnan(height[i]):
+            straight_points(height[i], observed[i], sigma[i], True, points, logs)
+            count, log_norm = N_POINTS, 0.0
         else:
             count = _stop_points(
                 record[i],

@@ -6,8 +6,9 @@ Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
     p(record | m, σ) = ∫ p(record | μ) p(ν | m, σ) dν ≈ Σ_k w_k p(ν_k | m, σ),  ν = log μ,
 
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
-likelihood has two parts. Events that left the profile give a probability instead,
-w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop low enough was seen.
+likelihood has two parts. Without a profile no table is needed (`straight_density`). Events that
+left the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that
+a stop low enough was seen.
 """
 
 from __future__ import annotations
@@ -21,8 +22,9 @@ from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.record_density import record_density_nodes
 from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measured_speeds
+from avahazard.inference.likelihood.straight_density import straight_density_nodes
 from avahazard.inference.model.friction_scatter import normal_below
-from avahazard.inference.model.observations import LEFT, Observations
+from avahazard.inference.model.observations import LEFT, LENGTH, Observations
 from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
@@ -88,9 +90,11 @@ def record_nodes(
         observations.kind == LEFT,
         observations.observed,
         observations.sigma,
+        np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
         has_speed,
         np.log(MU) if in_log else MU,
+        in_log,
     )
     return Nodes(*built, np.full(observations.n_events, -np.inf))  # type: ignore[call-arg]
 
@@ -141,7 +145,7 @@ def speed_nodes(
 
 @kernel
 def _build(  # type: ignore[no-untyped-def]
-    record, elevation, left, observed_left, observed, sigma, limit, has_speed, grid
+    record, elevation, left, observed_left, observed, sigma, height, limit, has_speed, grid, in_log
 ):
     n = len(record)
     place = np.zeros((n, N_NODES))
@@ -158,6 +162,10 @@ def _build(  # type: ignore[no-untyped-def]
         if observed_left[i] and not has_speed[i]:
             is_probability[i] = True
             floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
+        elif not np.isnan(height[i]) and not np.isnan(observed[i]):
+            log_scale[i] = straight_density_nodes(
+                height[i], observed[i], sigma[i], in_log, place[i], weight[i]
+            )
         elif not has_speed[i]:
             log_scale[i] = record_density_nodes(
                 record[i],

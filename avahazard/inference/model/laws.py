@@ -18,6 +18,7 @@ from avahazard.records.errors import AvahazardError
 
 Array = NDArray[np.float64]
 
+MOST_LOG = 50.0
 N_SCALE = 1e-6  # 1/m3; n of the exponential law is of this order on paths of 1e4 to 1e6 m3
 C_SCALE = 1e5  # m3; the volume where a rational law bends
 
@@ -77,14 +78,18 @@ def law(name: str) -> Law:
     return LAWS[name]
 
 
-def _exponential(u: Array, volume: Array) -> Array:
-    result: Array = u[..., 0:1] - u[..., 1:2] * (volume * N_SCALE)
+def _finite(log_friction: Array) -> Array:
+    """Keep the friction a number for every volume, far beyond what any block could tell apart."""
+    result: Array = np.clip(log_friction, -MOST_LOG, MOST_LOG)
     return result
+
+
+def _exponential(u: Array, volume: Array) -> Array:
+    return _finite(u[..., 0:1] - u[..., 1:2] * (volume * N_SCALE))
 
 
 def _power(u: Array, volume: Array) -> Array:
-    result: Array = u[..., 0:1] - u[..., 1:2] * np.log(volume)
-    return result
+    return _finite(u[..., 0:1] - u[..., 1:2] * np.log(volume))
 
 
 def _rational(u: Array, volume: Array) -> Array:

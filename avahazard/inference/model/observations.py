@@ -99,6 +99,9 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         for i in mine:
             release[i] = np.searchsorted(site.release_x, place[start[i]])
             elevation[i] = float(smooth.height(place[start[i]]))
+    for i, event in enumerate(events):
+        if event.path_id is None and event.release_elevation_m is not None:
+            elevation[i] = event.release_elevation_m
     columns = build_columns(events, paths, elevation)
     kinds = [_observation(e) for e in events]
     index = {e.event_id: i for i, e in enumerate(events)}

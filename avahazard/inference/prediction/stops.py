@@ -19,6 +19,8 @@ from avahazard.physics.runout_curve import MU, MU_STEP, between, located, neares
 
 Floats = NDArray[np.float64]
 
+LEAST_FRICTION = 1e-3
+"""No flow is known to slide on less; draws of μ ≤ 0 count as the lowest friction of the tables."""
 MAX_TABLES = 24
 """Draws of the parameters that shape the tables, each of which costs runs of every block."""
 
@@ -114,8 +116,9 @@ def look_up(
     )
     left = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction <= 0.0)
     straight = np.isnan(tables.elevation).all(axis=1)
-    # Without a profile the energy line holds exactly: L = H / μ.
+    # Without a profile the energy line holds exactly, for any friction: L = H / μ.
     height = tables.record[:, 0] * MU[0]
-    record[straight] = height[straight, None] / np.maximum(friction[straight], MU[0])
+    held = np.where(friction > 0.0, np.maximum(friction, LEAST_FRICTION), MU[0])
+    record[straight] = height[straight, None] / held[straight]
     left[straight] = False
     return record, x, elevation, left

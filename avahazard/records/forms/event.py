@@ -21,6 +21,7 @@ class EventRow(DepositRow):
     left_profile: Flag = Field(False, description="0 or 1")
     fall_height_m: None = Field(None, description="empty, because path_id is given")
     runout_length_m: None = Field(None, description="empty, because path_id is given")
+    h_over_l: None = Field(None, description="empty, because path_id is given")
 
     @model_validator(mode="after")
     def _runout_given(self, info: ValidationInfo) -> Self:

@@ -164,6 +164,14 @@ def test_the_remedies_are_options(avahazard: Run, folder: Path) -> None:
     assert avahazard("import", "--dates", "ymd", str(folder)).exit_code == 2
 
 
+def test_a_volume_that_dwarfs_the_rest_is_named(avahazard: Run, write: Write) -> None:
+    head = "event_id,fall_height_m,runout_length_m,volume_m3\n"
+    rows = "".join(f"e{i},500,{900 + i},{2e4 + i}\n" for i in range(8))
+    done = avahazard("import", str(write("events.csv", f"{head}{rows}x,500,950,5e7\n")))
+    assert done.exit_code == 0
+    assert "volume of x, 5e+07 m3, dwarfs" in " ".join(done.stderr.split())
+
+
 def test_a_workbook_beside_tables_is_read_or_refused(avahazard: Run, folder: Path) -> None:
     rows = [tuple(line.split(",")) for line in EVENTS.splitlines()]
     save_workbook(folder / "events.xlsx", {"Sheet1": rows})

@@ -28,8 +28,11 @@ def test_the_far_ones_are_named_worst_first(in_log: bool) -> None:
             nodes=SimpleNamespace(at=lambda _u: nodes),
             layout=SimpleNamespace(log_scatter=in_log),
             observations=SimpleNamespace(
-                columns=SimpleNamespace(event_id=np.array(["a", "b", "c", "d", "e"]))
+                columns=SimpleNamespace(
+                    event_id=np.array(["a", "b", "c", "d", "e"]),
+                    log_volume=np.log([1e3, 2e3, 4e6, 1e4, 3e3]),
+                )
             ),
         ),
     )
-    assert suspects(base) == ("d", "b")
+    assert suspects(base) == ("c", "d", "b")

@@ -108,6 +108,7 @@ def test_coarser_frictions_give_the_same_bump() -> None:
             record,
             record_bounds(record),
             tables.last_left[rows] // step,
+            tables.height[rows],
             measured.observed[rows],
             observations.sigma[rows],
             measured.left[rows],

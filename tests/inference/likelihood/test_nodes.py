@@ -47,6 +47,7 @@ def _nodes(
         kind=np.array([kind]),
         observed=np.array([observed]),
         sigma=np.array([sigma]),
+        fall_height=np.array([np.nan]),
         limit=np.array([limit]),
     )
     predicted = Predicted(

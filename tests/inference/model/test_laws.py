@@ -74,3 +74,14 @@ def test_priors_allow_what_the_paper_found(name: str) -> None:
 def test_an_unknown_law_is_named() -> None:
     with pytest.raises(AvahazardError, match="no law 'cubic'"):
         law("cubic")
+
+
+@pytest.mark.parametrize("name", list(LAWS))
+@pytest.mark.parametrize("volume", [1e-300, 1e-3, 1e15, 1.7e308])
+def test_friction_is_a_number_for_every_volume(name: str, volume: float) -> None:
+    law_ = LAWS[name]
+    for scale in (-1.0, 0.0, 1.0):
+        u = law_.prior_mean + 3.0 * scale * law_.prior_sd
+        log_mu = law_.log_friction(u, np.array([volume]))
+        assert np.all(np.isfinite(log_mu))
+        assert np.all(np.isfinite(np.exp(log_mu)))

@@ -1,0 +1,42 @@
+"""The likelihood of a runout length, against integration over friction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import norm
+
+from avahazard.inference.likelihood.nodes import N_NODES
+from avahazard.inference.likelihood.straight_density import straight_density_nodes
+
+CASES = [
+    (754.0, 11065.0, 10.0),
+    (100.0, 50_000.0, 10.0),  # H/L = 0.002, off any table made for snow
+    (800.0, 300.0, 10.0),  # H/L = 2.7
+    (640.0, 1450.0, 200.0),
+    (640.0, 1450.0, 700.0),
+]
+
+
+@pytest.mark.parametrize(("height", "length", "sigma"), CASES)
+@pytest.mark.parametrize("in_log", [True, False])
+@pytest.mark.parametrize("away", [0.0, 0.5])
+def test_any_friction_is_told(
+    height: float, length: float, sigma: float, in_log: bool, away: float
+) -> None:
+    """Σ w p(ν) is ∫ p(L | μ) p(ν) dν for a law that scatters about H/L, or off it."""
+    place, weight = np.zeros(N_NODES), np.zeros(N_NODES)
+    log_scale = straight_density_nodes(height, length, sigma, in_log, place, weight)
+    mu = height / length * np.exp(away)
+    centre, scatter = (np.log(mu), 0.3) if in_log else (mu, 0.3 * mu)
+    found = np.exp(log_scale) * np.sum(weight * norm.pdf(place, centre, scatter))
+
+    def integrand(along: float) -> float:
+        nu = np.log(height / along)
+        here, per = (nu, 1.0 / along) if in_log else (height / along, height / along**2)
+        return float(norm.pdf(length, along, sigma) * norm.pdf(here, centre, scatter) * per)
+
+    low = max(length - 9 * sigma, 1.0)
+    expected = quad(integrand, low, length + 9 * sigma, epsabs=0, limit=500, points=[length])[0]
+    assert found == pytest.approx(expected, rel=0.02 if sigma > 500 else 2e-3)

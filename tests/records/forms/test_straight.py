@@ -1,0 +1,74 @@
+"""Events without a profile."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from avahazard.records.forms.straight import StraightRow
+
+
+@pytest.mark.parametrize(
+    ("cells", "height", "reach"),
+    [
+        ({"fall_height_m": "640", "runout_length_m": "1600"}, 640, 1600),
+        ({"h_over_l": "0.4", "runout_length_m": "1600"}, 640, 1600),
+        ({"h_over_l": "0.4", "fall_height_m": "640"}, 640, 1600),
+        (
+            {"release_elevation_m": "-900", "runout_elevation_m": "-1540", "h_over_l": "0.4"},
+            640,
+            1600,
+        ),
+        (
+            {
+                "release_elevation_m": "1640",
+                "runout_elevation_m": "1000",
+                "runout_length_m": "1600",
+            },
+            640,
+            1600,
+        ),
+        (
+            {"fall_height_m": "640", "runout_length_m": "1600", "release_elevation_m": "2000"},
+            640,
+            1600,
+        ),
+        ({"fall_height_m": "640", "runout_length_m": "1600", "h_over_l": "0.41"}, 640, 1600),
+    ],
+)
+def test_height_and_reach(cells: dict[str, str], height: float, reach: float) -> None:
+    row = StraightRow.model_validate({"event_id": "e"} | cells)
+    assert row.height_and_reach == pytest.approx((height, reach))
+
+
+@pytest.mark.parametrize(
+    ("cells", "column"),
+    [
+        ({"fall_height_m": "640"}, "runout_length_m"),
+        ({"runout_length_m": "640"}, "fall_height_m"),
+        ({"h_over_l": "0.4"}, "fall_height_m"),
+        ({"release_elevation_m": "900", "runout_length_m": "1600"}, "fall_height_m"),
+        ({"runout_elevation_m": "900", "runout_length_m": "1600"}, "release_elevation_m"),
+        (
+            {"release_elevation_m": "900", "runout_elevation_m": "950", "runout_length_m": "9"},
+            "runout_elevation_m",
+        ),
+        (
+            {"fall_height_m": "640", "runout_length_m": "1600", "h_over_l": "0.5"},
+            "h_over_l",
+        ),
+        (
+            {
+                "release_elevation_m": "900",
+                "runout_elevation_m": "500",
+                "runout_length_m": "900",
+                "fall_height_m": "300",
+            },
+            "fall_height_m",
+        ),
+    ],
+)
+def test_too_little_or_contradicting(cells: dict[str, str], column: str) -> None:
+    with pytest.raises(ValidationError) as caught:
+        StraightRow.model_validate({"event_id": "e"} | cells)
+    assert caught.value.errors()[0]["ctx"]["column"] == column
