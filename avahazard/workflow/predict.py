@@ -97,7 +97,7 @@ def _scores(model: FittedModel) -> PredictionScores:
     rng = generator(0, "predict scores")
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
-    offsets = model.path_offsets(rng)
+    offsets = model.group_offsets(rng)
     given = [
         model.posterior.event_log_likelihood(
             model.draws[k], None if offsets is None else offsets[k]

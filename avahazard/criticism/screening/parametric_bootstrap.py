@@ -13,6 +13,7 @@ from avahazard.inference.likelihood.speed_errors import covariance_root
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import log_wrong, wrong_ranges
 from avahazard.inference.model.observations import LEFT
+from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.prediction.stops import draw_friction, look_up
 from avahazard.physics.runout_curve import MU
 
@@ -49,19 +50,22 @@ def make_world(
     posterior: Posterior,
     predicted: Predicted,
     u: Floats,
-    tau: float,
+    plan: OffsetPlan,
+    tau: Floats,
     speed_scatter: float,
     rng: np.random.Generator,
 ) -> BootstrapRecords:
     """Records of the same events in a world where the model at u is true.
 
-    Paths have offsets of spread `tau`; where a limit of sight stands, events are drawn again
-    until they are seen. With Student's tails a record is wrong here as likely as it is in truth.
+    Groups have offsets of spreads `tau` `[n_groupings]`; where a limit of sight stands, events are
+    drawn again until they are seen. With Student's tails a record is wrong here as likely as it is
+    in truth.
     """
     observations = posterior.observations
-    groups = observations.columns.path_index
-    offsets = np.append(tau * rng.standard_normal(len(observations.columns.paths)), 0.0)
-    shift = offsets[groups]
+    shift = plan.shift(tau[plan.of] * rng.standard_normal(len(plan.of)))
+    if np.any(plan.alone):
+        own = np.sqrt(np.sum(plan.alone * tau[:, None] ** 2, axis=0))
+        shift = shift + own * rng.standard_normal(len(own))
     friction = draw_friction(posterior, u, shift, rng)
     observed, elevation, left = _record(predicted, observations.sigma, friction, rng)
     for _ in range(MAX_REDRAWS):
