@@ -22,8 +22,8 @@ CONSTANTS = [
     ("likelihood", "10 for each event", "inference.likelihood.nodes", "N_NODES", 10),
     (
         "likelihood",
-        "two records in a hundred",
-        "inference.likelihood.wrong_records",
+        "log 0.02 ± 1, cut to 0.001 to 0.4",
+        "inference.model.layout",
         "WRONG_SHARE",
         0.02,
     ),

@@ -20,7 +20,6 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predict_records
 from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.speed_nodes import squares
-from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.offset_plan import OffsetPlan
@@ -106,8 +105,15 @@ def base_design(posterior: Posterior, u: Floats, plan: OffsetPlan, scale: Floats
         spread_scale=scale,
         extra=_volume_variance(posterior, u),
         multiplier=middle / np.exp(np.mean(np.log(middle))),
-        log_wrong=log_wrong(observations),
+        log_wrong=_odds_of_wrong(posterior, u),
     )
+
+
+def _odds_of_wrong(posterior: Posterior, u: Floats) -> Floats:
+    """`Posterior.log_wrong` over the share of records that are right."""
+    place = posterior.layout.wrong_share
+    right = 0.0 if place is None else float(np.log1p(-np.exp(u[place])))
+    return np.asarray(posterior.log_wrong(u) - right)
 
 
 def base_coordinates(posterior: Posterior, u: Floats) -> Floats:

@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import covariance_root
 from avahazard.inference.likelihood.speed_nodes import squares
-from avahazard.inference.likelihood.wrong_records import log_wrong, wrong_ranges
+from avahazard.inference.likelihood.wrong_records import wrong_ranges
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.prediction.stops import draw_friction, look_up
@@ -94,8 +94,7 @@ def make_world(
 
 def wrong_chance(posterior: Posterior, u: Floats) -> Floats:
     """Chance of each record to be grossly wrong `[n_events]`, given the model at u."""
-    chance = np.exp(log_wrong(posterior.observations) - posterior.event_log_likelihood(u))
-    return np.asarray(chance)
+    return np.asarray(np.exp(posterior.log_wrong(u) - posterior.event_log_likelihood(u)))
 
 
 def _record(

@@ -14,6 +14,7 @@ from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import Values, resistance_of
+from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.friction_scatter import shifted, widened
 from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
 from avahazard.inference.model.observations import Observations
@@ -78,16 +79,16 @@ class Posterior:
         """`log_density`, with the groups' offsets that it rests on where there are any."""
         if (u < self.layout.low).any() or (u > self.layout.high).any():
             return -np.inf, None
-        value, offsets = self._log_likelihood(u, self.nodes.at(u))
+        value, offsets = self._log_likelihood(u, self._nodes(u))
         return value + self.layout.log_prior(u), offsets
 
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, groups' offsets integrated out (Laplace's method)."""
-        return self._log_likelihood(u, self.nodes.at(u))[0]
+        return self._log_likelihood(u, self._nodes(u))[0]
 
     def exact_log_likelihood(self, u: Floats) -> float:
         """The same from tables made for just these coordinates, not interpolated."""
-        return self._log_likelihood(u, self.nodes.exact(u))[0]
+        return self._log_likelihood(u, self._or_wrong(self.nodes.exact(u), u))[0]
 
     def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, Offsets | None]:
         location, scatter = self.location_and_scatter(u)
@@ -110,12 +111,32 @@ class Posterior:
         0 for those not in `keep` `[n_events]`.
         """
         location, scatter = self.location_and_scatter(u)
-        return self.terms(self.nodes.at(u), self.shifted(location, offsets), scatter, keep).value
+        return self.terms(self._nodes(u), self.shifted(location, offsets), scatter, keep).value
 
     def offsets(self, u: Floats) -> Offsets:
         """The offsets of the groups given coordinates u."""
         location, scatter = self.location_and_scatter(u)
-        return self._offsets(self.layout.spread_values(u), self.nodes.at(u), location, scatter)[0]
+        return self._offsets(self.layout.spread_values(u), self._nodes(u), location, scatter)[0]
+
+    def log_wrong(self, u: Floats) -> Floats:
+        """Log density of each record as a wrong one, times their share, `[n_events]`."""
+        if self.layout.wrong_share is None:
+            return np.full(self.observations.n_events, -np.inf)
+        return np.asarray(log_wrong(self.observations) + u[self.layout.wrong_share])
+
+    def _nodes(self, u: Floats) -> Nodes:
+        return self._or_wrong(self.nodes.at(u), u)
+
+    def _or_wrong(self, nodes: Nodes, u: Floats) -> Nodes:
+        """The nodes of records that may be wrong: right with one less the share of these."""
+        if self.layout.wrong_share is None:
+            return nodes
+        log_share = float(u[self.layout.wrong_share])
+        may_be = np.isfinite(nodes.log_wrong)
+        right = np.where(may_be, np.log1p(-np.exp(log_share)), 0.0)
+        return nodes._replace(
+            log_scale=nodes.log_scale + right, log_wrong=nodes.log_wrong + log_share
+        )
 
     def location_and_scatter(
         self, u: Floats, volume: Floats | None = None

@@ -24,6 +24,9 @@ MIN_SCATTER_SHARE = 0.15
 """Least scatter against that centre: below, the nodes of flat run-outs lie too far apart."""
 MIN_SPREAD = 1e-3
 """Least spread between groups of events, on log friction."""
+WRONG_SHARE, LEAST_WRONG, MOST_WRONG = 0.02, 1e-3, 0.4
+"""Share of grossly wrong records that is thought of before (its log has standard deviation 1), and
+its bounds: where half of the records are wrong, nothing tells which half."""
 SPEED_SCATTER_M_S = 3.0
 """Prior centre of the model's own error of speed; its log has standard deviation 1."""
 SPEED_GRID = tuple(float(v) for v in np.log([0.3, 0.6, 1.2, 2.0, 3.3, 5.5, 9.0, 15.0, 25.0]))
@@ -53,6 +56,7 @@ class Slot:
 class Layout:
     """Coordinates `[n_slots]`: law, log scatter (and its slope), effects, speed.
 
+    With Student's tails, the log share of wrong records is at `wrong_share`.
     `places` maps an effect's key to its slots, `spreads` that of an effect on groups of events to
     the slot of their spread; `tables` are the slots that shape the tables.
     """
@@ -63,6 +67,7 @@ class Layout:
     scatter_slope: int | None
     reference_volume: float
     spreads: dict[str, int]
+    wrong_share: int | None
     speed_scatter: int | None
     places: dict[str, slice]
     tables: tuple[int, ...]
@@ -124,6 +129,8 @@ class Layout:
         for key, k in self.spreads.items():
             slot = self.slots[k]
             result[f"{key}.{slot.name}"] = (u[..., k] * slot.scale, slot.unit)
+        if self.wrong_share is not None:
+            result["wrong_share"] = (np.exp(u[..., self.wrong_share]), "of the records")
         if self.speed_scatter is not None:
             result["speed_sigma"] = (np.exp(u[..., self.speed_scatter]), "m/s")
         return result
@@ -169,6 +176,11 @@ def build_layout(
             continue
         places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
         slots += [_slot(effect, p) for p in effect.parameters]
+    wrong_share = None
+    if specification.tails == "student":
+        wrong_share = len(slots)
+        bounds = float(np.log(LEAST_WRONG)), float(np.log(MOST_WRONG))
+        slots.append(Slot("log wrong share", "", float(np.log(WRONG_SHARE)), 1.0, *bounds))
     tables = tuple(k for k, s in enumerate(slots) if s.grid)
     speed_scatter = None
     if observations.speeds:
@@ -191,6 +203,7 @@ def build_layout(
         scatter_slope=slope,
         reference_volume=specification.reference_volume_m3,
         spreads=spreads,
+        wrong_share=wrong_share,
         speed_scatter=speed_scatter,
         places=places,
         tables=tables,

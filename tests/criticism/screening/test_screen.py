@@ -109,7 +109,7 @@ def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
     model = studies.posterior(observations)
     predicted = predict_records(observations, (), {})
     tables = make_tables(observations, predicted, observations.limit, 0.0)
-    design = base_design(model, studies.near(model), False)
+    design = base_design(model, studies.near(model), model.plan, np.empty(0))
     measured = real_world(model)
     seen = {}
     for margin in (0.0, 100.0):
