@@ -14,12 +14,18 @@ from avahazard.records.path import Path
 
 Floats = NDArray[np.float64]
 
+FIRST_MONTH = 10
+"""Winters begin with October, as hydrological years do."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventColumns:
     """Columns over events, each `[n_events]`; numbers are nan and texts '' where missing.
 
-    `path_index` points into `paths` (-1: no path). `day_of_winter` counts from 1 November.
+    `path_index` points into `paths` (-1: no path). `day_of_winter` counts from 1 November; `day`
+    is the ordinal of the date (1 is the first of January of the year 1). `winter`, from October
+    to September, is named by the year in which it ends; where a year is all that is known it is
+    that one, since most avalanches fall after New Year. `location` is that of the path.
     `numbers` and `texts` hold every covariate of events and of their paths.
     """
 
@@ -28,6 +34,9 @@ class EventColumns:
     path_index: NDArray[np.int64]
     year: Floats
     day_of_winter: Floats
+    day: Floats
+    winter: Floats
+    location: NDArray[np.str_]
     log_volume: Floats
     release_elevation: Floats
     deposit_length: Floats
@@ -53,6 +62,9 @@ def build_columns(
         path_index=np.array([index.get(e.path_id or "", -1) for e in events], dtype=np.int64),
         year=np.array([np.nan if e.year is None else float(e.year) for e in events]),
         day_of_winter=np.array([_day_of_winter(e.date) for e in events]),
+        day=np.array([_ordinal(e.date) for e in events]),
+        winter=np.array([_winter(e) for e in events]),
+        location=np.array([(paths[e.path_id].location or "") if e.path_id else "" for e in events]),
         log_volume=np.array([np.log(e.volume_m3) if e.volume_m3 else np.nan for e in events]),
         release_elevation=release_elevation,
         deposit_length=np.array([_number(e.deposit_length_m) for e in events]),
@@ -74,6 +86,19 @@ def _day_of_winter(text: str | None) -> float:
     day = date.fromisoformat(text)
     start = date(day.year if day.month >= 11 else day.year - 1, 11, 1)
     return float((day - start).days)
+
+
+def _ordinal(text: str | None) -> float:
+    """The ordinal of a date; nan where only the year is known."""
+    return np.nan if text is None or len(text) < 10 else float(date.fromisoformat(text).toordinal())
+
+
+def _winter(event: Event) -> float:
+    """The year in which the winter of an event ends; nan without a date."""
+    if event.date is None or event.year is None:
+        return np.nan
+    month = int(event.date[5:7]) if len(event.date) >= 7 else 1
+    return float(event.year + (month >= FIRST_MONTH))
 
 
 def _covariates(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns
+from avahazard.effects.groups import Groups
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
 
@@ -50,7 +51,8 @@ class Effect:
     `shift(columns, values)`: metres `[n_events]` added to the elevation that is recorded.
     `advance(columns, values)`: metres `[n_events]` along the path, record ahead of the block.
     `limit(columns, values)`: elevation `[n_events]` above which a stop is not seen (nan: none).
-    `groups(columns)`: group index `[n_events]` of a random offset of log friction, -1 for none.
+    `groups(columns)`: groups of events, each with a random offset of log friction; the one
+    parameter is the spread of these, normal about zero, with a half-normal prior.
     """
 
     key: str
@@ -60,7 +62,7 @@ class Effect:
     shift: Record | None = None
     advance: Record | None = None
     limit: Record | None = None
-    groups: Callable[[EventColumns], NDArray[np.int64]] | None = None
+    groups: Callable[[EventColumns], Groups] | None = None
     speed_dependent: bool = False
 
     @property
@@ -126,7 +128,9 @@ class Definition:
       volume and release; an avalanche to come is then like recorded ones in these.
     - `uses_volume`: friction depends on the volume, whatever the model's law.
     - `limits_speed`: it holds the speed on any steep and long path, as friction alone does not.
-    - `granted_first`: a nuisance that the diagnosis grants before it blames anything on physics.
+    - `nuisance(columns, sites)`: one that the diagnosis grants before it blames anything on
+      physics; it says what the data lack for that, which may be less than for its name.
+    - `granted_unasked`: it is granted even where the records do not ask for it.
     - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
       such alone is `unexplained`, and it needs no margin of evidence.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
@@ -145,7 +149,8 @@ class Definition:
     event_columns: bool = False
     uses_volume: bool = False
     limits_speed: bool = False
-    granted_first: bool = False
+    nuisance: Callable[[EventColumns, Sequence[Site]], str | None] | None = None
+    granted_unasked: bool = False
     names_cause: bool = True
     column: str | None = None
     settled: Callable[[EventColumns, Sequence[Site]], bool] = never

@@ -5,27 +5,37 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.groups import Groups
 from avahazard.effects.site import Site
+from avahazard.effects.spread import spread_parameter
 
 MIN_PATHS = 5
+"""Fewest paths that tell their spread well enough for it to be named or added."""
+MIN_DIFFERENT = 2
 
 
-def _groups(columns: EventColumns) -> NDArray[np.int64]:
-    return columns.path_index
+def _groups(columns: EventColumns) -> Groups:
+    return Groups(columns.paths, columns.path_index, told="path:")
+
+
+def _n_paths(columns: EventColumns) -> int:
+    return len(np.unique(columns.path_index[columns.path_index >= 0]))
 
 
 def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
-    n = len(np.unique(columns.path_index[columns.path_index >= 0]))
+    n = _n_paths(columns)
     return None if n >= MIN_PATHS else f"there are {n} paths, fewer than {MIN_PATHS}"
 
 
+def _as_nuisance(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    return None if _n_paths(columns) >= MIN_DIFFERENT else "there is one path"
+
+
 def _build(_facts: Facts) -> Effect:
-    tau = Parameter("tau", "log friction", 0.0, 0.0, 0.2, 0.0)
-    return Effect("path-effect", (tau,), groups=_groups)
+    return Effect("path-effect", (spread_parameter("tau"),), groups=_groups)
 
 
 DEFINITION = Definition(
@@ -35,6 +45,7 @@ DEFINITION = Definition(
     needs=f">= {MIN_PATHS} paths",
     build=_build,
     lacking=_lacking,
-    granted_first=True,
+    nuisance=_as_nuisance,
+    granted_unasked=True,
     order=130,
 )

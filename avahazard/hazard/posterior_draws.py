@@ -14,7 +14,6 @@ from avahazard.inference.likelihood.predicted import (
     predict_records,
     run_blocks,
 )
-from avahazard.inference.model.layout import PATH_SCATTER
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
@@ -101,12 +100,15 @@ def posterior_draws(
     taken = np.isin(order, model.evenly(min(len(order), n_parameters)))
     chosen = order[taken]
     u = model.draws[chosen]
-    place = model.posterior.layout.path_scatter
+    plan = model.posterior.plan
+    # The paths', if any: winters and storms do not last.
+    lasting = [g for g, stays in enumerate(plan.lasting) if stays]
+    tau = model.posterior.layout.spread_values(u)[:, lasting]
     offset = model.offsets.get(path_id)
     return PosteriorDraws(
         u=u,
         group=group[taken],
         offset=None if offset is None else offset[chosen],
-        tau=None if place is None else PATH_SCATTER * u[:, place],
+        tau=np.sqrt(np.sum(tau**2, axis=1)) if lasting else None,
         sigma_m=None if model.sigma_m is None else model.sigma_m[chosen],
     )

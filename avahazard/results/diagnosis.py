@@ -33,11 +33,16 @@ class Candidate(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class PathEffectTest(Result):
-    """Gain of unrecorded differences between paths (nats), tested by itself."""
+class GroupTest(Result):
+    """An effect on groups of events (paths, winters, storms), tested by itself beside the others.
 
+    `gain` in nats; `spread` of the groups on log friction.
+    """
+
+    effect: str
     gain: float
     p_value: float
+    spread: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +57,8 @@ class Measurement(Result):
 class Diagnosis(Result):
     """The verdict (`adequate`, `missing-effect`, `ambiguous`, `unexplained`) with its reasons.
 
-    `missing` holds the effect, the set that cannot be told apart, or the axis. An effect of
+    `missing` holds the effect, the set that cannot be told apart, or the axis. `groups` are those
+    that were let to differ before anything was blamed on physics. An effect of
     `detectable_m` would have been seen with 80 % power. `still_needed` is the evidence (nats) that
     the model would lose without each of its effects; `suspect_events` are records hard to believe.
     """
@@ -61,7 +67,7 @@ class Diagnosis(Result):
     verdict: str
     missing: tuple[str, ...]
     candidates: Rows[Candidate]
-    path_effect: PathEffectTest
+    groups: Rows[GroupTest]
     detectable_m: float
     detectable_log_friction: float
     measure_next: Rows[Measurement]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.budget_rows import with_explained
 from avahazard.criticism.scoring.error_fall import error_fall
+from avahazard.inference.fitting.mode import FIRST_SPREAD
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
@@ -146,8 +147,8 @@ def _start(parent: StoredFit, child: Posterior) -> Floats | None:
         known.get(slot.name, slot.mean if np.isnan(slot.neutral) else slot.neutral)
         for slot in layout.slots
     ]
-    if layout.path_scatter is not None and "tau" not in known:
-        start[layout.path_scatter] = 0.5
+    for k in layout.spreads.values():
+        start[k] = known.get(layout.slots[k].name, FIRST_SPREAD)
     return np.array(start)
 
 

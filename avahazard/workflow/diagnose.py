@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
@@ -12,7 +12,7 @@ from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
-from avahazard.results.diagnosis import Candidate, Diagnosis, Measurement, PathEffectTest
+from avahazard.results.diagnosis import Candidate, Diagnosis, GroupTest, Measurement
 from avahazard.store.models import load_model
 from avahazard.store.results import DIAGNOSIS, save_result
 from avahazard.store.session import reading, writing
@@ -79,7 +79,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         verdict=found.verdict,
         missing=found.missing,
         candidates=Rows(_candidate(c, found) for c in found.candidates),
-        path_effect=PathEffectTest(found.screening.path_gain, found.screening.path_p),
+        groups=Rows(_groups(found)),
         detectable_m=found.detectable_m,
         detectable_log_friction=found.detectable_log_friction,
         measure_next=_measure_next(found, seed),
@@ -89,6 +89,13 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         n_worlds=found.screening.n_worlds,
         seed=seed,
     )
+
+
+def _groups(found: Findings) -> Iterator[GroupTest]:
+    layout = found.base.posterior.layout
+    spreads = layout.spread_values(found.base.mode.u)
+    for test, spread in zip(found.screening.groups, spreads, strict=True):
+        yield GroupTest(test.key, test.gain, test.p_value, float(spread))
 
 
 def _candidate(candidate: Tried, found: Findings) -> Candidate:

@@ -99,7 +99,7 @@ def _scores(model: FittedModel) -> PredictionScores:
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
     budget = error_budget(model, generator(0, "error budget"))
-    offsets = model.path_offsets(rng)
+    offsets = model.group_offsets(rng)
     given = [
         model.posterior.event_log_likelihood(
             model.draws[k], None if offsets is None else offsets[k]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from avahazard.synth.effects import CATALOGUE
 from avahazard.synth.settings import Settings
@@ -20,7 +20,8 @@ PLAIN = Settings()
 class Plan:
     """One world: `effects` are in it, `true` are the answers that are right, `neutral` those that
     are no false alarm. `outside` names a file of benchmarks/outside; `speeds_later` asks again
-    with speeds measured; `wrong` is a needless effect to add."""
+    with speeds measured; `wrong` is a needless effect to add; `stated` are errors of the events
+    that are stated otherwise than they are."""
 
     arm: str
     index: int
@@ -34,11 +35,26 @@ class Plan:
     outside: str | None = None
     speeds_later: bool = False
     wrong: str | None = None
+    stated: dict[str, float] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
         """The world by name, by which a finished one is known."""
         return f"{self.arm} #{self.index}"
+
+
+PATHS = ("path-effect",)
+
+
+@dataclass(frozen=True, slots=True)
+class Trap:
+    """A trap of `traps.TRAPS`, or of the settings: `neutral` names are no false alarm."""
+
+    effects: dict[str, float] = field(default_factory=dict)
+    settings: Settings = PLAIN
+    n_paths: int | None = None
+    stated: dict[str, float] = field(default_factory=dict)
+    neutral: tuple[str, ...] = ()
 
 
 NULLS: dict[str, tuple[dict[str, float], Settings, tuple[str, ...]]] = {
@@ -64,6 +80,24 @@ CONFOUNDED: dict[str, tuple[dict[str, float], Settings, bool]] = {
     "confounded: weakening, no speeds": ({"speed-weakening": 1.0}, Settings(speeds=0.0), True),
     "confounded: elevation, proxy": ({"proxy": 0.0, "release-elevation": 1.0}, Settings(), False),
 }
+TRAPS: dict[str, Trap] = {
+    "storms": Trap({"storms": 1.0}, neutral=("storm-effect", "winter-effect")),
+    "winters": Trap({"winters": 1.0}, neutral=("winter-effect",)),
+    "2 paths": Trap({"path-effect": 1.0, "path columns": 1.0}, n_paths=2, neutral=PATHS),
+    "3 paths": Trap({"path-effect": 1.0, "path columns": 1.0}, n_paths=3, neutral=PATHS),
+    "4 paths": Trap({"path-effect": 1.0, "path columns": 1.0}, n_paths=4, neutral=PATHS),
+    "volume errors": Trap(
+        settings=Settings(volume_rel_sigma=1.0),
+        stated={"volume_rel_sigma": 0.3},
+        neutral=("volume-error",),
+    ),
+    "record errors": Trap(stated={"runout_sigma_m": 5.0}, neutral=("record-error",)),
+    "gross errors": Trap(settings=Settings(wrong_share=0.3)),
+}
+"""What real records do, with nothing else and with one effect."""
+TRAP_NULLS = 2.5
+"""Nulls of a trap for one world of an effect and strength."""
+TRAPPED = "snow-type"
 WRONG = ("turbulent-drag", "forest-drag", "snow-type", "season", "leading-edge", "epoch-bias")
 
 
@@ -108,13 +142,13 @@ def plans(size: int) -> list[Plan]:
         ]
     )
     arms += _effects(0.5, len(arms), size)
+    arms += _traps(len(arms), size)
     return [world for k in range(size) for arm in arms for world in arm[_share(arm, k, size)]]
 
 
 def _share(arm: list[Plan], k: int, size: int) -> slice:
     """What an arm gives to round k."""
-    each = len(arm) // size
-    return slice(k * each, (k + 1) * each)
+    return slice(k * len(arm) // size, (k + 1) * len(arm) // size)
 
 
 def _effects(strength: float, first: int, size: int) -> list[list[Plan]]:
@@ -129,6 +163,23 @@ def _effects(strength: float, first: int, size: int) -> list[list[Plan]]:
         ]
         for j, key in enumerate((*CATALOGUE, "covariate:new_snow_cm"))
     ]  # fmt: skip
+
+
+def _traps(first: int, size: int) -> list[list[Plan]]:
+    """Two arms for every trap: with no effect, and with one."""
+    arms = []
+    for name, trap in TRAPS.items():
+        for effects, n in (({}, int(TRAP_NULLS * size)), ({TRAPPED: 1.0}, size)):
+            arm = f"trap: {name} + {TRAPPED}" if effects else f"null: {name}"
+            worlds = [
+                _plan(
+                    first + len(arms), arm, k, {**trap.effects, **effects}, settings=trap.settings,
+                    true=tuple(effects), neutral=trap.neutral, stated=trap.stated,
+                )
+                for k in range(n)
+            ]  # fmt: skip
+            arms.append([replace(w, n_paths=trap.n_paths or w.n_paths) for w in worlds])
+    return arms
 
 
 def _plan(  # type: ignore[no-untyped-def]

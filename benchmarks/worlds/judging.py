@@ -24,10 +24,12 @@ from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.measured import as_told, with_speeds
 from benchmarks.worlds.outside import EFFECTS, effect_file
 from benchmarks.worlds.rivals import best_bic, regression
+from benchmarks.worlds.traps import TRAPS, stated
 
 PATH_EFFECT = "path-effect"
 
 DRAWS = 120
+OWN = {**EFFECTS, **TRAPS}
 
 
 def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
@@ -46,7 +48,7 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
         "verdict": found.verdict,
         "missing": list(found.missing),
         "heavy_tails": found.heavy_tails,
-        "path": [found.screening.path_gain, found.screening.path_p],
+        "groups": [[g.key, g.gain, g.p_value] for g in found.screening.groups],
         "gains": [
             [
                 c.key,
@@ -79,9 +81,9 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
 def world(plan: Plan) -> Observations:
     """The observations of a plan's world."""
     records, _ = make_world(
-        plan.seed, plan.n_events, plan.n_paths, plan.effects, plan.settings, own_effects=EFFECTS
+        plan.seed, plan.n_events, plan.n_paths, plan.effects, plan.settings, own_effects=OWN
     )
-    return build_observations(records)
+    return build_observations(stated(records, plan.stated))
 
 
 def _errors(plan: Plan, observations: Observations, found: Diagnosis) -> dict[str, Any]:
@@ -98,7 +100,8 @@ def _errors(plan: Plan, observations: Observations, found: Diagnosis) -> dict[st
         same = named and true is chosen
         line["oracle"] = line["child"] if same else held_out(observations, true)
     elif plan.true == (PATH_EFFECT,):
-        line["oracle_gain"] = round(found.screening.path_gain, 2)
+        gains = [g.gain for g in found.screening.groups if g.key == PATH_EFFECT]
+        line["oracle_gain"] = round(max(gains, default=0.0), 2)
         line["oracle"] = line["base"]
     if plan.wrong is not None:
         needless = refit(observations, base.specification, base.facts, (plan.wrong,), (), base)
@@ -136,10 +139,9 @@ def held_out(observations: Observations, fit: Refit) -> list[float]:
         rng = generator(0, "benchmark", int(group))
         u = _draws(rest, mode, rng)
         offsets = {}
-        if rest.groups is not None:
-            rows = [rest.path_offsets(v) for v in u]
-            shift = np.array([r.mode + r.sd * rng.standard_normal(len(r.mode)) for r in rows])
-            offsets = {p: shift[:, k] for k, p in enumerate(observations.columns.paths)}
+        if rest.plan:
+            shift = np.array([rest.offsets(v).draw(rng) for v in u])
+            offsets = {name: shift[:, k] for k, name in enumerate(rest.plan.names)}
         records = expected_records(FittedModel(rest, u, offsets), DRAWS, rng)
         scores[out] = crps(records.draws, records.observed)[out]
         inside[out] = (np.abs(record_pit(records, rng) - 0.5) <= 0.45)[out]

@@ -11,6 +11,7 @@ from avahazard.records.event import Speed
 from avahazard.synth.making import make_world
 from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.outside import EFFECTS
+from benchmarks.worlds.traps import TRAPS, stated
 
 SHARE = 0.3
 """Share of events whose speeds are measured in the arms that ask again with speeds."""
@@ -19,9 +20,11 @@ SHARE = 0.3
 def with_speeds(plan: Plan, share: float = SHARE) -> Records:
     """The same world with speeds along the tracks of a share of its events."""
     settings = replace(plan.settings, speeds=share)
-    return make_world(
-        plan.seed, plan.n_events, plan.n_paths, plan.effects, settings, own_effects=EFFECTS
-    )[0]
+    own = {**EFFECTS, **TRAPS}
+    records, _ = make_world(
+        plan.seed, plan.n_events, plan.n_paths, plan.effects, settings, own_effects=own
+    )
+    return stated(records, plan.stated)
 
 
 def as_told(plan: Plan, measurement: str) -> Observations | None:

@@ -43,8 +43,10 @@ def best_bic(found: Diagnosis) -> str | None:
         score = 2.0 * gain - k * float(np.log(observations.n_events))
         if score > best:
             best, name = score, c.key
-    if 2.0 * found.screening.path_gain - float(np.log(observations.n_events)) > best:
-        name = "path-effect"
+    for group in found.screening.groups:
+        score = 2.0 * group.gain - float(np.log(observations.n_events))
+        if score > best:
+            best, name = score, group.key
     return name
 
 

@@ -34,7 +34,7 @@ def events() -> tuple[Event, ...]:
         Event(
             f"e{i:02d}",
             f"P{i % N_PATHS}",
-            date=f"{1900 + 10 * (i // 4)}-0{1 + i % 4}-1{i % 7}",
+            date=f"{1900 + 10 * (i // 4)}-0{1 + i // 2 % 4}-1{i % 7}",
             runout_elevation_m=250.0 + 4.0 * i,
             volume_m3=1e4 * (1 + i % 9),
             deposit_length_m=40.0 + i,

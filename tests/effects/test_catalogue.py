@@ -30,6 +30,8 @@ NEEDS = {
     "release-elevation": "release_elevation_m",
     "season": "date",
     "path-effect": ">= 5 paths",
+    "winter-effect": "date",
+    "storm-effect": "date",
     "observation-limit": "observed_below_m, or estimated",
     "epoch-bias": "date",
     "leading-edge": "deposit length",

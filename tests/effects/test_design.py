@@ -58,7 +58,8 @@ def test_each_path_has_its_group() -> None:
     effect = path_effect.DEFINITION.build({})
     assert effect.groups is not None
     groups = effect.groups(columns())
-    assert groups.tolist() == [i % N_PATHS for i in range(36)]
+    assert groups.index.tolist() == [i % N_PATHS for i in range(36)]
+    assert (groups.names, groups.alone) == (columns().paths, False)
     assert path_effect.DEFINITION.lacking(columns(), sites()) is None
 
 

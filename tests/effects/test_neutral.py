@@ -57,12 +57,13 @@ def test_every_effect_alone_is_the_base_model() -> None:
 def _with_neutral(model: Posterior, base: Posterior, u: np.ndarray) -> np.ndarray:
     """The base model's coordinates, and neutral ones for what the effects add."""
     known = {s.name: float(value) for s, value in zip(base.layout.slots, u, strict=True)}
-    neutral = {s.name: s.neutral for s in model.layout.slots} | {"sigma_n": 0.0, "tau": 0.0}
+    neutral = {s.name: s.neutral for s in model.layout.slots} | {"sigma_n": 0.0}
+    neutral |= {model.layout.slots[k].name: 0.0 for k in model.layout.spreads.values()}
     return np.array([known.get(s.name, neutral[s.name]) for s in model.layout.slots])
 
 
 def _assert_same(model: Posterior, u: np.ndarray, base: Posterior, base_u: np.ndarray) -> None:
-    offsets = None if model.groups is None else np.zeros(int(model.groups.max()) + 1)
+    offsets = np.zeros(len(model.plan.names)) if model.plan else None
     events = model.event_log_likelihood(u, offsets)
     assert np.array_equal(events, base.event_log_likelihood(base_u))
     assert model.log_likelihood(u) == base.log_likelihood(base_u)

@@ -48,19 +48,22 @@ class NaivePosterior:
             if sight is not None:
                 result[i] -= np.log(np.sum(sight[1] * self._density(i, sight[0], shift)))
             if self.posterior.specification.tails == "student":
-                result[i] = np.log(np.exp(result[i]) + self._wrong(i))
+                share = float(np.exp(self.u[self.posterior.layout.wrong_share]))
+                wrong = self._wrong(i)
+                if wrong > 0.0:
+                    result[i] = np.log((1.0 - share) * np.exp(result[i]) + share * wrong)
         return result
 
     def _wrong(self, i: int) -> float:
-        """Density of record i as a grossly wrong one."""
+        """Density of record i, were it grossly wrong."""
         observations = self.posterior.observations
         if observations.kind[i] == LEFT or any(m.event == i for m in observations.speeds):
             return 0.0
         if observations.kind[i] == LENGTH:
-            return 0.02 / (10.0 * float(observations.fall_height[i]))
+            return 1.0 / (10.0 * float(observations.fall_height[i]))
         terrain = observations.sites[observations.columns.path_index[i]].terrain
         line = terrain.y if observations.kind[i] == ELEVATION else terrain.x
-        return 0.02 / float(np.ptp(line))
+        return 1.0 / float(np.ptp(line))
 
     def by_paths(self, tau: float) -> float:
         """Log likelihood, the offset of every path summed over its normal distribution."""

@@ -52,7 +52,7 @@ def records(n_events: int = 36, n_paths: int = 6, speeds: bool = True) -> Record
         event = Event(
             f"e{i:02d}",
             path.path_id,
-            date=f"{1900 + 3 * i}-0{1 + i % 4}-1{i % 9}",
+            date=f"{1900 + 6 * (i // 2)}-0{1 + i // 2 % 4}-1{i % 9}",
             runout_elevation_m=elevation,
             runout_sigma_m=10.0 + i % 16,
             release_elevation_m=float(points.y_m[0]) - 10.0 * (i % 7),

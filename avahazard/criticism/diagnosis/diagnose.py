@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.diagnosis.confounding import correlation, explained
 from avahazard.criticism.diagnosis.detectable import detectable
+from avahazard.criticism.diagnosis.nuisances import with_nuisances_granted, with_tails_granted
 from avahazard.criticism.diagnosis.refits import (
     Refit,
-    refit,
     refit_each,
-    without_path_effect,
+    without_groups,
 )
 from avahazard.criticism.diagnosis.still_needed import still_needed
 from avahazard.criticism.diagnosis.suspects import suspects
 from avahazard.criticism.diagnosis.verdict import (
     MARGIN,
     evidence_gain,
+    group_comes_first,
     least_evidence,
-    path_comes_first,
     verdict_of,
 )
 from avahazard.criticism.scoring.expected import expected_records
@@ -30,9 +30,15 @@ from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_den
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.screen import screen
-from avahazard.criticism.screening.significance import LEVEL, PATH_LEVEL, Screened, Screening
-from avahazard.effects.catalogue import catalogue
+from avahazard.criticism.screening.significance import (
+    GROUP_LEVEL,
+    LEVEL,
+    GroupTest,
+    Screened,
+    Screening,
+)
 from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -44,8 +50,6 @@ MAX_REFITS = 6
 ERROR_DRAWS = 400
 ALIKE = 0.7
 """Correlation above which two effects are called confounded."""
-HEAVY_TAILS = 3.0
-"""Gain (nats) above which scatter is taken with Student's tails."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +74,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnosis:
-    """The verdict with all that it rests on; `base` is the model with the path nuisance."""
+    """The verdict with all that it rests on; `base` is the model with the nuisances."""
 
     verdict: str
     missing: tuple[str, ...]
@@ -97,17 +101,17 @@ def diagnose(
 ) -> Diagnosis:
     """Ask which effect a model lacks on observations.
 
-    Paths may differ for reasons unknown in every fit (where there are enough of them), events
-    that left and limits of sight are in the likelihood, and where friction scatters with heavy
-    tails it is let to, before anything is blamed on physics.
+    Paths may differ for reasons unknown in every fit, winters and storms where the records ask for
+    it, events that left and limits of sight are in the likelihood, and where friction scatters
+    with heavy tails it is let to, before anything is blamed on physics.
     """
     plain = with_tails_granted(observations, specification, facts, own)
-    base, granted = with_paths_granted(observations, plain, own)
-    bare, u, tau = without_path_effect(base, observations, own)
+    base, granted = with_nuisances_granted(observations, plain, own)
+    bare, u, spreads = without_groups(base, observations, own)
     screening = screen(
         bare,
         u,
-        tau,
+        spreads,
         candidate_definitions(observations, plain.specification, own),
         n_worlds=n_worlds,
         seed=seed,
@@ -121,13 +125,10 @@ def diagnose(
     gains = held_out_gains(leaders(ranked, evidence), fits, base)
     named = [c.definition for c in ranked if gains.get(c.key, 0.0) > 0.0 and evidence[c.key] > 0.0]
     verdict, missing = verdict_of(named)
-    rivals = fits.values() if named else ()
-    if (
-        granted
-        and screening.path_p <= PATH_LEVEL
-        and all(path_comes_first(observations, own, plain, base, rival) for rival in rivals)
-    ):
-        verdict, missing = "missing-effect", granted
+    rivals = tuple(fits.values()) if named else ()
+    group = named_group(observations, own, base, rivals, screening.groups, granted)
+    if group:
+        verdict, missing = "missing-effect", group
     rest = [c for c in screening.candidates if c not in survivors]
     alike = look_alikes(fits, base)
     shift, metres = detectable(base, screening.critical_gain)
@@ -158,34 +159,33 @@ def diagnose(
     return found
 
 
-def with_tails_granted(
+def named_group(
     observations: Observations,
-    specification: Specification,
-    facts: dict[str, Facts],
     own: Sequence[Definition],
-) -> Refit:
-    """The model fitted, with Student's tails where friction plainly scatters so."""
-    plain = refit(observations, specification, facts, (), own)
-    if specification.tails != "normal":
-        return plain
-    student = refit(observations, replace(specification, tails="student"), facts, (), own)
-    return student if student.log_likelihood - plain.log_likelihood > HEAVY_TAILS else plain
+    base: Refit,
+    rivals: Sequence[Refit],
+    tests: Sequence[GroupTest],
+    granted: Sequence[str],
+) -> tuple[str, ...]:
+    """The granted groups that differ most plainly, where no rival explains more; none or one key.
 
-
-def with_paths_granted(
-    observations: Observations, plain: Refit, own: Sequence[Definition]
-) -> tuple[Refit, tuple[str, ...]]:
-    """The model with the nuisances that come before physics, and the keys of those added."""
-    granted = tuple(
-        entry.key
-        for entry in catalogue().values()
-        if entry.granted_first
-        and not plain.specification.has(entry)
-        and entry.lacking(observations.columns, observations.sites) is None
-    )
-    if not granted:
-        return plain, granted
-    return refit(observations, plain.specification, plain.facts, granted, own, plain), granted
+    Groups that are too few to tell their spread are never named. Winters and storms, which do not
+    come again, predict nothing: any cause comes before them.
+    """
+    plan = base.posterior.plan
+    lasting = [key for key, lasts in zip(plan.keys, plan.lasting, strict=True) if lasts]
+    plain = [
+        test
+        for test in tests
+        if test.key in granted
+        and (test.key in lasting or not rivals)
+        and test.p_value <= GROUP_LEVEL
+        and find_definition(test.key, own).lacking(observations.columns, observations.sites) is None
+    ]
+    for test in sorted(plain, key=lambda t: -t.gain):
+        if all(group_comes_first(observations, own, base, rival, test.key) for rival in rivals):
+            return (test.key,)
+    return ()
 
 
 def leaders(ranked: Sequence[Screened], evidence: Mapping[str, float]) -> list[Screened]:
@@ -226,11 +226,10 @@ def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, 
 def error_of(fit: Refit) -> float:
     """Mean CRPS (m) of the records with the parameters at their mode."""
     offsets = {}
-    if fit.posterior.groups is not None:
-        mode = fit.posterior.path_offsets(fit.mode.u).mode
-        offsets = {
-            p: np.array([mode[k]]) for k, p in enumerate(fit.posterior.observations.columns.paths)
-        }
+    plan = fit.posterior.plan
+    if plan:
+        mode = fit.posterior.offsets(fit.mode.u).mode
+        offsets = {name: mode[[k]] for k, name in enumerate(plan.names)}
     rng = generator(0, "error of a fit")
     records = expected_records(
         FittedModel(fit.posterior, fit.mode.u[None], offsets), ERROR_DRAWS, rng

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.criticism.screening.group_spreads import GroupSpreads, group_spreads
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitting.evidence import log_evidence
-from avahazard.inference.fitting.mode import Mode
+from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode
 from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import sharpened
-from avahazard.inference.likelihood.assemble import assemble, definitions_of, with_effects
+from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import PATH_SCATTER
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.workers import ordered_map
@@ -52,8 +52,11 @@ def refit(
     own: Sequence[Definition] = (),
     start: Refit | None = None,
 ) -> Refit:
-    """Fit a specification with `effects` added, from the mode of `start` where names agree."""
-    wider, more = with_effects(observations, specification, effects, own)
+    """Fit a specification with `effects` added, from the mode of `start` where names agree.
+
+    What they need of the data is not asked for: candidates have been asked already.
+    """
+    wider, more = with_effects(observations, specification, effects, own, granted=True)
     facts = {**facts, **more}
     posterior = assemble(observations, wider, facts, own)
     found = search_mode(posterior, None if start is None else _carried(start, posterior))
@@ -83,16 +86,14 @@ def refit_each(
     return fits
 
 
-def without_path_effect(
+def without_groups(
     fit: Refit, observations: Observations, own: Sequence[Definition]
-) -> tuple[Posterior, Floats, float]:
-    """The model less its path effect, its coordinates at the mode, and the spread τ of paths."""
-    known = definitions_of(fit.specification, own)
-    keys = tuple(e.key for e in known if not e.granted_first)
+) -> tuple[Posterior, Floats, GroupSpreads]:
+    """The model less its groups of events, its coordinates at the mode, and the groups' spreads."""
+    grouped = fit.posterior.plan.keys
+    keys = tuple(key for key in fit.specification.effects if key not in grouped)
     bare = assemble(observations, replace(fit.specification, effects=keys), fit.facts, own)
-    slot = fit.posterior.layout.path_scatter
-    tau = 0.0 if slot is None else float(fit.mode.u[slot] * PATH_SCATTER)
-    return bare, _carried(fit, bare), tau
+    return bare, _carried(fit, bare), group_spreads(fit.posterior, fit.mode.u)
 
 
 def _carried(start: Refit, posterior: Posterior) -> Floats:
@@ -101,8 +102,8 @@ def _carried(start: Refit, posterior: Posterior) -> Floats:
     u = np.empty(len(posterior.layout.slots))
     for k, slot in enumerate(posterior.layout.slots):
         rest = slot.mean if np.isnan(slot.neutral) else slot.neutral
-        if k == posterior.layout.path_scatter:
-            rest = 0.5
+        if k in posterior.layout.spreads.values():
+            rest = FIRST_SPREAD
         u[k] = known.get(slot.name, rest)
     if posterior.layout.law.name != start.posterior.layout.law.name:
         # Another law: its coordinates mean something else; start at the data.

@@ -98,7 +98,7 @@ def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     posterior = fit.posterior
     observations, u = posterior.observations, fit.mode.u
     location, scatter = posterior.location_and_scatter(u)
-    offsets = None if posterior.groups is None else posterior.path_offsets(u).mode
+    offsets = posterior.offsets(u).mode if posterior.plan else None
     location = posterior.shifted(location, offsets)
     friction, chance = friction_given_record(
         posterior, posterior.nodes.at(u), event, location[event], scatter[event]

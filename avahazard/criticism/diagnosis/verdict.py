@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.screening.significance import Screened
@@ -48,21 +49,17 @@ def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
     return gain
 
 
-def path_comes_first(
-    observations: Observations,
-    own: Sequence[Definition],
-    plain: Refit,
-    base: Refit,
-    rival: Refit,
+def group_comes_first(
+    observations: Observations, own: Sequence[Definition], base: Refit, rival: Refit, key: str
 ) -> bool:
-    """Whether unrecorded differences of paths explain more, given a rival, than it given them.
+    """Whether groups that differ (`key`) explain more, given a rival, than it given them.
 
-    A rival that differs by path alone, as the section, may explain all of them.
+    A rival that differs by path alone, as the section, may explain all that paths differ by.
     """
-    keys = tuple(k for k in rival.specification.effects if k not in base.specification.effects)
-    alone = plain
-    if keys:
-        alone = refit(observations, plain.specification, plain.facts, keys, own, plain)
-    by_path = rival.log_likelihood - alone.log_likelihood
+    bare = tuple(k for k in rival.specification.effects if k != key)
+    alone = refit(
+        observations, replace(rival.specification, effects=bare), rival.facts, (), own, rival
+    )
+    by_group = rival.log_likelihood - alone.log_likelihood
     by_rival = rival.log_likelihood - base.log_likelihood
-    return by_path > by_rival
+    return by_group > by_rival

@@ -20,7 +20,7 @@ from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import look_up, path_shift
+from avahazard.inference.prediction.stops import group_shift, look_up
 from avahazard.inference.prediction.table_groups import table_groups
 
 Floats = NDArray[np.float64]
@@ -117,7 +117,7 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
     for side, d in np.ndindex(used.shape):
         k = int(chosen[used[side, d]])
         u = model.draws[k]
-        shift = path_shift(model, u, k, rng)
+        shift = group_shift(model, u, k, rng)
         location, scatter = posterior.location_and_scatter(u, np.exp(log_volume[:, d].T))
         location = shifted(location, shift[:, None], in_log)
         for v, e in np.ndindex(2, 2):

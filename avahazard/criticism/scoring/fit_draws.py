@@ -15,7 +15,8 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from avahazard.inference.fitting.mode import Mode, find_mode
-from avahazard.inference.likelihood.posterior import PathOffsets, Posterior
+from avahazard.inference.likelihood.group_offsets import Offsets
+from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
@@ -36,8 +37,8 @@ EDGE = 2e-3
 class FitDraws(NamedTuple):
     """Draws of a fit.
 
-    Coordinates `[n_draws, n_slots]`, their log weights `[n_draws]` (which sum to 1) and, with a
-    path effect, path offsets `[n_draws, n_groups]`.
+    Coordinates `[n_draws, n_slots]`, their log weights `[n_draws]` (which sum to 1) and, with
+    groups of events, their offsets `[n_draws, n_offsets]`.
     """
 
     coordinates: Floats
@@ -56,12 +57,12 @@ def fit_draws(
     these, which follows any bend; else they are about the mode.
     """
     mode = find_mode(posterior, start.u, start.covariance)
-    known: dict[bytes, PathOffsets] = {}
+    known: dict[bytes, Offsets] = {}
 
     def log_density(u: Floats) -> float:
-        value, by_path = posterior.density_and_offsets(u)
-        if by_path is not None:
-            known[u.tobytes()] = by_path
+        value, found = posterior.density_and_offsets(u)
+        if found is not None:
+            known[u.tobytes()] = found
         return value
 
     if around is None:
@@ -69,10 +70,10 @@ def fit_draws(
     else:
         u, log_weight = _near_draws(posterior, log_density, mode, start.u, around, n_draws, key)
     offsets = None
-    if posterior.groups is not None:
+    if posterior.plan:
         rng = generator(0, "offset draws", key)
-        found = [known.get(v.tobytes()) or posterior.path_offsets(v) for v in u]
-        offsets = np.array([o.mode + o.sd * rng.standard_normal(len(o.mode)) for o in found])
+        given = [known.get(v.tobytes()) or posterior.offsets(v) for v in u]
+        offsets = np.array([one.draw(rng) for one in given])
     return FitDraws(u, log_weight, offsets)
 
 

@@ -80,8 +80,8 @@ def left_out_log_density(
 ) -> Floats:
     """Log density of the records `out` given the events that are not, `[n_events]` (others 0).
 
-    The mean over draws of the density given the parameters and the path offsets; a path all of
-    whose events are out has an offset from the spread between paths.
+    The mean over draws of the density given the parameters and the offsets of groups; a group
+    all of whose events are out has an offset from the spread between groups.
     """
     rest = posterior.restricted(~out)
     draws = fit_draws(rest, start, DENSITY_DRAWS, _key(out), around)
@@ -119,7 +119,7 @@ def held_out_predictions(
         rest = posterior.restricted(~out)
         fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out), around), RECORD_DRAWS)
         rng = generator(0, "held out records", _key(out))
-        fitted = FittedModel(rest, fit.coordinates, offsets_by_path(rest, fit.offsets))
+        fitted = FittedModel(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
         found = expected_records(fitted, RECORD_DRAWS, rng)
         draws[out], left[out], x[out] = found.draws[out], found.left[out], found.x[out]
         log_density[out] = mean_log_density(rest, fit, out)[out]
@@ -133,12 +133,11 @@ def held_out_predictions(
     return HeldOutPredictions(log_density, records, speeds)
 
 
-def offsets_by_path(posterior: Posterior, offsets: Floats | None) -> dict[str, Floats]:
-    """Draws of path offsets `[n_draws]` by path."""
+def offsets_by_group(posterior: Posterior, offsets: Floats | None) -> dict[str, Floats]:
+    """Draws of the offsets `[n_draws]` by group."""
     if offsets is None:
         return {}
-    paths = posterior.observations.columns.paths
-    return {paths[k]: offsets[:, k] for k in range(offsets.shape[1])}
+    return {name: offsets[:, k] for k, name in enumerate(posterior.plan.names)}
 
 
 def _key(out: NDArray[np.bool_]) -> str:

@@ -37,13 +37,13 @@ class Loo(NamedTuple):
 def leave_one_out(model: FittedModel) -> Loo:
     """Leave-one-out log density by Pareto-smoothed importance sampling (Vehtari et al. 2017).
 
-    With a path effect, likelihoods are those given the path offsets. Where the importance
+    With groups of events, likelihoods are those given their offsets. Where the importance
     weights are not to be trusted (k > 0.7) for ten events or fewer, the model is refitted without
     each.
     """
     array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
     posterior, coordinates = model.posterior, model.draws
-    offsets = model.path_offsets(generator(0, "leave one out"))
+    offsets = model.group_offsets(generator(0, "leave one out"))
     given = [
         posterior.event_log_likelihood(coordinates[k], None if offsets is None else offsets[k])
         for k in model.evenly(min(MAX_DRAWS, len(coordinates)))

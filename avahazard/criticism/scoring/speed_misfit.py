@@ -53,7 +53,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
     observations, posterior = model.observations, model.posterior
     if not observations.speeds:
         return None
-    offsets = model.path_offsets(rng)
+    offsets = model.group_offsets(rng)
     chosen = model.evenly(N_TABLES)
     shaped = bool(posterior.layout.tables)
     columns: list[Floats] = []

@@ -20,9 +20,9 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predict_records
 from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.speed_nodes import squares
-from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LENGTH, Observations
+from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, MU_STEP
@@ -73,8 +73,12 @@ class Alternative:
     other_law: bool = False
 
 
-def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
-    """Design of the model itself: its law, linear about u, and its effects on friction."""
+def base_design(posterior: Posterior, u: Floats, plan: OffsetPlan, scale: Floats) -> Design:
+    """Design of the model itself: its law, linear about u, and its effects on friction.
+
+    Offsets of groups are those of `plan`, their spreads have half-normal priors of this `scale`
+    `[n_groupings]`.
+    """
     observations, layout = posterior.observations, posterior.layout
     # Effects on the tables and on the scatter keep their values.
     inner = list(range(len(layout.law.coordinates)))
@@ -90,7 +94,6 @@ def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
         up, down = _mean_log_friction(posterior, u + step), _mean_log_friction(posterior, u - step)
         x[:, c] = (up - down) / 2e-4
     slots = [layout.slots[k] for k in inner]
-    groups = observations.columns.path_index
     _, scatter = posterior.location_and_scatter(u)
     middle = np.exp(np.average(np.log(scatter), axis=1, weights=observations.volumes.weight[0]))
     return Design(
@@ -98,12 +101,22 @@ def base_design(posterior: Posterior, u: Floats, path_offsets: bool) -> Design:
         constant=mean - x @ u[inner],
         prior_mean=np.array([s.mean for s in slots]),
         prior_precision=np.array([s.sd**-2.0 for s in slots]),
-        path=groups,
-        n_paths=len(observations.columns.paths) if path_offsets else 0,
+        of=plan.of,
+        places=plan.index,
+        alone=plan.alone,
+        rest=plan.rest,
+        spread_scale=scale,
         extra=_volume_variance(posterior, u),
         multiplier=middle / np.exp(np.mean(np.log(middle))),
-        log_wrong=log_wrong(observations),
+        log_wrong=_odds_of_wrong(posterior, u),
     )
+
+
+def _odds_of_wrong(posterior: Posterior, u: Floats) -> Floats:
+    """`Posterior.log_wrong` over the share of records that are right."""
+    place = posterior.layout.wrong_share
+    right = 0.0 if place is None else float(np.log1p(-np.exp(u[place])))
+    return np.asarray(posterior.log_wrong(u) - right)
 
 
 def base_coordinates(posterior: Posterior, u: Floats) -> Floats:

@@ -26,7 +26,7 @@ def candidate_definitions(
     return [
         entry
         for entry in (*own, *known, *smooths)
-        if not entry.granted_first
+        if entry.nuisance is None
         and not specification.has(entry)
         and not entry.settled(*data)
         and entry.lacking(*data) is None

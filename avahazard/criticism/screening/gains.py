@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gains:
-    """What every candidate gains on a world; `tau` is the spread granted to path offsets."""
+    """What every candidate gains on a world; groups may differ, from spreads `tau` on."""
 
     base: Tables
     design: Design
@@ -26,13 +26,13 @@ class Gains:
     keys: list[str]
     coefficients: Floats
     log_scatter: float
-    tau: float
+    tau: Floats
     student: bool
     observations: Observations
 
     def of_candidates(self, measured: BootstrapRecords) -> Floats:
         """Gain of every candidate `[n_candidates]` on one world."""
-        reference = self._fit(self.base, self.design, measured, self.coefficients)
+        reference = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
         best = np.zeros(len(self.keys))
         place = {key: k for k, key in enumerate(self.keys)}
         summaries = {id(self.base): moments_of(self.base, measured, self.observations.sigma)}
@@ -57,21 +57,26 @@ class Gains:
                 alternative.design,
                 start,
                 reference.log_scatter,
-                max(reference.tau, 1e-3),
+                reference.tau,
                 self.student,
             )
             gain = fit.log_likelihood + alternative.log_prior - reference.log_likelihood
             best[place[alternative.key]] = max(best[place[alternative.key]], gain)
         return best
 
-    def of_paths(self, measured: BootstrapRecords, bare: Design) -> float:
-        """Gain of path offsets on one world."""
-        without = self._fit(self.base, bare, measured, self.coefficients)
-        with_ = self._fit(self.base, self.design, measured, self.coefficients)
-        return max(0.0, with_.log_likelihood - without.log_likelihood)
+    def of_grouping(self, g: int, measured: BootstrapRecords, without: Design) -> float:
+        """Gain of the offsets of one grouping on one world, over the design without them."""
+        bare = self._fit(self.base, without, measured, self.coefficients, np.delete(self.tau, g))
+        whole = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
+        return max(0.0, whole.log_likelihood - bare.log_likelihood)
 
     def _fit(
-        self, tables: Tables, design: Design, measured: BootstrapRecords, start: Floats
+        self,
+        tables: Tables,
+        design: Design,
+        measured: BootstrapRecords,
+        start: Floats,
+        tau: Floats,
     ) -> LaplaceFit:
         fit: LaplaceFit = laplace_fit(
             moments_of(tables, measured, self.observations.sigma),
@@ -80,7 +85,7 @@ class Gains:
             design,
             start,
             self.log_scatter,
-            max(self.tau, 1e-3),
+            tau,
             self.student,
         )
         return fit

@@ -1,4 +1,4 @@
-"""Laplace fit of a linear model of log friction with path offsets to `RecordMoments`.
+"""Laplace fit of a linear model of log friction with offsets of groups to `RecordMoments`.
 
 Newton steps on coefficients, offsets and scatter at once (penalised iteratively re-weighted
 least squares, Breslow and Clayton 1993), the spread of the offsets by Fisher's scoring, and the
@@ -14,6 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.likelihood.offset_system import (
+    by_offset,
+    log_determinant,
+    offset_system,
+    solved,
+    variances,
+)
 from avahazard.inference.model.friction_scatter import (
     HALF_LOG_2PI,
     LOG_STUDENT_PEAK,
@@ -34,18 +41,22 @@ CONVERGED = 1e-4
 class Design(NamedTuple):
     """What stays alike between made worlds: columns `x` `[n_events, n_columns]`, `constant`.
 
-    Coefficients have normal priors `prior_mean`, `prior_precision` `[n_columns]`; `path`
-    `[n_events]` is the group of the offset (-1: none), `n_paths` their number (0: no offsets);
-    `extra` `[n_events]` is variance from the volume's error; `multiplier` scales the scatter;
-    `log_wrong` `[n_events]` is as in `wrong_records`, for Student's tails.
+    Coefficients have normal priors `prior_mean`, `prior_precision` `[n_columns]`; `of`, `places`
+    (the `index`), `alone`, `rest` are those of an `OffsetPlan`, and `spread_scale` `[n_groupings]`
+    the scale of the half-normal priors of the spreads; `extra` `[n_events]` is variance from the
+    volume's error; `multiplier` scales the scatter; `log_wrong` `[n_events]` is as in
+    `wrong_records`, for Student's tails.
     """
 
     x: Floats
     constant: Floats
     prior_mean: Floats
     prior_precision: Floats
-    path: NDArray[np.int64]
-    n_paths: int
+    of: NDArray[np.int64]
+    places: NDArray[np.int64]
+    alone: NDArray[np.bool_]
+    rest: NDArray[np.int64]
+    spread_scale: Floats
     extra: Floats
     multiplier: Floats
     log_wrong: Floats
@@ -65,123 +76,153 @@ class Edges(NamedTuple):
 
 
 class LaplaceFit(NamedTuple):
-    """Log likelihood with the prior of the coefficients, and where it is reached."""
+    """Log likelihood with the prior of the coefficients, and where it is reached.
+
+    `tau` `[n_groupings]` are the spreads of the offsets.
+    """
 
     log_likelihood: float
     coefficients: Floats
     log_scatter: float
-    tau: float
+    tau: Floats
 
 
 SCATTER_MEAN, SCATTER_SD = math.log(0.15), 1.0
-TAU_SCALE = 0.2
+LEAST_SPREAD, LARGEST_SPREAD = 1e-3, 1.0
 
 
 @kernel
-def laplace_fit(record_moments, left, edges, design, start, log_scatter, tau, student):  # type: ignore[no-untyped-def]
-    """Fit from `start` `[n_columns]`, `log_scatter` and `tau`; returns a `LaplaceFit`."""
-    n, p = design.x.shape
-    n_paths = design.n_paths
+def laplace_fit(record_moments, left, edges, design, start, log_scatter, first_tau, student):  # type: ignore[no-untyped-def]
+    """Fit from `start` `[n_columns]`, `log_scatter` and `first_tau` `[n_groupings]`."""
+    n, n_offsets = len(design.x), len(design.of)
     beta = start.copy()
-    offsets = np.zeros(n_paths)
-    g = np.zeros(n)
-    h = np.zeros(n)
+    tau = first_tau.copy()
+    offsets = np.zeros(n_offsets)
+    # Score and curvature in m, and in the variance, of each event.
+    g, h, dv, iv = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    everyone = np.ones(n, dtype=np.bool_)
     best = -np.inf
-    best_beta, best_scatter, best_tau = beta.copy(), log_scatter, tau
+    best_beta, best_scatter, best_tau = beta.copy(), log_scatter, tau.copy()
     for _ in range(STEPS):
         sigma = math.exp(log_scatter)
-        value, d_scatter, info_scatter = _terms(
-            record_moments, left, edges, design, beta, offsets, sigma, student, g, h
+        lone = _own_offsets(design, tau)
+        value = _terms(
+            record_moments, left, edges, design, beta, offsets, sigma, lone, student, g, h, dv, iv
         )
-        # Offsets: curvature by path, and their penalty.
-        bend = np.full(n_paths, 1.0 / (tau * tau))
-        pull = np.zeros(n_paths)
-        for i in range(n):
-            if n_paths and design.path[i] >= 0:
-                bend[design.path[i]] += h[i]
-                pull[design.path[i]] += g[i]
-        for k in range(n_paths):
-            pull[k] -= offsets[k] / (tau * tau)
-            value -= 0.5 * offsets[k] ** 2 / (tau * tau) + 0.5 * math.log(tau * tau * bend[k])
-        for c in range(p):
-            value -= 0.5 * design.prior_precision[c] * (beta[c] - design.prior_mean[c]) ** 2
+        own = (sigma * design.multiplier) ** 2
+        d_scatter, info_scatter = np.sum(dv * own), np.sum(iv * own * own)
+        precision = tau[design.of] ** -2.0
+        bend, cross, root = offset_system(design.places, design.rest, h, everyone, precision)
+        pull = by_offset(design.places, everyone, g, n_offsets) - precision * offsets
+        value -= 0.5 * log_determinant(design.rest, bend, root)
+        value += 0.5 * np.sum(np.log(precision) - precision * offsets**2)
+        value -= 0.5 * np.sum(design.prior_precision * (beta - design.prior_mean) ** 2)
         value -= 0.5 * ((log_scatter - SCATTER_MEAN) / SCATTER_SD) ** 2
-        if n_paths:
-            value -= 0.5 * (tau / TAU_SCALE) ** 2
+        value -= 0.5 * np.sum((tau / design.spread_scale) ** 2)
         rise = value - best
         if value > best:
-            best, best_beta[:], best_scatter, best_tau = value, beta, log_scatter, tau
+            best, best_beta[:], best_scatter, best_tau[:] = value, beta, log_scatter, tau
         if abs(rise) < CONVERGED:
             break
-        step, offset_step = _newton(design, g, h, bend, pull, beta)
-        for c in range(p):
-            beta[c] += step[c]
-        for k in range(n_paths):
+        step, offset_step = _newton(design, g, h, bend, cross, root, pull, beta)
+        beta += step
+        for k in range(n_offsets):
             offsets[k] += min(max(offset_step[k], -0.5), 0.5)
+        if len(tau):
+            shrunk = precision * variances(design.rest, bend, cross, root)
+            _move_spreads(design, tau, offsets, shrunk, dv, iv)
         change = (d_scatter - (log_scatter - SCATTER_MEAN) / SCATTER_SD**2) / (
             info_scatter + 1.0 / SCATTER_SD**2
         )
         log_scatter += min(max(change, -0.5), 0.5)
-        if n_paths:
-            # Fisher's scoring of log τ: slope of the penalties and its expected curvature.
-            prior = (tau / TAU_SCALE) ** 2
-            slope, info = -prior, 2.0 * prior
-            for k in range(n_paths):
-                shrunk = 1.0 / (tau * tau * bend[k])
-                slope += (offsets[k] / tau) ** 2 + shrunk - 1.0
-                info += 2.0 * (1.0 - shrunk) ** 2
-            tau *= math.exp(min(max(slope / (info + 1e-9), -0.7), 0.7))
-            tau = min(max(tau, 1e-3), 1.0)
     return LaplaceFit(best, best_beta, best_scatter, best_tau)
 
 
 @kernel
-def _newton(design, g, h, bend, pull, beta):  # type: ignore[no-untyped-def]
-    """Joint Newton step of coefficients and offsets, the offsets eliminated path by path."""
+def _own_offsets(design, tau):  # type: ignore[no-untyped-def]
+    """Variance `[n_events]` of the offsets that events have for themselves."""
+    total = np.zeros(len(design.constant))
+    for a in range(len(tau)):
+        for i in range(len(total)):
+            if design.alone[a, i]:
+                total[i] += tau[a] * tau[a]
+    return total
+
+
+@kernel
+def _move_spreads(design, tau, offsets, shrunk, dv, iv):  # type: ignore[no-untyped-def]
+    """Fisher's scoring of every log τ, in place: slope of the penalties, expected curvature.
+
+    `shrunk` `[n_offsets]` is the variance of each offset over that of its prior.
+    """
+    for a in range(len(tau)):
+        prior = (tau[a] / design.spread_scale[a]) ** 2
+        slope, info = -prior, 2.0 * prior
+        for k in range(len(offsets)):
+            if design.of[k] == a:
+                slope += (offsets[k] / tau[a]) ** 2 + shrunk[k] - 1.0
+                info += 2.0 * (1.0 - shrunk[k]) ** 2
+        for i in range(len(dv)):
+            if design.alone[a, i]:
+                slope += dv[i] * tau[a] ** 2
+                info += iv[i] * tau[a] ** 4
+        tau[a] *= math.exp(min(max(slope / (info + 1e-9), -0.7), 0.7))
+        tau[a] = min(max(tau[a], LEAST_SPREAD), LARGEST_SPREAD)
+
+
+@kernel
+def _newton(design, g, h, bend, cross, root, pull, beta):  # type: ignore[no-untyped-def]
+    """Joint Newton step of coefficients and offsets, the offsets eliminated first."""
     n, p = design.x.shape
-    n_paths = design.n_paths
+    n_offsets = len(bend)
     a = np.zeros((p, p))
     b = np.zeros(p)
-    cross = np.zeros((n_paths, p))
+    joint = np.zeros((p, n_offsets))
     for i in range(n):
         for c in range(p):
             xc = design.x[i, c]
             b[c] += xc * g[i]
             for d in range(c + 1):
                 a[c, d] += h[i] * xc * design.x[i, d]
-            if n_paths and design.path[i] >= 0:
-                cross[design.path[i], c] += h[i] * xc
+            for q in range(len(design.places)):
+                if design.places[q, i] >= 0:
+                    joint[c, design.places[q, i]] += h[i] * xc
     for c in range(p):
         b[c] -= design.prior_precision[c] * (beta[c] - design.prior_mean[c])
         a[c, c] += design.prior_precision[c] + 1e-9
-        for k in range(n_paths):
-            b[c] -= cross[k, c] * pull[k] / bend[k]
-            for d in range(c + 1):
-                a[c, d] -= cross[k, c] * cross[k, d] / bend[k]
-        for d in range(c):
+    # What offsets alone would do, and what they do for each coefficient.
+    free = solved(design.rest, bend, cross, root, pull)
+    for c in range(p):
+        answer = solved(design.rest, bend, cross, root, joint[c])
+        b[c] -= np.sum(joint[c] * free)
+        for d in range(c + 1):
+            a[c, d] -= np.sum(answer * joint[d])
             a[d, c] = a[c, d]
     step = np.linalg.solve(a, b)
-    offset_step = np.zeros(n_paths)
-    for k in range(n_paths):
-        offset_step[k] = pull[k]
-        for c in range(p):
-            offset_step[k] -= cross[k, c] * step[c]
-        offset_step[k] /= bend[k]
-    return step, offset_step
+    for c in range(p):
+        pull -= joint[c] * step[c]
+    return step, solved(design.rest, bend, cross, root, pull)
 
 
 @kernel
-def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g, h):  # type: ignore[no-untyped-def]
-    """Sum of log likelihoods; fills score g and curvature h in m; derivatives in log σ."""
+def _terms(  # type: ignore[no-untyped-def]
+    record_moments, left, edges, design, beta, offsets, sigma, lone, student, g, h, dv, iv
+):
+    """Sum of log likelihoods; fills score g and curvature h in m.
+
+    For any part d of an event's variance, d `dv` `[n_events]` is the derivative of its log
+    likelihood in half of log d, and d² `iv` the expected curvature.
+    """
     n, p = design.x.shape
-    value, d_scatter, info_scatter = 0.0, 0.0, 0.0
+    value = 0.0
     for i in range(n):
         m = design.constant[i]
         for c in range(p):
             m += design.x[i, c] * beta[c]
-        if design.n_paths and design.path[i] >= 0:
-            m += offsets[design.path[i]]
-        own = (sigma * design.multiplier[i]) ** 2
+        for a in range(len(design.places)):
+            if design.places[a, i] >= 0:
+                m += offsets[design.places[a, i]]
+        own = (sigma * design.multiplier[i]) ** 2 + lone[i]
         if left[i] and record_moments.variance[i] == 0.0:
             spread = math.sqrt(own + design.extra[i])
             z = (edges.leave[i] - m) / spread
@@ -189,13 +230,11 @@ def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g
             value += log_p
             g[i] = -ratio / spread
             h[i] = ratio * (ratio + z) / (spread * spread)
-            share = own / (spread * spread)
-            d_scatter += -z * ratio * share
-            info_scatter += 0.5 * (z * ratio * share) ** 2
+            dv[i] = -z * ratio / (spread * spread)
+            iv[i] = 0.5 * dv[i] ** 2
         else:
             s = own + record_moments.variance[i] + design.extra[i]
             e = record_moments.mean[i] - m
-            share = own / s
             if student:
                 shape = student_shape(e * e / s)
                 log_p = LOG_STUDENT_PEAK - 0.5 * math.log(s) + 2.5 * math.log(shape)
@@ -206,14 +245,14 @@ def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g
                 value += either
                 pull = STUDENT_PULL * shape / s
                 g[i], h[i] = right * pull * e, right * pull
-                d_scatter += right * (pull * e * e - 1.0) * share
-                info_scatter += right * STUDENT_INFORMATION * share * share
+                dv[i] = right * (pull * e * e - 1.0) / s
+                iv[i] = right * STUDENT_INFORMATION / (s * s)
             else:
                 value += -HALF_LOG_2PI - 0.5 * math.log(s) - 0.5 * e * e / s
                 g[i] = e / s
                 h[i] = 1.0 / s
-                d_scatter += (e * e / s - 1.0) * share
-                info_scatter += 2.0 * share * share
+                dv[i] = (e * e / s - 1.0) / s
+                iv[i] = 2.0 / (s * s)
             value += record_moments.log_mass[i]
         if edges.has_limit[i]:
             # Never less blurred than the record: else far from both the chance to be seen falls
@@ -226,5 +265,5 @@ def _terms(record_moments, left, edges, design, beta, offsets, sigma, student, g
             value -= log_p
             g[i] += ratio / spread
             h[i] = max(h[i] - ratio * (ratio + z) / s, 0.1 * h[i])
-            d_scatter += z * ratio * own / s
-    return value, d_scatter, info_scatter
+            dv[i] += z * ratio / s
+    return value

@@ -11,8 +11,9 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import covariance_root
 from avahazard.inference.likelihood.speed_nodes import squares
-from avahazard.inference.likelihood.wrong_records import log_wrong, wrong_ranges
+from avahazard.inference.likelihood.wrong_records import wrong_ranges
 from avahazard.inference.model.observations import LEFT
+from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.prediction.stops import draw_friction, look_up
 from avahazard.physics.runout_curve import MU
 
@@ -49,19 +50,22 @@ def make_world(
     posterior: Posterior,
     predicted: Predicted,
     u: Floats,
-    tau: float,
+    plan: OffsetPlan,
+    tau: Floats,
     speed_scatter: float,
     rng: np.random.Generator,
 ) -> BootstrapRecords:
     """Records of the same events in a world where the model at u is true.
 
-    Paths have offsets of spread `tau`; where a limit of sight stands, events are drawn again
-    until they are seen. With Student's tails a record is wrong here as likely as it is in truth.
+    Groups have offsets of spreads `tau` `[n_groupings]`; where a limit of sight stands, events are
+    drawn again until they are seen. With Student's tails a record is wrong here as likely as it is
+    in truth.
     """
     observations = posterior.observations
-    groups = observations.columns.path_index
-    offsets = np.append(tau * rng.standard_normal(len(observations.columns.paths)), 0.0)
-    shift = offsets[groups]
+    shift = plan.shift(tau[plan.of] * rng.standard_normal(len(plan.of)))
+    if np.any(plan.alone):
+        own = np.sqrt(np.sum(plan.alone * tau[:, None] ** 2, axis=0))
+        shift = shift + own * rng.standard_normal(len(own))
     friction = draw_friction(posterior, u, shift, rng)
     observed, elevation, left = _record(predicted, observations.sigma, friction, rng)
     for _ in range(MAX_REDRAWS):
@@ -90,8 +94,7 @@ def make_world(
 
 def wrong_chance(posterior: Posterior, u: Floats) -> Floats:
     """Chance of each record to be grossly wrong `[n_events]`, given the model at u."""
-    chance = np.exp(log_wrong(posterior.observations) - posterior.event_log_likelihood(u))
-    return np.asarray(chance)
+    return np.asarray(np.exp(posterior.log_wrong(u) - posterior.event_log_likelihood(u)))
 
 
 def _record(

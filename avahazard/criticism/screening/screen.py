@@ -1,8 +1,8 @@
 """Which candidate effects the data ask for, against what chance alone would show.
 
 The gain of a candidate is what the Laplace fit's log likelihood rises when it is added, law,
-scatter and path offsets fitted again. Its null distribution comes from worlds made on the user's
-own design in which the model is true.
+scatter and offsets of groups fitted again. Its null distribution comes from worlds made on the
+user's own design in which the model is true.
 """
 
 from __future__ import annotations
@@ -23,13 +23,19 @@ from avahazard.criticism.screening.alternatives import (
     make_tables,
 )
 from avahazard.criticism.screening.gains import Gains
+from avahazard.criticism.screening.group_spreads import GroupSpreads
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.criticism.screening.parametric_bootstrap import (
     BootstrapRecords,
     make_world,
     real_world,
 )
-from avahazard.criticism.screening.significance import LEVEL, PATH_LEVEL, Screening, judge
+from avahazard.criticism.screening.significance import (
+    GROUP_LEVEL,
+    LEVEL,
+    Screening,
+    judge,
+)
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, predict_records, run_blocks
@@ -47,30 +53,35 @@ MAKING_READY = 0.3
 def screen(
     posterior: Posterior,
     u: Floats,
-    tau: float,
+    spreads: GroupSpreads,
     candidates: Sequence[Definition],
     *,
     n_worlds: int = 199,
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Screening:
-    """Screen the candidates on a model at its mode u (without path effect).
+    """Screen the candidates on a model at its mode u, less its groups of events.
 
-    `tau` is the spread of path offsets that is granted as a nuisance (0: none granted).
+    `spreads` are those of the groups, which are granted as nuisances.
 
     At most `n_worlds` worlds are made, fewer where it is soon plain that chance does as well
     (the sequential test of Besag and Clifford 1991, whose p-values stay valid). Equal seeds give
     equal results for any number of workers.
     """
-    tested = _what_is_tested(posterior, u, tau, candidates, lambda s: progress(MAKING_READY * s))
+    tested = _what_is_tested(
+        posterior, u, spreads, candidates, lambda s: progress(MAKING_READY * s)
+    )
     records = real_world(posterior)
-    real = _gains_on(tested, records, records)
-    null, null_paths = np.empty((0, len(candidates))), np.empty(0)
+    n_groupings = len(spreads.tau)
+    real = _gains_on(tested, records, [records] * n_groupings)
+    null, null_groups = np.empty((0, len(candidates))), np.empty((0, n_groupings))
     while len(null) < n_worlds:
         made = _gains_by_chance(tested, seed, range(len(null), min(len(null) + BATCH, n_worlds)))
         null = np.concatenate([null, [gains.of_candidates for gains in made]])
-        null_paths = np.concatenate([null_paths, [gains.of_paths for gains in made]])
-        found = judge(candidates, real.of_candidates, null, real.of_paths, null_paths)
+        null_groups = np.concatenate([null_groups, [gains.of_groupings for gains in made]])
+        found = judge(
+            candidates, real.of_candidates, null, spreads.plan.keys, real.of_groupings, null_groups
+        )
         progress(MAKING_READY + (1.0 - MAKING_READY) * len(null) / n_worlds)
         if _chance_plainly_does_as_well(found, n_worlds):
             break
@@ -81,29 +92,29 @@ def screen(
 class _Tested:
     """A model at its mode `u`, what it predicts, and the gains of every candidate on any records.
 
-    Path offsets of spread `tau` are granted; `without_paths` is the design that grants none.
+    `without` `[n_groupings]` are the designs that grant all groupings but one.
     """
 
     posterior: Posterior
     u: Floats
-    tau: float
+    spreads: GroupSpreads
     speed_scatter: float
     predicted: Predicted
     gains: Gains
-    without_paths: Design
+    without: tuple[Design, ...]
 
 
 class _WorldGains(NamedTuple):
-    """What candidates `[n_candidates]`, and offsets of paths, gain on the records of one world."""
+    """What candidates `[n_candidates]`, and groupings `[n_groupings]`, gain on one world."""
 
     of_candidates: Floats
-    of_paths: float
+    of_groupings: Floats
 
 
 def _what_is_tested(
     posterior: Posterior,
     u: Floats,
-    tau: float,
+    spreads: GroupSpreads,
     candidates: Sequence[Definition],
     progress: Callable[[float], None],
 ) -> _Tested:
@@ -114,7 +125,7 @@ def _what_is_tested(
     runs = run_blocks(observations, posterior.effects, values, curvature)
     predicted = predict_records(observations, posterior.effects, values, curvature, runs)
     base = make_tables(observations, predicted, observations.limit, speed_scatter)
-    design = base_design(posterior, u, path_offsets=tau > 0.0)
+    design = base_design(posterior, u, spreads.plan, spreads.scale)
     coefficients = base_coordinates(posterior, u)
     alternatives: list[Alternative] = []
     for k, entry in enumerate(candidates):
@@ -129,22 +140,26 @@ def _what_is_tested(
         [c.key for c in candidates],
         coefficients,
         float(u[layout.scatter]),
-        tau,
+        spreads.tau,
         posterior.specification.tails == "student",
         observations,
     )
-    bare = design._replace(n_paths=0)
-    return _Tested(posterior, u, tau, speed_scatter, predicted, gains, bare)
+    without = tuple(
+        base_design(posterior, u, spreads.plan.without((key,)), np.delete(spreads.scale, g))
+        for g, key in enumerate(spreads.plan.keys)
+    )
+    return _Tested(posterior, u, spreads, speed_scatter, predicted, gains, without)
 
 
 def _gains_on(
-    tested: _Tested, records: BootstrapRecords, records_of_paths: BootstrapRecords
+    tested: _Tested, records: BootstrapRecords, records_of_groupings: Sequence[BootstrapRecords]
 ) -> _WorldGains:
-    """Gains of the candidates on records, and of path offsets, where granted, on the others."""
-    of_paths = 0.0
-    if tested.tau > 0.0:
-        of_paths = tested.gains.of_paths(records_of_paths, tested.without_paths)
-    return _WorldGains(tested.gains.of_candidates(records), of_paths)
+    """Gains of the candidates on records, and of each grouping on its own."""
+    of_groupings = [
+        tested.gains.of_grouping(g, own, without)
+        for g, (own, without) in enumerate(zip(records_of_groupings, tested.without, strict=True))
+    ]
+    return _WorldGains(tested.gains.of_candidates(records), np.array(of_groupings, np.float64))
 
 
 def _gains_by_chance(tested: _Tested, seed: int, worlds: Iterable[int]) -> list[_WorldGains]:
@@ -153,16 +168,25 @@ def _gains_by_chance(tested: _Tested, seed: int, worlds: Iterable[int]) -> list[
 
 
 def _gains_on_made_world(tested: _Tested, seed: int, world: int) -> _WorldGains:
-    """Gains in one made world; that of path offsets where there are none."""
+    """Gains in one made world; that of each grouping where its groups do not differ."""
     rng = generator(seed, "screening", world)
+    spreads = tested.spreads
 
-    def made(tau: float) -> BootstrapRecords:
+    def made(tau: Floats) -> BootstrapRecords:
         return make_world(
-            tested.posterior, tested.predicted, tested.u, tau, tested.speed_scatter, rng
+            tested.posterior,
+            tested.predicted,
+            tested.u,
+            spreads.plan,
+            tau,
+            tested.speed_scatter,
+            rng,
         )
 
-    records = made(tested.tau)
-    return _gains_on(tested, records, made(0.0) if tested.tau > 0.0 else records)
+    tau = spreads.drawn(rng)
+    records = made(tau)
+    others = 1.0 - np.eye(len(tau))
+    return _gains_on(tested, records, [made(tau * other) for other in others])
 
 
 def _chance_plainly_does_as_well(found: Screening, n_worlds: int) -> bool:
@@ -172,7 +196,5 @@ def _chance_plainly_does_as_well(found: Screening, n_worlds: int) -> bool:
     significant.
     """
     best = found.candidates[0].p_family if found.candidates else 1.0
-    return all(
-        p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1)
-        for p, level in ((best, LEVEL), (found.path_p, PATH_LEVEL))
-    )
+    levels = [(best, LEVEL), *((group.p_value, GROUP_LEVEL) for group in found.groups)]
+    return all(p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1) for p, level in levels)

@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 
 LEVEL = 0.03
 """Family-wise level of the candidates."""
-PATH_LEVEL = 0.01
-"""Level of the path effect, tested by itself."""
+GROUP_LEVEL = 0.01
+"""Level of effects on groups of events (paths, winters, storms), each tested by itself."""
 MIN_POSITIVE = 15
 """Gains in made worlds from which on a gamma distribution is fitted to them."""
 
@@ -48,16 +48,24 @@ class Screened:
 
 
 @dataclass(frozen=True, slots=True)
-class Screening:
-    """All candidates, best first, and what chance does.
+class GroupTest:
+    """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value."""
 
-    `path_gain` and `path_p` are of the path effect; `critical_gain` is what chance exceeds with one
+    key: str
+    gain: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Screening:
+    """All candidates, best first, the groups that are granted, and what chance does.
+
+    `critical_gain` is what chance exceeds with one
     parameter, by some candidate, in a share `LEVEL` of made worlds.
     """
 
     candidates: tuple[Screened, ...]
-    path_gain: float
-    path_p: float
+    groups: tuple[GroupTest, ...]
     critical_gain: float
     n_worlds: int
 
@@ -66,12 +74,14 @@ def judge(
     candidates: Sequence[Definition],
     real: Floats,
     null: Floats,
-    real_path: float,
-    null_path: Floats,
+    groups: Sequence[str],
+    real_groups: Floats,
+    null_groups: Floats,
 ) -> Screening:
     """All candidates by what they gained on the records and on made worlds.
 
-    `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of path offsets.
+    `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of effects
+    on `groups`, by key.
     """
     n_worlds = len(null)
     surprise = np.column_stack([_surprise(null[:, k], null[:, k]) for k in range(len(real))])
@@ -86,8 +96,10 @@ def judge(
     result.sort(key=lambda c: (c.p_single, -c.gain))
     return Screening(
         candidates=tuple(result),
-        path_gain=real_path,
-        path_p=float(np.exp(-_surprise(null_path, np.array([real_path]))[0])),
+        groups=tuple(
+            GroupTest(key, float(gain), float(np.exp(-_surprise(null, np.array([gain]))[0])))
+            for key, gain, null in zip(groups, real_groups, null_groups.T, strict=True)
+        ),
         critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,
     )

@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 
 STEP = 1e-3
 """Step of the finite differences, in coordinates of order one."""
+FIRST_SPREAD = 0.5
+"""Coordinate from which spreads between groups are sought."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,8 +35,7 @@ def start_coordinates(posterior: Posterior) -> Floats:
     """Coordinates near the data: least squares of the law on each event's likely friction."""
     layout = posterior.layout
     u = np.array([s.mean if np.isnan(s.neutral) else s.neutral for s in layout.slots])
-    if layout.path_scatter is not None:
-        u[layout.path_scatter] = 0.5
+    u[list(layout.spreads.values())] = FIRST_SPREAD
     index = tuple(
         int(np.argmin(np.abs(np.asarray(layout.slots[a].grid) - u[a])))
         for a in (

@@ -22,8 +22,11 @@ def with_effects(
     specification: Specification,
     keys: Sequence[str],
     own: Sequence[Definition] = (),
+    granted: bool = False,
 ) -> tuple[Specification, dict[str, Facts]]:
     """The specification with these effects added, and what they take from the observations.
+
+    Nuisances that are `granted` need no more of the data than as such.
 
     `own` are definitions from the user's file. An effect that is a setting of the model
     becomes its value, or the most likely of the other ones. Raises `AvahazardError` where an
@@ -34,7 +37,8 @@ def with_effects(
         entry = find_definition(key, own)
         if key in specification.effects:
             raise AvahazardError(f"The model already has the effect '{key}'.")
-        require(entry, observations.columns, observations.sites)
+        if not granted:
+            require(entry, observations.columns, observations.sites)
         if entry.changes is None:
             facts[key] = entry.facts(observations.columns, observations.sites)
         elif entry.changes.value is None:

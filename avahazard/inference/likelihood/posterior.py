@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from copy import copy
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,24 +10,19 @@ from numpy.typing import NDArray
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.event_terms import EventTerms, event_terms
+from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
-from avahazard.inference.likelihood.path_offsets import newton_offsets
 from avahazard.inference.likelihood.predicted import Values, resistance_of
-from avahazard.inference.model.friction_scatter import shifted
-from avahazard.inference.model.layout import PATH_SCATTER, Grids, Layout, build_layout, regridded
+from avahazard.inference.likelihood.wrong_records import log_wrong
+from avahazard.inference.model.friction_scatter import shifted, widened
+from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.offset_plan import offset_plan
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
-
-
-class PathOffsets(NamedTuple):
-    """Offsets of log friction by path: mode and standard deviation `[n_groups]`."""
-
-    mode: Floats
-    sd: Floats
 
 
 class Posterior:
@@ -56,8 +50,8 @@ class Posterior:
             for e in effects
             if e.design is not None
         ]
-        grouping = [e.groups for e in effects if e.groups is not None]
-        self.groups = grouping[0](observations.columns) if grouping else None
+        self.plan = offset_plan(effects, observations.columns)
+        self._rest = self.plan.rest
         self._volume = np.exp(observations.volumes.log_volume)
         self._keep: NDArray[np.bool_] | None = None
         self.nodes = NodeGrid(
@@ -81,55 +75,76 @@ class Posterior:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
         return self.density_and_offsets(u)[0]
 
-    def density_and_offsets(self, u: Floats) -> tuple[float, PathOffsets | None]:
-        """`log_density`, with the path offsets that it rests on where there are any."""
+    def density_and_offsets(self, u: Floats) -> tuple[float, Offsets | None]:
+        """`log_density`, with the groups' offsets that it rests on where there are any."""
         if (u < self.layout.low).any() or (u > self.layout.high).any():
             return -np.inf, None
-        value, offsets = self._log_likelihood(u, self.nodes.at(u))
+        value, offsets = self._log_likelihood(u, self._nodes(u))
         return value + self.layout.log_prior(u), offsets
 
     def log_likelihood(self, u: Floats) -> float:
-        """Log likelihood at u, path offsets integrated out (Laplace's method)."""
-        return self._log_likelihood(u, self.nodes.at(u))[0]
+        """Log likelihood at u, groups' offsets integrated out (Laplace's method)."""
+        return self._log_likelihood(u, self._nodes(u))[0]
 
     def exact_log_likelihood(self, u: Floats) -> float:
         """The same from tables made for just these coordinates, not interpolated."""
-        return self._log_likelihood(u, self.nodes.exact(u))[0]
+        return self._log_likelihood(u, self._or_wrong(self.nodes.exact(u), u))[0]
 
-    def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, PathOffsets | None]:
+    def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, Offsets | None]:
         location, scatter = self.location_and_scatter(u)
-        place = self.layout.path_scatter
-        if self.groups is None or place is None or u[place] == 0.0:
+        tau = self.layout.spread_values(u)
+        if not self.plan or not np.any(tau):
             value = self.terms(nodes, location, scatter).value
             return float(np.sum(value if self._keep is None else value[self._keep])), None
-        offsets, value_there = self._offsets(u, nodes, location, scatter)
-        tau = PATH_SCATTER * u[place]
-        penalty = 0.5 * np.sum((offsets.mode / tau) ** 2)
+        offsets, value_there = self._offsets(tau, nodes, location, scatter)
+        spread = tau[self.plan.of]
+        penalty = 0.5 * np.sum((offsets.mode / spread) ** 2)
         with np.errstate(divide="ignore"):  # -inf where the curvature overflows, far off
-            widths = float(np.sum(np.log(offsets.sd / tau)))
+            widths = -0.5 * offsets.log_determinant - float(np.sum(np.log(spread)))
         return float(value_there - penalty) + widths, offsets
 
     def event_log_likelihood(
         self, u: Floats, offsets: Floats | None = None, keep: NDArray[np.bool_] | None = None
     ) -> Floats:
-        """Log likelihood of each event `[n_events]`, given path offsets `[n_groups]`.
+        """Log likelihood of each event `[n_events]`, given offsets `[n_offsets]` of the groups.
 
         0 for those not in `keep` `[n_events]`.
         """
         location, scatter = self.location_and_scatter(u)
-        return self.terms(self.nodes.at(u), self.shifted(location, offsets), scatter, keep).value
+        return self.terms(self._nodes(u), self.shifted(location, offsets), scatter, keep).value
 
-    def path_offsets(self, u: Floats) -> PathOffsets:
-        """Mode and standard deviation of the path offsets given coordinates u."""
+    def offsets(self, u: Floats) -> Offsets:
+        """The offsets of the groups given coordinates u."""
         location, scatter = self.location_and_scatter(u)
-        return self._offsets(u, self.nodes.at(u), location, scatter)[0]
+        return self._offsets(self.layout.spread_values(u), self._nodes(u), location, scatter)[0]
+
+    def log_wrong(self, u: Floats) -> Floats:
+        """Log density of each record as a wrong one, times their share, `[n_events]`."""
+        if self.layout.wrong_share is None:
+            return np.full(self.observations.n_events, -np.inf)
+        return np.asarray(log_wrong(self.observations) + u[self.layout.wrong_share])
+
+    def _nodes(self, u: Floats) -> Nodes:
+        return self._or_wrong(self.nodes.at(u), u)
+
+    def _or_wrong(self, nodes: Nodes, u: Floats) -> Nodes:
+        """The nodes of records that may be wrong: right with one less the share of these."""
+        if self.layout.wrong_share is None:
+            return nodes
+        log_share = float(u[self.layout.wrong_share])
+        may_be = np.isfinite(nodes.log_wrong)
+        right = np.where(may_be, np.log1p(-np.exp(log_share)), 0.0)
+        return nodes._replace(
+            log_scale=nodes.log_scale + right, log_wrong=nodes.log_wrong + log_share
+        )
 
     def location_and_scatter(
         self, u: Floats, volume: Floats | None = None
     ) -> tuple[Floats, Floats]:
         """Location m (log μ, or μ for normal) and scatter σ, each `[n_events, n_volumes]`.
 
-        They are given at the volume nodes, or at `volume` (m3) `[n_events, n_volumes]`.
+        They are given at the volume nodes, or at `volume` (m3) `[n_events, n_volumes]`. What
+        an event has for itself of a grouping is in its scatter.
         """
         layout = self.layout
         volume = self._volume if volume is None else volume
@@ -145,10 +160,16 @@ class Posterior:
             location = np.exp(location)
         # Where it falls with volume it stops at the least that the nodes can bear.
         least = layout.slots[layout.scatter].low if layout.scatter_slope is not None else -12.0
-        return location, np.exp(np.clip(log_scatter, least, 4.0))
+        scatter = np.exp(np.clip(log_scatter, least, 4.0))
+        own = np.sum(self.plan.alone * layout.spread_values(u)[:, None] ** 2, axis=0)[:, None]
+        if np.any(own):
+            scatter = widened(scatter, own, location, self._in_log)
+        return location, scatter
 
     def locations_and_scatters(self, u: Floats, volume: Floats) -> tuple[Floats, Floats]:
-        """`location_and_scatter` of many draws at once, `[n_draws, n_events]`.
+        """`location_and_scatter` of many draws of what is to come, `[n_draws, n_events]`.
+
+        Its winter or storm is none that is known: that, too, is in its scatter.
 
         `u` is `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
         """
@@ -163,7 +184,12 @@ class Posterior:
             least = layout.slots[layout.scatter].low
         if not self._in_log:
             location = np.exp(location)
-        return location, np.exp(np.clip(log_scatter, least, 4.0))
+        scatter = np.exp(np.clip(log_scatter, least, 4.0))
+        passing = ~np.array(self.plan.lasting, dtype=np.bool_)
+        if np.any(passing):
+            own = np.sum(layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
+            scatter = widened(scatter, own, location, self._in_log)
+        return location, scatter
 
     def terms(
         self,
@@ -184,29 +210,26 @@ class Posterior:
         return np.array([slot.scale for slot in self.layout.slots[self.layout.places[key]]])
 
     def shifted(self, location: Floats, offsets: Floats | None) -> Floats:
-        """`location` `[n_events, n_volumes]` with path `offsets` `[n_groups]` of log friction."""
-        if self.groups is None or offsets is None:
+        """`location` `[n_events, n_volumes]` with `offsets` `[n_offsets]` of log friction."""
+        if offsets is None:
             return location
-        shift = np.where(self.groups >= 0, offsets[self.groups], 0.0)[:, None]
-        return shifted(location, shift, self._in_log)
+        return shifted(location, self.plan.shift(offsets)[:, None], self._in_log)
 
     def _offsets(
-        self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
-    ) -> tuple[PathOffsets, float]:
-        """Mode and spread of the path offsets, and the log likelihood given the mode."""
-        assert self.groups is not None
-        assert self.layout.path_scatter is not None
+        self, tau: Floats, nodes: Nodes, location: Floats, scatter: Floats
+    ) -> tuple[Offsets, float]:
+        """The offsets given their spreads `[n_groupings]`, and the log likelihood at their mode."""
         keep = np.ones(len(location), dtype=np.bool_) if self._keep is None else self._keep
-        offsets, bend, value = newton_offsets(
+        mode, bend, cross, root, value = newton_offsets(
             nodes,
             location,
             scatter,
             self.observations.volumes.weight,
             self._student,
             self._in_log,
-            self.groups,
+            self.plan.index,
+            self._rest,
             keep,
-            int(np.max(self.groups)) + 1,
-            (PATH_SCATTER * u[self.layout.path_scatter]) ** -2.0,
+            tau[self.plan.of] ** -2.0,
         )
-        return PathOffsets(offsets, 1.0 / np.sqrt(bend)), float(np.sum(value))
+        return Offsets(mode, self._rest, bend, cross, root), float(np.sum(value))

@@ -3,7 +3,7 @@
 A wrong record may lie where no friction stops a block, on a steep slope: it then costs as many
 nats as its distance in record errors asks for, and any effect that moves it a little gains most of
 them. With Student's tails a record is therefore a mixture (Box and Tiao 1968, Biometrika 55, 119):
-a few in a hundred lie anywhere on their path.
+some lie anywhere on their path, a share of all that is estimated (`layout.WRONG_SHARE`).
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Obse
 
 Floats = NDArray[np.float64]
 
-WRONG_SHARE = 0.02
-"""Chance of a record to be grossly wrong."""
 LONGEST_LENGTH = 10.0
 """Reach of recorded lengths, in fall heights."""
 
@@ -41,7 +39,7 @@ def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
 
 
 def log_wrong(observations: Observations) -> Floats:
-    """Log density (1/m) of each record as a wrong one, its chance included; -inf for none."""
+    """Log density (1/m) of each record, were it wrong `[n_events]`; -inf for those that are not."""
     low, high = wrong_ranges(observations)
-    density = np.log(WRONG_SHARE / (high - low))
+    density = -np.log(high - low)
     return np.where(np.isnan(density), -np.inf, density)

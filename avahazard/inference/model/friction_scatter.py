@@ -99,6 +99,11 @@ def shifted(location: Floats, shift: Floats | float, in_log: bool) -> Floats:
     return np.asarray(location + shift if in_log else location * np.exp(shift))
 
 
+def widened(scatter: Floats, variance: Floats, location: Floats, in_log: bool) -> Floats:
+    """The scatter with this `variance` of log friction added to it."""
+    return np.asarray(np.sqrt(scatter**2 + variance * (1.0 if in_log else location**2)))
+
+
 def friction(location: Floats, deviation: Floats, in_log: bool) -> Floats:
     """μ that lies `deviation` = σ z from its location."""
     return np.asarray(np.exp(location + deviation) if in_log else location + deviation)

@@ -22,9 +22,11 @@ SCATTER_CENTRE = 0.15
 """Prior centre of the scatter of log friction: the paper's Gibbs fit has 0.158."""
 MIN_SCATTER_SHARE = 0.15
 """Least scatter against that centre: below, the nodes of flat run-outs lie too far apart."""
-PATH_SCATTER = 0.2
-"""Scale of the half-normal prior of the spread between paths, on log friction."""
-MIN_PATH_SCATTER = 1e-3
+MIN_SPREAD = 1e-3
+"""Least spread between groups of events, on log friction."""
+WRONG_SHARE, LEAST_WRONG, MOST_WRONG = 0.02, 1e-3, 0.4
+"""Share of grossly wrong records that is thought of before (its log has standard deviation 1), and
+its bounds: where half of the records are wrong, nothing tells which half."""
 SPEED_SCATTER_M_S = 3.0
 """Prior centre of the model's own error of speed; its log has standard deviation 1."""
 SPEED_GRID = tuple(float(v) for v in np.log([0.3, 0.6, 1.2, 2.0, 3.3, 5.5, 9.0, 15.0, 25.0]))
@@ -52,10 +54,11 @@ class Slot:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Coordinates `[n_slots]`: law, log scatter (and its slope), effects, path, speed.
+    """Coordinates `[n_slots]`: law, log scatter (and its slope), effects, speed.
 
-    `places` maps an effect's key to its slots; `tables` are the slots that shape the tables.
-    `path_scatter_name` is what people call the spread of paths.
+    With Student's tails, the log share of wrong records is at `wrong_share`.
+    `places` maps an effect's key to its slots, `spreads` that of an effect on groups of events to
+    the slot of their spread; `tables` are the slots that shape the tables.
     """
 
     law: Law
@@ -63,8 +66,8 @@ class Layout:
     scatter: int
     scatter_slope: int | None
     reference_volume: float
-    path_scatter: int | None
-    path_scatter_name: str
+    spreads: dict[str, int]
+    wrong_share: int | None
     speed_scatter: int | None
     places: dict[str, slice]
     tables: tuple[int, ...]
@@ -84,6 +87,11 @@ class Layout:
         """Log density of the prior at coordinates u `[n_slots]`, up to a constant."""
         z = (u - self._mean) / self._sd
         return -0.5 * float(z @ z)
+
+    def spread_values(self, u: Floats) -> Floats:
+        """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
+        slots = list(self.spreads.values())
+        return np.asarray(u[..., slots] * np.array([self.slots[k].scale for k in slots]))
 
     def effect_values(self, u: Floats) -> dict[str, Floats]:
         """Parameter values by effect key; exactly neutral where the coordinate is."""
@@ -118,9 +126,11 @@ class Layout:
             for k in range(place.start, place.stop):
                 slot = self.slots[k]
                 result[slot.name] = (u[..., k] * slot.scale, slot.unit)
-        if self.path_scatter is not None:
-            spread = u[..., self.path_scatter] * PATH_SCATTER
-            result[self.path_scatter_name] = (spread, "log friction")
+        for key, k in self.spreads.items():
+            slot = self.slots[k]
+            result[f"{key}.{slot.name}"] = (u[..., k] * slot.scale, slot.unit)
+        if self.wrong_share is not None:
+            result["wrong_share"] = (np.exp(u[..., self.wrong_share]), "of the records")
         if self.speed_scatter is not None:
             result["speed_sigma"] = (np.exp(u[..., self.speed_scatter]), "m/s")
         return result
@@ -158,14 +168,19 @@ def build_layout(
         slope = len(slots)
         slots.append(Slot("sigma_n", "", 0.0, 1.0))
     places: dict[str, slice] = {}
-    path_scatter, path_scatter_name = None, ""
+    spreads: dict[str, int] = {}
     for effect in effects:
         if effect.groups is not None:
-            path_scatter, path_scatter_name = len(slots), f"{effect.key}.tau"
-            slots.append(Slot("tau", "", 0.0, 1.0, MIN_PATH_SCATTER / PATH_SCATTER, 10.0))
+            spreads[effect.key] = len(slots)
+            slots.append(_spread_slot(effect.parameters[0]))
             continue
         places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
         slots += [_slot(effect, p) for p in effect.parameters]
+    wrong_share = None
+    if specification.tails == "student":
+        wrong_share = len(slots)
+        bounds = float(np.log(LEAST_WRONG)), float(np.log(MOST_WRONG))
+        slots.append(Slot("log wrong share", "", float(np.log(WRONG_SHARE)), 1.0, *bounds))
     tables = tuple(k for k, s in enumerate(slots) if s.grid)
     speed_scatter = None
     if observations.speeds:
@@ -187,8 +202,8 @@ def build_layout(
         scatter=scatter,
         scatter_slope=slope,
         reference_volume=specification.reference_volume_m3,
-        path_scatter=path_scatter,
-        path_scatter_name=path_scatter_name,
+        spreads=spreads,
+        wrong_share=wrong_share,
         speed_scatter=speed_scatter,
         places=places,
         tables=tables,
@@ -206,6 +221,12 @@ def regridded(layout: Layout, grids: Grids) -> Layout:
         for s in layout.slots
     ]
     return replace(layout, slots=tuple(slots))
+
+
+def _spread_slot(p: Parameter) -> Slot:
+    """A spread's slot goes by the parameter's own name, under which draws are stored."""
+    scale = p.prior_sd
+    return Slot(p.name, p.unit, 0.0, 1.0, MIN_SPREAD / scale, 10.0, scale=scale)
 
 
 def _slot(effect: Effect, p: Parameter) -> Slot:

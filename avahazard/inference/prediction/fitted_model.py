@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import PATH_SCATTER
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import MethodName, Specification
 from avahazard.inference.model.volumes import VolumeNodes
@@ -22,8 +21,8 @@ class FittedModel:
     """A model on the events of `posterior`, with draws of its parameters, all chains in a row.
 
     `draws` `[n_draws, n_slots]` are coordinates in the order of the posterior's layout; `offsets`
-    `[n_draws]` are those of log friction by path, for the paths that it was fitted on. What
-    scatters is friction, but for the method metropolis the elevation of the stop.
+    `[n_draws]` are those of log friction by group (path, winter, storm), for the groups that it
+    was fitted on. What scatters is friction, but for the method metropolis the stop's elevation.
     """
 
     posterior: Posterior
@@ -62,36 +61,37 @@ class FittedModel:
         """Indices `[n]` of draws, evenly over all of them."""
         return np.linspace(0, len(self.draws) - 1, n).round().astype(np.int64)
 
-    def path_offsets(self, rng: np.random.Generator) -> Floats | None:
-        """Draws of path offsets `[n_draws, n_groups]`, None without a path effect.
+    def group_offsets(self, rng: np.random.Generator) -> Floats | None:
+        """Draws of the groups' offsets `[n_draws, n_offsets]`, None where there are no groups.
 
-        A path that the model has not seen gets offsets from the spread between paths.
+        A group that the model has not seen gets offsets from the spread between groups.
         """
-        place = self.posterior.layout.path_scatter
-        if self.posterior.groups is None or place is None:
+        plan = self.posterior.plan
+        if not plan:
             return None
-        tau = PATH_SCATTER * self.draws[:, place]
-        return np.column_stack(
-            [
-                self.offsets[path] if path in self.offsets else tau * rng.standard_normal(len(tau))
-                for path in self.observations.columns.paths
-            ]
-        )
+        tau = self.posterior.layout.spread_values(self.draws)
+        columns = [
+            self.offsets[name]
+            if name in self.offsets
+            else tau[:, g] * rng.standard_normal(len(tau))
+            for name, g in zip(plan.names, plan.of, strict=True)
+        ]
+        return np.column_stack(columns) if columns else np.empty((len(tau), 0))
 
     def median_friction(self, volume: Floats) -> Floats:
         """Posterior median `[n_events]` of the median friction of each event.
 
-        `volume` (m3) `[n_events]` is exact; a path that the model has not seen has no offset.
+        `volume` (m3) `[n_events]` is exact; a group that the model has not seen has no offset.
         """
         location = self.posterior.location_and_scatter
         median = np.array([location(u, volume[:, None])[0][:, 0] for u in self.draws])
         if self.posterior.layout.log_scatter:
             median = np.exp(median)
-        columns = self.observations.columns
-        for k, path_id in enumerate(columns.paths):
-            if path_id in self.offsets:
-                mine = columns.path_index == k
-                median[:, mine] *= np.exp(self.offsets[path_id])[:, None]
+        plan = self.posterior.plan
+        if plan:
+            none = np.zeros(len(self.draws))
+            known = np.column_stack([self.offsets.get(name, none) for name in plan.names])
+            median *= np.exp([plan.shift(row) for row in known])
         return np.asarray(np.median(median, axis=0))
 
 

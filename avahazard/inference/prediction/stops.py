@@ -11,7 +11,6 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import draws, shifted
 from avahazard.inference.model.friction_scatter import friction as drawn
-from avahazard.inference.model.layout import PATH_SCATTER
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
@@ -45,7 +44,7 @@ class PredictedStops:
 def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) -> PredictedStops:
     """Draw stops of every event of the model, of whose draws `n_draws` are used evenly.
 
-    A path that the model has not seen gets an offset from the spread between paths.
+    A group that the model has not seen gets an offset from the spread between groups.
     """
     posterior, coordinates = model.posterior, model.draws
     n = posterior.observations.n_events
@@ -64,7 +63,7 @@ def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) ->
         for k in group:
             u = coordinates[chosen[k]].copy()
             u[list(posterior.layout.tables)] = middle[list(posterior.layout.tables)]
-            shift = path_shift(model, u, chosen[k], rng)
+            shift = group_shift(model, u, chosen[k], rng)
             friction[:, k] = draw_friction(posterior, u, shift, rng)
         here = friction[:, group]
         n_nonpositive += int(np.sum(here <= 0.0))
@@ -77,7 +76,7 @@ def draw_friction(
 ) -> Floats:
     """One draw of μ for each event `[n_events]`, over its volume's error and the scatter.
 
-    `shift` `[n_events]` is added to log friction (path offsets).
+    `shift` `[n_events]` is added to log friction (offsets of groups).
     """
     volumes = posterior.observations.volumes
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
@@ -87,19 +86,14 @@ def draw_friction(
     return drawn(shifted(location[:, 0], shift, in_log), scatter[:, 0] * noise, in_log)
 
 
-def path_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
-    """Offset of log friction of each event's path in this draw, `[n_events]`."""
-    columns, offsets = model.observations.columns, model.offsets
-    place = model.posterior.layout.path_scatter
-    if place is None:
-        return np.zeros(len(columns))
-    tau = PATH_SCATTER * u[place]
-    new = tau * rng.standard_normal(len(columns.paths) + 1)
-    by_path = np.array(
-        [offsets[p][draw] if p in offsets else new[k] for k, p in enumerate(columns.paths)]
-        + [new[-1]]
-    )
-    return np.asarray(by_path[columns.path_index])
+def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
+    """Offsets of log friction of each event's groups in this draw, `[n_events]`."""
+    plan, offsets = model.posterior.plan, model.offsets
+    if not plan:
+        return np.zeros(model.observations.n_events)
+    new = model.posterior.layout.spread_values(u)[plan.of] * rng.standard_normal(len(plan.of))
+    known = [offsets[n][draw] if n in offsets else new[k] for k, n in enumerate(plan.names)]
+    return plan.shift(np.array(known, np.float64))
 
 
 def look_up(

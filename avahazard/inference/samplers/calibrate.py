@@ -53,6 +53,6 @@ def calibrate_model(
     model = FittedModel(
         drawn.posterior,
         drawn.coordinates.reshape(-1, drawn.coordinates.shape[2]),
-        drawn.offsets_by_path(),
+        drawn.offsets_by_group(),
     )
     return Calibrated(model, facts, drawn.chains, observations.n_events)

@@ -41,7 +41,7 @@ class Sample:
     """Draws of the coordinates `[n_chains, n_draws, n_slots]` and what is read from them.
 
     `chains` holds the readable parameters with their diagnostics; `offsets` are draws of the
-    path offsets `[n_chains, n_draws, n_groups]`, None without path effect. `posterior` is the
+    offsets of groups `[n_chains, n_draws, n_offsets]`, None without groups. `posterior` is the
     one that was sampled, with grids fit to it.
     """
 
@@ -51,12 +51,12 @@ class Sample:
     offsets: Floats | None
     posterior: Posterior
 
-    def offsets_by_path(self) -> dict[str, Floats]:
-        """Draws of the path offsets `[n_chains * n_draws]` by path; none without path effect."""
+    def offsets_by_group(self) -> dict[str, Floats]:
+        """Draws of the offsets `[n_chains * n_draws]` by group; none without groups."""
         if self.offsets is None:
             return {}
-        paths = self.posterior.observations.columns.paths
-        return {paths[k]: self.offsets[..., k].ravel() for k in range(self.offsets.shape[2])}
+        names = self.posterior.plan.names
+        return {name: self.offsets[..., k].ravel() for k, name in enumerate(names)}
 
 
 @dataclass(slots=True, eq=False)
@@ -123,7 +123,7 @@ def _rounds(
             break
         pooled = draws.reshape(-1, draws.shape[2])
         proposals = [(pooled.mean(axis=0), _shrunk_covariance(pooled, mode.covariance))] * n_chains
-    offsets = _offset_draws(posterior, draws, seed) if posterior.groups is not None else None
+    offsets = _offset_draws(posterior, draws, seed) if posterior.plan else None
     return Sample(draws, drawn, mode, offsets, posterior)
 
 
@@ -226,16 +226,14 @@ def _jump_log_density(u: Floats, centre: Floats, factor: Floats) -> float:
 
 
 def _offset_draws(posterior: Posterior, draws: Floats, seed: int) -> Floats:
-    """Path offsets for every draw, from their (nearly normal) conditional distribution."""
-    assert posterior.groups is not None
-    n_groups = int(np.max(posterior.groups)) + 1
-    result = np.empty((*draws.shape[:2], n_groups))
+    """Offsets for every draw, from their (nearly normal) conditional distribution."""
+    result = np.empty((*draws.shape[:2], len(posterior.plan.names)))
     for c in range(draws.shape[0]):
         rng = generator(seed, "offsets", c)
         for k in range(draws.shape[1]):
             if k and np.array_equal(draws[c, k], draws[c, k - 1]):
                 pass
             else:
-                offsets = posterior.path_offsets(draws[c, k])
-            result[c, k] = offsets.mode + offsets.sd * rng.standard_normal(n_groups)
+                offsets = posterior.offsets(draws[c, k])
+            result[c, k] = offsets.draw(rng)
     return result

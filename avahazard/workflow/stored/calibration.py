@@ -59,11 +59,14 @@ def calibration_result(
 
 
 def _all_draws(found: Calibrated) -> Iterator[tuple[str, Floats, str]]:
-    """Name, draws and unit of every parameter, path offsets last."""
+    """Name, draws and unit of every parameter, offsets of paths last."""
     for k, (name, unit) in enumerate(zip(found.chains.names, found.chains.units, strict=True)):
         yield name, found.chains.draws[..., k].ravel(), unit
-    for path_id, draws in found.model.offsets.items():
-        yield f"path:{path_id}", draws, "log friction"
+    plan = found.model.posterior.plan
+    for name, told, g in zip(plan.names, plan.told, plan.of, strict=True):
+        # Winters and storms are past: their spread is what matters.
+        if plan.lasting[g] and name in found.model.offsets:
+            yield told, found.model.offsets[name], "log friction"
 
 
 def summary(draws: Floats, unit: str) -> ParameterSummary:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from avahazard.criticism.diagnosis.refits import refit, without_path_effect
+from avahazard.criticism.diagnosis.refits import refit, without_groups
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
@@ -44,10 +44,10 @@ def test_another_law_starts_at_the_data() -> None:
 def test_the_path_effect_is_taken_away_and_its_spread_told() -> None:
     observations = studies.observations(speeds=False)
     fit = refit(observations, Specification(), {}, (PATH_EFFECT, "snow-type"))
-    bare, u, tau = without_path_effect(fit, observations, ())
-    assert bare.groups is None
+    bare, u, told = without_groups(fit, observations, ())
+    assert not bare.plan
     assert [e.key for e in bare.effects] == ["snow-type"]
-    assert tau == pytest.approx(fit.parameters(PATH_EFFECT)["path-effect.tau"])
+    assert told.tau[0] == pytest.approx(fit.parameters(PATH_EFFECT)["path-effect.tau"])
     names = [s.name for s in fit.posterior.layout.slots]
     for slot, value in zip(bare.layout.slots, u, strict=True):
         assert value == fit.mode.u[names.index(slot.name)]

@@ -14,7 +14,7 @@ from avahazard.criticism.scoring.held_out import (
     held_out_log_density,
     held_out_predictions,
     left_out_log_density,
-    offsets_by_path,
+    offsets_by_group,
 )
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -65,8 +65,8 @@ def test_a_path_held_out_has_an_offset_from_the_spread() -> None:
     posterior, mode = fitted(slopes(n_paths=5), "path-effect")
     out = posterior.observations.columns.path_index == 2
     draws = fit_draws(posterior.restricted(~out), mode, 400, "offsets")
-    offsets = offsets_by_path(posterior, draws.offsets)
-    tau = 0.2 * draws.coordinates[:, posterior.layout.path_scatter]
+    offsets = offsets_by_group(posterior, draws.offsets)
+    tau = 0.2 * draws.coordinates[:, posterior.layout.spreads["path-effect"]]
     z = offsets["P2"] / tau
     assert abs(z.mean()) < 0.2
     assert z.std() == pytest.approx(1.0, abs=0.15)

@@ -20,6 +20,7 @@ from avahazard.inference.model.observations import LEFT
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 from tests.inference import studies
+from tests.inference.groupings import plan_of
 from tests.inference.new_law import NAME, halving
 
 SPEED_SCATTER = 3.0
@@ -31,8 +32,9 @@ def alternatives(model: Posterior, key: str) -> list[Alternative]:
     base = make_tables(
         observations, predict_records(observations, (), {}, 1.0), observations.limit, SPEED_SCATTER
     )
+    design = base_design(model, u, plan_of(observations, "path-effect"), np.full(1, 0.2))
     return alternatives_of(
-        find_definition(key), model, u, base, base_design(model, u, True),
+        find_definition(key), model, u, base, design,
         base_coordinates(model, u), SPEED_SCATTER, runs,
     )  # fmt: skip
 
@@ -41,7 +43,7 @@ def alternatives(model: Posterior, key: str) -> list[Alternative]:
 def test_the_design_is_the_law_near_its_mode(name: str) -> None:
     model = studies.posterior(studies.observations(), "snow-type", law=name)
     u = studies.near(model, spread=0.02, seed=1)
-    design, beta = base_design(model, u, False), base_coordinates(model, u)
+    design, beta = base_design(model, u, model.plan, np.empty(0)), base_coordinates(model, u)
 
     def mean(v: np.ndarray) -> np.ndarray:
         location, _ = model.location_and_scatter(v)
@@ -53,14 +55,14 @@ def test_the_design_is_the_law_near_its_mode(name: str) -> None:
     moved[:n] += 0.01
     beta[:n] += 0.01
     assert np.allclose(design.constant + design.x @ beta, mean(moved), atol=2e-3)
-    assert design.n_paths == 0
+    assert len(design.of) == 0
     assert np.exp(np.mean(np.log(design.multiplier))) == pytest.approx(1.0)
 
 
 def test_the_volumes_error_is_in_the_variance() -> None:
     model = studies.posterior(studies.observations())
     u = studies.near(model)
-    design = base_design(model, u, False)
+    design = base_design(model, u, model.plan, np.empty(0))
     sd = model.observations.volumes.sd
     volume = np.exp(model.observations.volumes.mean)
     small = (volume < 3e5) & (sd > 0)

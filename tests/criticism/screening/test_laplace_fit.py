@@ -5,17 +5,17 @@ import pytest
 from scipy import stats
 from scipy.optimize import minimize
 
-from avahazard.criticism.diagnosis.refits import refit, without_path_effect
+from avahazard.criticism.diagnosis.refits import refit, without_groups
 from avahazard.criticism.screening.laplace_fit import (
     SCATTER_MEAN,
     SCATTER_SD,
-    TAU_SCALE,
     Design,
     Edges,
     laplace_fit,
 )
 from avahazard.criticism.screening.record_moments import RecordMoments
 from avahazard.criticism.screening.screen import screen
+from avahazard.effects.spread import SPREAD
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
@@ -39,13 +39,20 @@ def moments_and_design(n_paths: int, student: bool = False) -> tuple[RecordMomen
         constant=np.full(N, 0.05),
         prior_mean=np.zeros(3),
         prior_precision=np.array([1.0, 25.0, 25.0]),
-        path=path,
-        n_paths=n_paths,
+        of=np.zeros(n_paths, dtype=np.int64),
+        places=path[None] if n_paths else np.empty((0, N), dtype=np.int64),
+        alone=np.zeros((1 if n_paths else 0, N), dtype=bool),
+        rest=np.full(n_paths, -1),
+        spread_scale=np.full(1 if n_paths else 0, SPREAD),
         extra=rng.uniform(0.0, 0.002, N),
         multiplier=np.exp(0.2 * rng.standard_normal(N)),
         log_wrong=np.where(path == 0, -np.inf, -8.0),
     )
     return RecordMoments(mean, variance, rng.normal(-4.0, 1.0, N)), design
+
+
+def first_tau(design: Design) -> np.ndarray:
+    return np.full(len(design.places), 0.1)
 
 
 def no_edges() -> Edges:
@@ -72,20 +79,20 @@ def log_density(theta, moments, left, edges, design, student):  # type: ignore[n
     if student:
         right = stats.t.logpdf(e / np.sqrt(s), 4) - 0.5 * np.log(s) + moments.log_mass[~left]
         return value + np.logaddexp(right, design.log_wrong[~left]).sum()
-    if not design.n_paths:
+    if not len(design.of):
         return value + stats.norm.logpdf(e, 0.0, np.sqrt(s)).sum()
     tau = np.exp(theta[4])
-    together = design.path[:, None] == design.path
+    together = design.places[0][:, None] == design.places[0]
     covariance = np.diag(s) + tau**2 * together
     value += stats.multivariate_normal(np.zeros(N), covariance).logpdf(e)
-    return value - 0.5 * (tau / TAU_SCALE) ** 2
+    return value - 0.5 * (tau / SPREAD) ** 2
 
 
 def plain_optimum(moments, left, edges, design, student):  # type: ignore[no-untyped-def]
     start = np.array([-0.8, 0.0, 0.0, -1.6, -2.0])
     found = minimize(
         lambda v: -log_density(v, moments, left, edges, design, student),
-        start if design.n_paths else start[:4],
+        start if len(design.of) else start[:4],
         method="BFGS",
     )
     return -found.fun, found.x
@@ -110,7 +117,7 @@ def test_it_reaches_the_optimum_of_a_plain_optimiser(case: str) -> None:
         keep = (moments.mean < -0.6) | ~edges.has_limit
         edges = edges._replace(has_limit=edges.has_limit & keep)
     found = laplace_fit(
-        moments, left, edges, design, np.array([-1.0, 0.0, 0.0]), -1.9, 0.1, student
+        moments, left, edges, design, np.array([-1.0, 0.0, 0.0]), -1.9, first_tau(design), student
     )
     best, theta = plain_optimum(moments, left, edges, design, student)
     assert found.log_likelihood == pytest.approx(best, abs=0.1)
@@ -121,12 +128,12 @@ def test_it_reaches_the_optimum_of_a_plain_optimiser(case: str) -> None:
 def test_offsets_of_paths_take_what_paths_differ_by() -> None:
     moments, design = moments_and_design(N_PATHS)
     start, left = np.array([-0.8, 0.0, 0.0]), np.zeros(N, dtype=bool)
-    without = laplace_fit(
-        moments, left, no_edges(), design._replace(n_paths=0), start, -1.6, 0.1, False
-    )
-    with_ = laplace_fit(moments, left, no_edges(), design, start, -1.6, 0.1, False)
+    _, bare = moments_and_design(0)
+    bare = bare._replace(x=design.x, extra=design.extra, multiplier=design.multiplier)
+    without = laplace_fit(moments, left, no_edges(), bare, start, -1.6, np.empty(0), False)
+    with_ = laplace_fit(moments, left, no_edges(), design, start, -1.6, first_tau(design), False)
     assert with_.log_likelihood > without.log_likelihood + 5.0
-    assert 0.05 < with_.tau < 0.4
+    assert 0.05 < with_.tau[0] < 0.4
     assert with_.log_scatter < without.log_scatter
 
 
@@ -136,8 +143,8 @@ def test_gains_are_those_of_the_full_posterior(key: str) -> None:
     records, _ = make_world(5, 160, 8, {key: 1.5})
     observations = build_observations(records)
     base = refit(observations, Specification(), {}, (PATH_EFFECT,))
-    bare, u, tau = without_path_effect(base, observations, ())
-    screened = screen(bare, u, tau, [find_definition(key)], n_worlds=1).candidates[0]
+    bare, u, told = without_groups(base, observations, ())
+    screened = screen(bare, u, told, [find_definition(key)], n_worlds=1).candidates[0]
     full = refit(observations, base.specification, base.facts, (key,), (), base)
     # Both with the prior of the parameters.
     gain = full.mode.log_density - base.mode.log_density

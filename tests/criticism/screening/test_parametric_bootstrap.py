@@ -12,6 +12,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.seeds import generator
 from tests.inference import studies
+from tests.inference.groupings import plan_of
 
 N_WORLDS = 300
 
@@ -21,8 +22,9 @@ def many(
 ) -> list[BootstrapRecords]:
     u = studies.near(model, **values)
     predicted = model.nodes.predicted_at(u)
+    plan = plan_of(model.observations, "path-effect")
     return [
-        make_world(model, predicted, u, tau, speed_scatter, generator(1, b))
+        make_world(model, predicted, u, plan, np.array([tau]), speed_scatter, generator(1, b))
         for b in range(N_WORLDS)
     ]
 
@@ -88,9 +90,10 @@ def test_equal_seeds_make_equal_worlds() -> None:
     model = studies.posterior(studies.observations())
     u = studies.near(model)
     predicted = model.nodes.predicted_at(u)
+    plan = plan_of(model.observations, "path-effect")
 
     def one(seed: int) -> BootstrapRecords:
-        return make_world(model, predicted, u, 0.1, 2.0, generator(seed, "a"))
+        return make_world(model, predicted, u, plan, np.array([0.1]), 2.0, generator(seed, "a"))
 
     a, b, c = one(1), one(1), one(2)
     assert np.array_equal(a.observed, b.observed)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.refits import refit, without_path_effect
+from avahazard.criticism.diagnosis.refits import refit, without_groups
 from avahazard.criticism.screening.alternatives import Alternative, base_design, make_tables
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.gains import sight_edges
@@ -19,6 +19,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.workers import set_workers
 from tests.criticism.lengths import lengths
 from tests.inference import studies
+from tests.inference.groupings import spreads
 
 PATH_EFFECT = "path-effect"
 
@@ -29,14 +30,17 @@ def on_lengths(slope: float, seed: int, n_worlds: int) -> Screening:
     observations = build_observations(lengths(80, slope, seed))
     fit = refit(observations, Specification(law="power"), {})
     entries = candidate_definitions(observations, fit.specification)
-    return screen(fit.posterior, fit.mode.u, 0.0, entries, n_worlds=n_worlds, seed=seed)
+    return screen(
+        fit.posterior, fit.mode.u, spreads(observations), entries, n_worlds=n_worlds, seed=seed
+    )
 
 
 def on_paths(n_worlds: int = 8, seed: int = 2) -> Screening:
     fit = refit(studies.observations(), Specification(), {}, (PATH_EFFECT,))
-    bare, u, _ = without_path_effect(fit, studies.observations(), ())
+    bare, u, _ = without_groups(fit, studies.observations(), ())
     entries = [find_definition(key) for key in CHEAP]
-    return screen(bare, u, 0.1, entries, n_worlds=n_worlds, seed=seed)
+    known = spreads(studies.observations(), PATH_EFFECT, tau=0.1)
+    return screen(bare, u, known, entries, n_worlds=n_worlds, seed=seed)
 
 
 def test_a_true_effect_comes_first_and_is_significant() -> None:
@@ -62,10 +66,10 @@ def test_equal_seeds_give_equal_results_for_any_number_of_workers() -> None:
         return [(c.definition.key, c.gain, c.p_family) for c in found.candidates]
 
     set_workers(3)
-    first, path = numbers(on_paths()), on_paths().path_p
+    first, path = numbers(on_paths()), on_paths().groups[0].p_value
     set_workers(1)
     assert numbers(on_paths()) == first
-    assert on_paths().path_p == path
+    assert on_paths().groups[0].p_value == path
     assert numbers(on_paths(seed=3)) != first
     set_workers(None)
 
@@ -77,7 +81,7 @@ def test_p_values_are_in_order_and_never_nought() -> None:
     for c in found.candidates:
         assert 1.0 / 9.0 - 1e-12 <= c.p_family <= 1.0
         assert c.gain >= 0.0
-    assert 1.0 / 9.0 - 1e-12 <= found.path_p <= 1.0
+    assert 1.0 / 9.0 - 1e-12 <= found.groups[0].p_value <= 1.0
 
 
 def test_the_gain_of_paths_tells_whether_paths_differ() -> None:
@@ -94,10 +98,10 @@ def test_the_gain_of_paths_tells_whether_paths_differ() -> None:
         )
         observations = build_observations(replace(records, events=moved))
         fit = refit(observations, Specification(), {}, (PATH_EFFECT,))
-        bare, u, tau = without_path_effect(fit, observations, ())
-        found[size] = screen(bare, u, max(tau, 0.05), [find_definition("season")], n_worlds=40)
-    assert found[120.0].path_gain > found[0.0].path_gain + 2.0
-    assert found[120.0].path_p < 0.05
+        bare, u, told = without_groups(fit, observations, ())
+        found[size] = screen(bare, u, told, [find_definition("season")], n_worlds=40)
+    assert found[120.0].groups[0].gain > found[0.0].groups[0].gain + 2.0
+    assert found[120.0].groups[0].p_value < 0.05
 
 
 def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
@@ -105,7 +109,7 @@ def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
     model = studies.posterior(observations)
     predicted = predict_records(observations, (), {})
     tables = make_tables(observations, predicted, observations.limit, 0.0)
-    design = base_design(model, studies.near(model), False)
+    design = base_design(model, studies.near(model), model.plan, np.empty(0))
     measured = real_world(model)
     seen = {}
     for margin in (0.0, 100.0):

@@ -93,7 +93,7 @@ def test_path_offsets_are_integrated_out(
 ) -> None:
     model = posterior(observations(), "path-effect", **settings)
     u = _place(model, 0)
-    u[model.layout.path_scatter or 0] = tau
+    u[model.layout.spreads["path-effect"]] = tau
     slow = NaivePosterior(model, u).by_paths(0.2 * tau)
     assert model.log_likelihood(u) == pytest.approx(slow, abs=tolerance)
 
@@ -101,18 +101,17 @@ def test_path_offsets_are_integrated_out(
 def test_offsets_have_the_mean_and_spread_of_their_conditional_distribution() -> None:
     model = posterior(observations(), "path-effect")
     u = _place(model, 0)
-    tau = 0.2 * u[model.layout.path_scatter or 0]
-    offsets = model.path_offsets(u)
-    assert model.groups is not None
+    tau = 0.2 * u[model.layout.spreads["path-effect"]]
+    offsets = model.offsets(u)
     grid = np.linspace(-0.6, 0.6, 241)
     logs = np.array([model.event_log_likelihood(u, np.full(6, d)) for d in grid])
     for k in range(6):
-        path = logs[:, model.groups == k].sum(axis=1) - 0.5 * (grid / tau) ** 2
+        path = logs[:, model.plan.index[0] == k].sum(axis=1) - 0.5 * (grid / tau) ** 2
         weight = np.exp(path - path.max())
         mean = np.sum(weight * grid) / np.sum(weight)
         sd = np.sqrt(np.sum(weight * (grid - mean) ** 2) / np.sum(weight))
         assert offsets.mode[k] == pytest.approx(mean, abs=0.15 * sd)
-        assert offsets.sd[k] == pytest.approx(sd, rel=0.05)
+        assert offsets.bend[k] ** -0.5 == pytest.approx(sd, rel=0.05)
 
 
 def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
@@ -131,19 +130,17 @@ def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
 
 def test_paths_without_events_left_keep_a_prior_offset() -> None:
     model = posterior(observations(), "path-effect")
-    assert model.groups is not None
     u = _place(model, 0)
-    tau = 0.2 * u[model.layout.path_scatter or 0]
-    offsets = model.restricted(model.groups != 2).path_offsets(u)
+    tau = 0.2 * u[model.layout.spreads["path-effect"]]
+    offsets = model.restricted(model.plan.index[0] != 2).offsets(u)
     assert offsets.mode[2] == 0.0
-    assert offsets.sd[2] == pytest.approx(tau)
+    assert offsets.bend[2] ** -0.5 == pytest.approx(tau)
 
 
 def test_a_spread_of_nothing_between_paths_is_approached() -> None:
     model, base = posterior(observations(), "path-effect"), posterior(observations())
     u = _place(model, 0)
-    place = model.layout.path_scatter
-    assert place is not None
+    place = model.layout.spreads["path-effect"]
     without = base.log_likelihood(np.delete(u, place))
     u[place] = 0.005
     assert model.log_likelihood(u) == pytest.approx(without, abs=1e-3)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.model.layout import PATH_SCATTER, SPEED_GRID, regridded
+from avahazard.effects.spread import SPREAD
+from avahazard.inference.model.layout import SPEED_GRID, regridded
 from tests.inference.studies import near, observations, posterior
 
 
@@ -28,7 +29,7 @@ def test_coordinates_are_law_scatter_effects_and_speed() -> None:
         "log speed sigma",
     ]
     assert (layout.scatter, layout.scatter_slope) == (3, 4)
-    assert (layout.path_scatter, layout.speed_scatter) == (7, 10)
+    assert (layout.spreads, layout.speed_scatter) == ({"path-effect": 7}, 10)
     assert layout.places == {"snow-type": slice(5, 7), "entrainment": slice(8, 10)}
     assert layout.tables == (8, 9)
     assert layout.slots[10].grid == SPEED_GRID
@@ -61,7 +62,7 @@ def test_people_read_parameters_in_their_units() -> None:
             "sigma": 0.15,
             "sigma_n": 0.5 / model.layout.reference_volume,
             "turbulent-drag.drag": 0.003,
-            "path-effect.tau": 1.5 * PATH_SCATTER,
+            "path-effect.tau": 1.5 * SPREAD,
             "speed_sigma": 3.0,
         }
     )

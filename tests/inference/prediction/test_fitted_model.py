@@ -105,15 +105,15 @@ def test_draws_are_taken_evenly(n: int) -> None:
 def test_offsets_of_paths_not_seen_come_from_the_spread() -> None:
     given = posterior(observations(), "path-effect")
     u = np.tile(near(given), (5000, 1))
-    u[:, given.layout.path_scatter] = 0.5
+    u[:, given.layout.spreads["path-effect"]] = 0.5
     known = {f"P{k}": np.full(5000, 0.25) for k in range(5)}
-    found = FittedModel(given, u, known).path_offsets(np.random.default_rng(1))
+    found = FittedModel(given, u, known).group_offsets(np.random.default_rng(1))
     assert found is not None
     assert observations().columns.paths == tuple(f"P{k}" for k in range(6))
     np.testing.assert_array_equal(found[:, :5], 0.25)
     assert abs(found[:, 5].std() - 0.5 * 0.2) < 0.005
     plain = posterior(observations())
-    assert FittedModel(plain, _draws(plain), {}).path_offsets(np.random.default_rng(1)) is None
+    assert FittedModel(plain, _draws(plain), {}).group_offsets(np.random.default_rng(1)) is None
 
 
 @pytest.mark.parametrize("distribution", ["lognormal", "normal"])

@@ -90,7 +90,12 @@ def test_no_draw_stops_within_a_jump(kind: str) -> None:
     elif kind == "bootstrap":
         predicted = posterior.nodes.predicted_at(u)
         x = np.array(
-            [make_world(posterior, predicted, u, 0.0, 0.0, rng).observed[0] for _ in range(N)]
+            [
+                make_world(posterior, predicted, u, posterior.plan, np.empty(0), 0.0, rng).observed[
+                    0
+                ]
+                for _ in range(N)
+            ]
         )
     else:
         path = path_hazard(

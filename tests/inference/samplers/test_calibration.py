@@ -112,8 +112,8 @@ def _world(case: Case, rng: np.random.Generator) -> tuple[Observations, np.ndarr
     law, layout = model.layout.law, model.layout
     nu = law.log_friction(u[: len(law.coordinates)], volume)
     nu = nu + np.exp(u[layout.scatter]) * rng.standard_normal(case.n_events)
-    if layout.path_scatter is not None:
-        offsets = 0.2 * u[layout.path_scatter] * rng.standard_normal(case.n_paths)
+    if layout.spreads:
+        offsets = 0.2 * u[layout.spreads["path-effect"]] * rng.standard_normal(case.n_paths)
         nu = nu + offsets[np.arange(case.n_events) % case.n_paths]
     sigma = rng.uniform(10.0, 25.0, case.n_events)
     nearest = np.searchsorted(0.5 * (np.log(MU[1:]) + np.log(MU[:-1])), nu)

@@ -87,7 +87,7 @@ def test_offsets_of_paths_are_drawn_with_the_parameters() -> None:
     again = sample(model, n_chains=2, n_draws=300, seed=1)
     assert again.offsets is not None
     assert found.offsets.tobytes() == again.offsets.tobytes()
-    tau = found.coordinates[..., model.layout.path_scatter or 0] * 0.2
+    tau = found.coordinates[..., model.layout.spreads["path-effect"]] * 0.2
     # Offsets given τ are drawn about modes that shrink with it.
     large = np.abs(found.offsets).mean(axis=-1)
     assert np.corrcoef(large.ravel(), tau.ravel())[0, 1] > 0.2

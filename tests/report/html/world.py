@@ -113,7 +113,7 @@ DIAGNOSIS: dict[str, Any] = {
             ("path-effect", -0.1, 1.0),
         )
     ],
-    "path_effect": {"gain": 0.1, "p_value": 0.7},
+    "groups": [{"effect": "path-effect", "gain": 0.1, "p_value": 0.7, "spread": 0.03}],
     "detectable_m": 25.0,
     "detectable_log_friction": 0.05,
     "measure_next": [{"measurement": "speeds on 5 events", "expected_gain": 6.0}],
