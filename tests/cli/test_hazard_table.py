@@ -17,7 +17,7 @@ from avahazard.results.hazard import (
     Spread,
     VolumeInterval,
 )
-from tests.gis.results import DESIGN
+from tests.gis.results import DESIGN_RUNOUT
 from tests.results.samples import HAZARD_ROW, NO_SPREAD, SPREAD
 
 
@@ -64,7 +64,7 @@ def test_the_design_runout_leads(capsys: pytest.CaptureFixture[str]) -> None:
         "parameters": RunoutInterval(SPREAD, SPREAD, "ignorance"),
     }
     far = replace(
-        DESIGN,
+        DESIGN_RUNOUT,
         runout_x_m=PlaceQuantiles(2300.0, None, None),
         runout_elevation_m=PlaceQuantiles(None, None, 1040.0),
         p_beyond=0.6,
@@ -74,7 +74,7 @@ def test_the_design_runout_leads(capsys: pytest.CaptureFixture[str]) -> None:
     )
     printed = shown(
         capsys,
-        row(return_period_years=100.0, design=DESIGN, **apart),
+        row(return_period_years=100.0, design=DESIGN_RUNOUT, **apart),
         row(return_period_years=300.0, design=far, extrapolated=True, **apart),
         row(),
     )
@@ -87,7 +87,7 @@ def test_the_design_runout_leads(capsys: pytest.CaptureFixture[str]) -> None:
     assert "p 300* 123000 1200–2600 1200–2600" in printed
     assert "natural: nature. parameters: ignorance." in printed
     assert "Interval: uncertainty." in printed
-    assert f"in {DESIGN.point.crs}." in printed
+    assert f"in {DESIGN_RUNOUT.point.crs}." in printed
     assert "*: an extrapolation" in printed
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from avahazard.results.base import Rows
 from avahazard.results.hazard import Quantiles
 from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, Zone, ZonedPath
-from tests.gis.results import DESIGN
+from tests.gis.results import DESIGN_RUNOUT
 
 
 def entry(beyond: bool = False) -> ZonedPath:
@@ -35,7 +35,7 @@ def entry(beyond: bool = False) -> ZonedPath:
         release_x_m=100.0,
         end_x_m=900.0,
         interval="what a year exceeds",
-        designs=Rows(PeriodDesign(t, t == 300.0, DESIGN) for t in (30.0, 300.0)),
+        designs=Rows(PeriodDesign(t, t == 300.0, DESIGN_RUNOUT) for t in (30.0, 300.0)),
         places=places,
         p_not_released=0.0,
         zones=Rows(

@@ -40,7 +40,7 @@ def spread(low: float, q95: float | None) -> Spread:
     return Spread(None if q95 is None else low + 60.0, low, low + 50.0, q95)
 
 
-DESIGN = Design(
+DESIGN_RUNOUT = Design(
     runout_x_m=PlaceQuantiles(800.0, 850.0, 930.5),
     runout_elevation_m=PlaceQuantiles(1515.2, 1536.8, 1552.0),
     p_beyond=0.01,
@@ -66,7 +66,7 @@ def bounds_row(path_id: str = "P", period: float | None = 100.0) -> HazardRow:
         runout_elevation_m=both[1],
         natural=apart,
         parameters=apart,
-        design=None if period is None else DESIGN,
+        design=None if period is None else DESIGN_RUNOUT,
     )
 
 

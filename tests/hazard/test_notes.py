@@ -19,7 +19,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from tests.gis.results import DESIGN
+from tests.gis.results import DESIGN_RUNOUT
 from tests.hazard.parabola import draws, path
 from tests.results.samples import HAZARD_ROW
 
@@ -27,7 +27,7 @@ PLAIN = path(draws(0.1, 20), one_volume(1e5, 20))
 
 
 def told(given: PathHazard, **more: object) -> str:
-    row = replace(HAZARD_ROW, **{"return_period_years": 100.0, "design": DESIGN, **more})
+    row = replace(HAZARD_ROW, **{"return_period_years": 100.0, "design": DESIGN_RUNOUT, **more})
     return " ".join(row_notes(given, row))
 
 
@@ -41,7 +41,7 @@ def test_each_note() -> None:
     assert "100 years are over twice" in told(PLAIN, extrapolated=True)
     assert "were not over 0" in told(PLAIN, n_nonpositive_friction=3)
     assert "no design runout" in told(replace(PLAIN, rate_known=False))
-    beyond = replace(DESIGN, p_beyond=0.2)
+    beyond = replace(DESIGN_RUNOUT, p_beyond=0.2)
     assert "past the end of the profile" in told(PLAIN, design=beyond)
 
 

@@ -12,7 +12,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.bounds_figure import DrawnPath, draw_bounds
 from avahazard.results.hazard import Spread
-from tests.gis.results import DESIGN
+from tests.gis.results import DESIGN_RUNOUT
 from tests.results.samples import HAZARD_ROW
 
 X = np.arange(0.0, 3001.0, 50.0)
@@ -51,7 +51,7 @@ def test_beyond_the_profile_and_without_volume_or_records(tmp_path: Path) -> Non
 def test_the_design_runout_leads_with_its_legend(tmp_path: Path) -> None:
     file = tmp_path / "bounds.svg"
     one = drawn(2000.0)
-    row = replace(one.row, return_period_years=100.0, design=DESIGN)
+    row = replace(one.row, return_period_years=100.0, design=DESIGN_RUNOUT)
     draw_bounds(file, "Bounds", [replace(one, row=row)])
     text = file.read_text()
     for words in (
