@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.paper.back_calculation import back_calculate
-from avahazard.inference.paper.least_squares import LawFit, fit_law
+from avahazard.inference.paper.least_squares import LawFit, fit_every_law
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
 from avahazard.results.friction import Fits, FittedParameter, LeastSquares
@@ -33,19 +32,14 @@ def fit_laws(database: str) -> Fits:
             f"there {'is' if n_events == 1 else 'are'} {n_events or 'none'}.",
             "Import events with volume_m3, or with the deposit's length, width and thickness.",
         )
-    fits, notes = [], []
-    for law in LAWS.values():
-        try:
-            fits.append(_entry(fit_law(law, volume, mu), n_events))
-        except AvahazardError as error:
-            notes.append(error.message)
+    fits, notes = fit_every_law(volume, mu)
     if n_events < observations.n_events:
         notes.append(
             f"{observations.n_events - n_events} of {observations.n_events} events are left out: "
             "they have no volume, or no friction stops the block where they did (see "
             "`avahazard friction`)."
         )
-    return Fits(Rows(fits), tuple(notes))
+    return Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
 
 
 def _entry(fit: LawFit, n_events: int) -> LeastSquares:
