@@ -126,12 +126,12 @@ def line_begin(covariate: Callable[[Array], Array]) -> Callable[[Array, Array], 
 
 def in_millions(volume: Array) -> Array:
     """V in 1e6 m3."""
-    return volume * N_SCALE
+    return np.asarray(volume * N_SCALE, np.float64)
 
 
 def log_in_c(volume: Array) -> Array:
     """log V in 1e5 m3."""
-    return np.log(volume) - np.log(C_SCALE)
+    return np.asarray(np.log(volume) - np.log(C_SCALE), np.float64)
 
 
 def line(x: Array, y: Array) -> tuple[float, float]:
