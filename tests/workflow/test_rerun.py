@@ -45,7 +45,8 @@ def test_another_seed_is_told(models: str) -> None:
     with engine.begin() as connection:
         connection.execute(
             text(
-                "UPDATE calibrations SET result = json_set(result, '$.seed', 6) WHERE model='base'"
+                "UPDATE calibrations SET result = json_set(result, '$.seed', 6) "
+                "WHERE model = 'base'"
             )
         )
     engine.dispose()
