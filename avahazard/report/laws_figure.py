@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.inference.model.laws import law
 from avahazard.report.picture import picture
 from avahazard.results.friction import Fits
+
+Floats = NDArray[np.float64]
 
 N_VOLUMES = 200
 ROOM = 1.5
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 
 
-def draw_laws(file: Path, fits: Fits, volume: Sequence[float], mu: Sequence[float]) -> None:
+def draw_laws(file: Path, fits: Fits, volume: Floats, mu: Floats) -> None:
     """Draw the fitted laws over points of volume (m3) and apparent friction `[n_events]`.
 
     Raises:
