@@ -32,6 +32,7 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("calibrate", "calibrate", "Calibrate a model on the records and store it."),
     Entry("models", "models", "List the stored models."),
     Entry("model", "model", "Show a stored model: its posterior, and whether it converged."),
+    Entry("rerun", "rerun", "Calibrate a stored model again: is the result identical?"),
     Entry(
         "compare",
         "compare",

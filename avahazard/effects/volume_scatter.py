@@ -13,7 +13,8 @@ def _build(_facts: Facts) -> Effect:
 DEFINITION = Definition(
     key="volume-scatter",
     meaning="Large avalanches differ less from each other than small ones do (or more), so the "
-    "scatter of friction is σ(V) = a' exp(-n' V). The mean stays, the intervals change.",
+    "scatter of friction is σ(V) = a' exp(-n' V), up to the volume that nine events in ten stay "
+    "under and constant beyond. The mean stays, the intervals change.",
     needs="volume",
     build=_build,
     lacking=needs_volume,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from avahazard.results.base import ABSENT, Result
@@ -33,12 +34,40 @@ class Convergence(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class PathSpread(Result):
+    """What the records say of a spread between paths that the model lacks.
+
+    `sd` is on log friction, `evidence` in nats; `effect` is what would take it up, None where
+    there are too few paths to add it.
+    """
+
+    sd: float
+    evidence: float
+    n_paths: int
+    effect: str | None
+
+    def note(self, model: str) -> str:
+        """The sentence for people."""
+        odds = math.exp(min(self.evidence, 7.0))
+        sure = f"{odds:.0f} to 1" if odds < 1000.0 else "over 1000 to 1"
+        remedy = (
+            f"Add it: avahazard add {model} {self.effect} --as NEW."
+            if self.effect
+            else f"{self.n_paths} paths are too few to add it: take them as too narrow."
+        )
+        return (
+            f"paths differ by sd {self.sd:.2f} on log friction (evidence {sure}); {model} has no "
+            f"path effect: its design runouts are too narrow. {remedy}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Calibration(Result):
     """A calibrated model: what it is made of, its parameters, and whether its chains converged.
 
     `left_out` counts events that the method cannot use, by the reason; path offsets are
     `path:PATH_ID` among the parameters. Of a child made by `add`, `comparison` holds the scores
-    before and after.
+    before and after. `path_spread` is there where paths differ and the model does not know it.
     """
 
     model: str
@@ -60,4 +89,5 @@ class Calibration(Result):
     data_fingerprint: str
     notes: tuple[str, ...]
     comparison: BeforeAndAfter | None = field(default=None, metadata=ABSENT)
+    path_spread: PathSpread | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)

@@ -90,7 +90,7 @@ def add(
         n_draws=parent.result.draws if same_method else N_DRAWS["marginal"],
         seed=seed,
         own=definitions,
-        start=_start(parent, assemble(observations, specification, facts, definitions)),
+        start=start_from(parent, assemble(observations, specification, facts, definitions)),
         progress=lambda share: report(f"Calibrating {new_name}", share, 1.0),
     )
     result = calibration_result(
@@ -133,7 +133,7 @@ def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndA
     )
 
 
-def _start(parent: StoredFit, child: Posterior) -> Floats | None:
+def start_from(parent: StoredFit, child: Posterior) -> Floats | None:
     """Coordinates to seek the child's mode from: the parent's, its new ones neutral.
 
     None, to start from the data, where the parent's coordinates mean something else.

@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.paper.back_calculation import back_calculate
-from avahazard.inference.paper.least_squares import LawFit, fit_law
+from avahazard.inference.paper.least_squares import LawFit, fit_every_law, usable
 from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import only_paths
+from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
 from avahazard.results.friction import Fits, FittedParameter, LeastSquares
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
 
-def fit_laws(database: str) -> Fits:
-    """Fit every law; `n_events` of a fit counts the events with a volume and a friction.
+def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None) -> Fits:
+    """Fit every law, to the events of one path or of all.
+
+    `n_events` of a fit counts the events with a volume and a friction. With `plot` a picture of
+    the laws on the points is written there.
 
     Raises:
-        AvahazardError: the database is missing, or there are too few such events.
+        AvahazardError: the database or the path is missing, there are too few such events, or
+            `plot` is not the name of a picture.
     """
+    if plot is not None:
+        require_picture(plot)
     with reading(database) as session:
-        observations = build_observations(load_records(session))
+        records = load_records(session)
+    observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))
     mu = back_calculate(observations, predict_records(observations, (), {})).mu
     volume = np.exp(observations.columns.log_volume)
     n_events = int(np.sum(np.isfinite(mu) & np.isfinite(volume)))
@@ -33,19 +43,19 @@ def fit_laws(database: str) -> Fits:
             f"there {'is' if n_events == 1 else 'are'} {n_events or 'none'}.",
             "Import events with volume_m3, or with the deposit's length, width and thickness.",
         )
-    fits, notes = [], []
-    for law in LAWS.values():
-        try:
-            fits.append(_entry(fit_law(law, volume, mu), n_events))
-        except AvahazardError as error:
-            notes.append(error.message)
+    fits, notes = fit_every_law(volume, mu)
     if n_events < observations.n_events:
         notes.append(
             f"{observations.n_events - n_events} of {observations.n_events} events are left out: "
             "they have no volume, or no friction stops the block where they did (see "
             "`avahazard friction`)."
         )
-    return Fits(Rows(fits), tuple(notes))
+    found = Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
+    if plot is not None:
+        from avahazard.report.laws_figure import draw_laws  # noqa: PLC0415 (slow)
+
+        draw_laws(plot, found, *usable(volume, mu))
+    return found
 
 
 def _entry(fit: LawFit, n_events: int) -> LeastSquares:

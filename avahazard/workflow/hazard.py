@@ -14,6 +14,7 @@ from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.hazard.path_rows import path_rows
 from avahazard.hazard.scenario import Scenario
 from avahazard.hazard.volume_frequency import return_volume
+from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import paths_to_run
 from avahazard.records.plain import plain
@@ -74,7 +75,8 @@ def hazard(
         report("Runout", float(len(rows)), n_rows)
     with writing(database) as session:
         save_result(session, BOUNDS, name, plain(rows))
-    return Hazard(Rows(rows), (*notes, *_in_short(rows, of_model), *of_model))
+    beyond = _extrapolated(stored, rows)
+    return Hazard(Rows(rows), (*of_model, *beyond, *notes, *_in_short(rows, of_model)))
 
 
 def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
@@ -131,9 +133,23 @@ def _volumes(
     return frequencies.rate_alone(scenarios[0].path_id)
 
 
+def _extrapolated(stored: StoredFit, rows: Sequence[HazardRow]) -> list[str]:
+    """What volumes of the rows lie beyond the records, and where friction goes there."""
+    if ignores_volume(stored):
+        return []
+    asked = dict.fromkeys((row.path_id, row.volume_m3) for row in rows)
+    return [
+        note
+        for path_id, volume in asked
+        if volume is not None
+        for note in extrapolation(stored.model, path_id, volume).notes()
+    ]
+
+
 def _model_notes(stored: StoredFit) -> list[str]:
     """What goes with every row of a model."""
-    notes = []
+    spread = stored.result.path_spread
+    notes = [] if spread is None else [spread.note(stored.name)]
     if stored.records_changed:
         notes.append(stale_words(stored.name))
     if not stored.result.diagnostics.converged:

@@ -13,6 +13,7 @@ from avahazard.criticism.scoring.error_budget import error_budget
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import record_pit, runout_scores
 from avahazard.inference.model.observations import LENGTH
+from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
@@ -22,8 +23,9 @@ from avahazard.records.reading import read_records
 from avahazard.results.base import Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import coordinate_name, require_comparable, x_scores
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
+from avahazard.workflow.stored.path_hazard import ignores_volume
 
 Floats = NDArray[np.float64]
 
@@ -50,7 +52,7 @@ def predict(
     new = read_records([file], known=stored.records, need_runout=False)
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
-    notes = []
+    notes = _extrapolated(stored, new.events)
     if stored.records_changed:
         notes.append(f"the records have changed since {name} was calibrated")
     model = stored.on(new.events)
@@ -71,6 +73,22 @@ def predict(
         scores = _scores(model if len(measured) == len(new.events) else stored.on(measured))
     rows = (_row(e, v, left) for e, v, left in zip(new.events, values, stops.left, strict=True))
     return Prediction(Rows(rows), scores, tuple(notes))
+
+
+def _extrapolated(stored: StoredFit, events: Sequence[Event]) -> list[str]:
+    """Notes on the largest volume of each path, which is farthest beyond the records."""
+    if ignores_volume(stored):
+        return []
+    largest: dict[str | None, float] = {}
+    for event in events:
+        if event.volume_m3 is not None:
+            known = largest.get(event.path_id, 0.0)
+            largest[event.path_id] = max(known, event.volume_m3)
+    return [
+        note
+        for path_id, volume in largest.items()
+        for note in extrapolation(stored.model, path_id, volume).notes()
+    ]
 
 
 def _has_runout(event: Event) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path as FilePath
 
-from avahazard import __version__
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.html.content import ReportContent
@@ -20,6 +19,7 @@ from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.friction import friction_densities
 from avahazard.workflow.ladder import ladder_rows
 from avahazard.workflow.models import show_model
+from avahazard.workflow.provenance import surroundings
 from avahazard.workflow.report_events import event_views, unknown_columns
 from avahazard.workflow.report_friction import apparent_friction, friction_view
 from avahazard.workflow.report_paths import path_views
@@ -137,7 +137,7 @@ def gather(
         effect_sha256=model.effect_sha256,
         physics={entry.key: entry.meaning for entry in stored.definitions},
         speed_limited=any(entry.limits_speed for entry in stored.definitions),
-        versions=_versions(),
+        versions=surroundings().versions,
         lacking=_lacking(
             stored,
             profiles=bool(everything.profiles),
@@ -191,11 +191,3 @@ def _lacking(
             f"Pressures and zones were not computed. Make them: avahazard zones {name}"
         )
     return lacking
-
-
-def _versions() -> dict[str, str]:
-    """Versions of the program and of what its numbers rest on."""
-    from importlib.metadata import version  # noqa: PLC0415
-
-    packages = ("numpy", "scipy", "numba", "plotly")
-    return {"avahazard": __version__, **{package: version(package) for package in packages}}

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.friction_scatter import draws, friction
+from avahazard.inference.model.friction_scatter import draws, friction, volume_share
 from avahazard.inference.paper.back_calculation import BackCalculation, back_calculate
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
@@ -87,7 +87,8 @@ def _frictions(posterior: Posterior, u: Floats, middle: Floats, volume: Floats) 
     layout = posterior.layout
     log_scatter = np.repeat(u[:, layout.scatter, None], len(volume), axis=1)
     if layout.scatter_slope is not None:
-        log_scatter -= u[:, layout.scatter_slope, None] * volume / layout.reference_volume
+        share = volume_share(volume, layout.reference_volume)
+        log_scatter -= u[:, layout.scatter_slope, None] * share
     rng = generator(0, "report", "friction")
     shape = (DRAWS_EACH, *middle.shape)
     scatter = np.exp(log_scatter) * draws(rng, shape, posterior.specification.tails == "student")

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.site import Site, path_site
+from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
@@ -20,6 +21,7 @@ from avahazard.results.terrain import Runout, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.path_hazard import ignores_volume
 
 Floats = NDArray[np.float64]
 
@@ -69,6 +71,8 @@ def run_model(
     values = model.posterior.layout.effect_values(model.draws.mean(axis=0))
     resistance = model.posterior.resistance(site, values)
     notes = []
+    if volume_m3 is not None and not ignores_volume(stored):
+        notes += extrapolation(stored.model, path_id, volume_m3).notes()
     if stored.records_changed:
         notes.append(f"the records have changed since {name} was calibrated.")
     return replace(

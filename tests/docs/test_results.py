@@ -91,6 +91,7 @@ def test_the_loop(database: str, write: Callable[[str, str], Path], on: Any) -> 
     assert child["comparison"]["before"] is not None
     check("add", child)
     check("model", on(database, "model", "child"))
+    check("rerun", on(database, "rerun", "base"))
     check("ladder", on(database, "ladder"))
     found = on(database, "predict", "child", events)
     assert found["events"]

@@ -123,7 +123,7 @@ class NaivePosterior:
             log_scatter = self.u[layout.scatter]
             if layout.scatter_slope is not None:
                 slope = self.u[layout.scatter_slope]
-                log_scatter = log_scatter - slope * volume[0] / layout.reference_volume
+                log_scatter -= slope * min(volume[0] / layout.reference_volume, 1.0)
             if not layout.log_scatter:
                 middle = np.exp(middle)
             t = (nu - middle) / np.exp(log_scatter)

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 from rich.console import Console
 
+from avahazard.cli.options import picture
 from avahazard.cli.output import emit, number, table, warn
 from avahazard.cli.settings import settings
 
 
-def fit(context: typer.Context) -> None:
+def fit(
+    context: typer.Context,
+    path: Annotated[
+        str | None,
+        typer.Option(metavar="PATH", help="Only events of this path.", show_default=False),
+    ] = None,
+    plot: Annotated[Path | None, picture("Draw the laws on the points")] = None,
+) -> None:
     """Fit laws of friction against volume by least squares.
 
     \b
-    Example:
+    Examples:
       avahazard fit
+      avahazard fit --path P01 --plot laws.png
     """
     from avahazard.inference.model.laws import LAWS  # noqa: PLC0415
     from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
 
-    found = fit_laws(settings(context).database)
+    found = fit_laws(settings(context).database, path, plot)
 
     def render(console: Console) -> None:
         rows = []

@@ -20,6 +20,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predict_records
 from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.speed_nodes import squares
+from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.inference.model.offset_plan import OffsetPlan
@@ -225,7 +226,7 @@ def _scatter_slopes(
 ) -> list[Alternative]:
     """Scatter that grows or falls with volume."""
     volume = np.exp(observations.volumes.mean)
-    share = volume / np.quantile(volume, 0.9)
+    share = volume_share(volume, float(np.quantile(volume, 0.9)))
     return [
         Alternative(
             key,

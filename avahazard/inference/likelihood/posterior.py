@@ -15,7 +15,7 @@ from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import Values, resistance_of
 from avahazard.inference.likelihood.wrong_records import log_wrong
-from avahazard.inference.model.friction_scatter import shifted, widened
+from avahazard.inference.model.friction_scatter import shifted, volume_share, widened
 from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.offset_plan import offset_plan
@@ -155,7 +155,8 @@ class Posterior:
             location = location + (design @ u[place])[:, None]
         log_scatter = np.full(shape, u[layout.scatter])
         if layout.scatter_slope is not None:
-            log_scatter -= u[layout.scatter_slope] * volume / layout.reference_volume
+            share = volume_share(volume, layout.reference_volume)
+            log_scatter -= u[layout.scatter_slope] * share
         if not self._in_log:
             location = np.exp(location)
         # Where it falls with volume it stops at the least that the nodes can bear.
@@ -180,7 +181,8 @@ class Posterior:
         log_scatter = np.repeat(u[:, [layout.scatter]], len(volume), axis=1)
         least = -12.0
         if layout.scatter_slope is not None:
-            log_scatter -= u[:, [layout.scatter_slope]] * volume / layout.reference_volume
+            share = volume_share(volume, layout.reference_volume)
+            log_scatter -= u[:, [layout.scatter_slope]] * share
             least = layout.slots[layout.scatter].low
         if not self._in_log:
             location = np.exp(location)

@@ -94,6 +94,15 @@ def widening(rng: np.random.Generator, n: int) -> Floats:
     return np.asarray(np.sqrt(DEGREES / rng.chisquare(DEGREES, n)))
 
 
+def volume_share(volume: Floats, reference: float) -> Floats:
+    """What log σ is linear in where scatter goes with volume: V over the reference, at most 1.
+
+    Nine events in ten stay under the reference volume. Beyond it a few large events would decide
+    the slope, and a straight line in V would soon let σ explode or vanish.
+    """
+    return np.minimum(volume / reference, 1.0)
+
+
 def shifted(location: Floats, shift: Floats | float, in_log: bool) -> Floats:
     """The location with `shift` added to log friction; `in_log`: it is one of log μ."""
     return np.asarray(location + shift if in_log else location * np.exp(shift))

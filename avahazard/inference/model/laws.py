@@ -14,13 +14,28 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.model.law_curves import (
+    N_SCALE,
+    asymptotic,
+    asymptotic_begin,
+    asymptotic_from_natural,
+    asymptotic_to_natural,
+    bounded_exp,
+    columns,
+    constant,
+    exponential,
+    in_millions,
+    line_begin,
+    log_in_c,
+    power,
+    rational,
+    rational_begin,
+    rational_from_natural,
+    rational_to_natural,
+)
 from avahazard.records.errors import AvahazardError
 
 Array = NDArray[np.float64]
-
-MOST_LOG = 50.0
-N_SCALE = 1e-6  # 1/m3; n of the exponential law is of this order on paths of 1e4 to 1e6 m3
-C_SCALE = 1e5  # m3; the volume where a rational law bends
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,78 +93,15 @@ def law(name: str) -> Law:
     return LAWS[name]
 
 
-def _finite(log_friction: Array) -> Array:
-    """Keep the friction a number for every volume, far beyond what any block could tell apart."""
-    result: Array = np.clip(log_friction, -MOST_LOG, MOST_LOG)
-    return result
-
-
-def _exponential(u: Array, volume: Array) -> Array:
-    return _finite(u[..., 0:1] - u[..., 1:2] * (volume * N_SCALE))
-
-
-def _power(u: Array, volume: Array) -> Array:
-    return _finite(u[..., 0:1] - u[..., 1:2] * np.log(volume))
-
-
-def _rational(u: Array, volume: Array) -> Array:
-    n = np.exp(u[..., 2:3])
-    bend = n * (np.log(volume / C_SCALE) - u[..., 1:2])
-    result: Array = u[..., 0:1] - np.logaddexp(0.0, bend)
-    return result
-
-
-def _constant(u: Array, volume: Array) -> Array:
-    result: Array = u[..., 0:1] + np.zeros_like(volume)
-    return result
-
-
-def _columns(*columns: Array) -> Array:
-    result: Array = np.stack(np.broadcast_arrays(*columns), axis=-1)
-    return result
-
-
-def _rational_to_natural(u: Array) -> Array:
-    a, c, n = np.exp(u[..., 0]), C_SCALE * np.exp(u[..., 1]), np.exp(u[..., 2])
-    return _columns(a, np.ones_like(a), c, n)
-
-
-def _rational_from_natural(p: Array) -> Array:
-    a, b, c, n = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
-    return _columns(np.log(a / b), np.log(c / C_SCALE) + np.log(b) / n, np.log(n))
-
-
-def _rational_begin(volume: Array, log_mu: Array) -> Array:
-    """At the middle volume, then where the power law's slope is half of n."""
-    slope = max(_line(np.log(volume), log_mu)[1] * -1.0, 0.05)
-    level = float(np.median(volume))
-    return np.array([log_mu.mean() + np.log(2.0), np.log(level / C_SCALE), np.log(2 * slope)])
-
-
-def _line_begin(covariate: Callable[[Array], Array]) -> Callable[[Array, Array], Array]:
-    def begin(volume: Array, log_mu: Array) -> Array:
-        intercept, slope = _line(covariate(volume), log_mu)
-        return np.array([intercept, -slope])
-
-    return begin
-
-
-def _in_millions(volume: Array) -> Array:
-    return volume * N_SCALE
-
-
-def _line(x: Array, y: Array) -> tuple[float, float]:
-    centred = x - x.mean()
-    spread = float(centred @ centred)
-    slope = float(centred @ y) / spread if spread > 0 else 0.0
-    return float(y.mean() - slope * x.mean()), slope
-
-
 # The priors are weak on purpose. Back-calculated frictions of snow avalanches lie in 0.15 to 1.2
 # (Ancey 2005, figure 1 and table 2), so log a has centre log 0.5 and sd 0.5: 95 % in 0.19 to 1.33.
 # n reached 9.4e-6 per m3 in figure 1 and may have either sign: sd 10 in units of 1e-6. α is the
 # friction of 1 m3, an extrapolation over four decades: sd 1. β was 0.065 in figure 1 and about
 # 0.085 for rock avalanches: sd 0.2, either sign. The rational law bends anywhere in 1e3 to 1e7 m3.
+# μ∞: the Swiss guidelines give extreme avalanches 0.155 to 0.3 (Salm, Burkard & Gubler 1990), which
+# is 0.3 to 0.6 of a = 0.5: log μ∞/a is -0.5 ± 0.5, 95 % in 0.22 to 1.6. It may lie above a, as n of
+# the exponential law may be negative: the data say whether friction falls. It is bounded all the
+# same. 1/n is a volume within 1e4 and 6e7 m3 (95 %), as table 2's are.
 LAWS: dict[str, Law] = {
     item.name: item
     for item in (
@@ -162,12 +114,12 @@ LAWS: dict[str, Law] = {
             coordinates=("log a", "n in 1e-6/m3"),
             prior_mean=np.array([np.log(0.5), 0.0]),
             prior_sd=np.array([0.5, 10.0]),
-            log_friction=_exponential,
-            to_natural=lambda u: _columns(np.exp(u[..., 0]), u[..., 1] * N_SCALE),
-            from_natural=lambda p: _columns(np.log(p[..., 0]), p[..., 1] / N_SCALE),
-            begin=_line_begin(_in_millions),
+            log_friction=exponential,
+            to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1] * N_SCALE),
+            from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1] / N_SCALE),
+            begin=line_begin(in_millions),
             form="line",
-            covariate=_in_millions,
+            covariate=in_millions,
         ),
         Law(
             name="power",
@@ -178,10 +130,10 @@ LAWS: dict[str, Law] = {
             coordinates=("log alpha", "beta"),
             prior_mean=np.array([0.0, 0.0]),
             prior_sd=np.array([1.0, 0.2]),
-            log_friction=_power,
-            to_natural=lambda u: _columns(np.exp(u[..., 0]), u[..., 1]),
-            from_natural=lambda p: _columns(np.log(p[..., 0]), p[..., 1]),
-            begin=_line_begin(np.log),
+            log_friction=power,
+            to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1]),
+            from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1]),
+            begin=line_begin(np.log),
             form="line",
             covariate=np.log,
         ),
@@ -197,12 +149,27 @@ LAWS: dict[str, Law] = {
             coordinates=("log a", "log c in 1e5 m3", "log n"),
             prior_mean=np.array([np.log(0.5), 0.0, 0.0]),
             prior_sd=np.array([0.5, 2.5, 0.7]),
-            log_friction=_rational,
-            to_natural=_rational_to_natural,
-            from_natural=_rational_from_natural,
-            begin=_rational_begin,
+            log_friction=rational,
+            to_natural=rational_to_natural,
+            from_natural=rational_from_natural,
+            begin=rational_begin,
             form="bend",
-            covariate=lambda volume: np.log(volume / C_SCALE),
+            covariate=log_in_c,
+        ),
+        # Bounded on both sides: beyond the data friction goes to μ∞, never to 0.
+        Law(
+            name="asymptotic",
+            formula="μ = mu_inf + (a - mu_inf) exp(-n V)",
+            words="goes with volume to a limit, μ = μ∞ + (a − μ∞) exp(−nV)",
+            names=("a", "mu_inf", "n"),
+            units=("", "", "1/m3"),
+            coordinates=("log a", "log mu_inf/a", "log n in 1e-6/m3"),
+            prior_mean=np.array([np.log(0.5), -0.5, 0.0]),
+            prior_sd=np.array([0.5, 0.5, 2.0]),
+            log_friction=asymptotic,
+            to_natural=asymptotic_to_natural,
+            from_natural=asymptotic_from_natural,
+            begin=asymptotic_begin,
         ),
         Law(
             name="constant",
@@ -213,9 +180,9 @@ LAWS: dict[str, Law] = {
             coordinates=("log a",),
             prior_mean=np.array([np.log(0.5)]),
             prior_sd=np.array([0.5]),
-            log_friction=_constant,
-            to_natural=lambda u: _columns(np.exp(u[..., 0])),
-            from_natural=lambda p: _columns(np.log(p[..., 0])),
+            log_friction=constant,
+            to_natural=lambda u: columns(bounded_exp(u[..., 0])),
+            from_natural=lambda p: columns(np.log(p[..., 0])),
             begin=lambda _volume, log_mu: np.array([log_mu.mean()]),
             form="line",
             uses_volume=False,

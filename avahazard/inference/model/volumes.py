@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 N_NODES = 5
 MIN_SPREAD = 0.1
 """Smallest natural spread of log volume that is believed."""
+MOST_LOG = 700.0
+"""Log volumes of the nodes are kept within ± this, where their exponentials are numbers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,9 +58,9 @@ def volume_nodes(
     sd = np.sqrt(spread2 * (1.0 - trust))
     z, w = np.polynomial.hermite_e.hermegauss(N_NODES)
     return VolumeNodes(
-        log_volume=mean[:, None] + sd[:, None] * z,
+        log_volume=np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG),
         weight=np.tile(w / np.sum(w), (len(events), 1)),
-        mean=mean,
+        mean=np.clip(mean, -MOST_LOG, MOST_LOG),
         sd=sd,
         centre=population.centre,
         spread=population.spread,

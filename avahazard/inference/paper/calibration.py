@@ -25,6 +25,8 @@ from avahazard.records.errors import AvahazardError
 Floats = NDArray[np.float64]
 
 MIN_EVENTS = 3
+LARGEST = 1e100
+"""The largest covariate whose squares these samplers can sum up."""
 BASE = Specification()
 FORMS = {"metropolis": ("line", "bend"), "gibbs": ("line",)}
 """The forms of law that each can do."""
@@ -72,6 +74,11 @@ def calibrate_paper(
     volume = np.exp(observations.columns.log_volume[keep])
     if not chosen.uses_volume:
         volume = np.ones(len(volume))
+    if np.any(np.abs(chosen.covariate(volume)) > LARGEST):
+        raise AvahazardError(
+            f"Volumes reach {volume.max():.3g} m3, with which method {method} cannot calculate.",
+            "Mend these records, or take --method marginal.",
+        )
     if method == "gibbs":
         chains = gibbs(chosen, volume, mu[keep], seed=seed, n_chains=n_chains, n_draws=n_draws)
     else:

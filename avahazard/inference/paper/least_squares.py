@@ -7,11 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.model.laws import Law
+from avahazard.inference.model.laws import LAWS, Law
 from avahazard.records.errors import AvahazardError
 
 Array = NDArray[np.float64]
 
+EQUAL = 0.01
+"""Volumes this near to each other (of one) are the same to a fit."""
+WILDEST = 1e100
+"""An optimiser's step is cut there."""
+SINGULAR, WIDEST = 1e-9, 10.0
+"""A constant is free where its standard error is so many of its (weak) prior's, or has no end."""
+MOST_STEPS = 400
 FIGURE_1 = np.array([0.555, 0.814, 68883.0, 1.85])  # the paper's rational law: a, b, c in m3, n
 
 
@@ -40,40 +47,110 @@ def fit_law(law: Law, volume: Array, mu: Array) -> LawFit:
     a/b, c b^(1/n) and n only; of the equal (a, b, c, n) the one nearest to the paper's figure 1 in
     logarithms is given (the minimum-norm step from there), and the pseudo-inverse is the covariance
     of that choice. AIC counts the identifiable constants and the variance. Raises
-    `AvahazardError` when there are fewer points than constants plus one.
+    `AvahazardError` when there are fewer points than constants plus one, fewer volumes than
+    constants, or when the points do not fix the constants.
     """
-    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
-
-    volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
-    keep = np.isfinite(volume) & np.isfinite(mu) & (volume > 0) & (mu > 0)
-    volume, mu = volume[keep], mu[keep]
+    volume, mu = usable(volume, mu)
     n_free = len(law.coordinates)
     if mu.size <= n_free:
         raise AvahazardError(
             f"The {law.name} law needs at least {n_free + 1} events with a volume and a friction; "
-            f"there are {mu.size}.",
+            f"there {'is' if mu.size == 1 else 'are'} {mu.size or 'none'}.",
             "Import more events, or take a law with fewer constants.",
         )
+    different = _n_volumes(volume)
+    if law.uses_volume and different < n_free:
+        raise AvahazardError(
+            f"The {law.name} law needs events of at least {n_free} different volumes; there "
+            + ("is 1: all volumes are equal." if different == 1 else f"are {different}."),
+            "Import events of other volumes, or take a law with fewer constants.",
+        )
+    try:
+        fit = _fit(law, volume, mu)
+    except np.linalg.LinAlgError:
+        fit = None
+    if fit is None or not np.isfinite([*fit.parameters, *fit.covariance.ravel(), fit.aic]).all():
+        raise AvahazardError(
+            f"The {law.name} law is left out: these {mu.size} events do not fix its constants.",
+            "Take a law with fewer constants.",
+        )
+    return fit
+
+
+def fit_every_law(volume: Array, mu: Array) -> tuple[list[LawFit], list[str]]:
+    """Fits of all laws that the points (V, μ) `[n_events]` can bear, and why others are not there.
+
+    A law that fails is no reason to lose the others.
+    """
+    fits, notes = [], []
+    for law in LAWS.values():
+        try:
+            fits.append(fit_law(law, volume, mu))
+        except AvahazardError as error:
+            notes.append(error.message)
+    return fits, notes
+
+
+def usable(volume: Array, mu: Array) -> tuple[Array, Array]:
+    """The pairs of volume and friction that are finite and positive, `[n_usable]` each."""
+    volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
+    keep = np.isfinite(volume) & np.isfinite(mu) & (volume > 0) & (mu > 0)
+    return volume[keep], mu[keep]
+
+
+def _n_volumes(volume: Array) -> int:
+    """How many volumes differ by more than `EQUAL`."""
+    return 1 + int(np.sum(np.diff(np.sort(np.log(volume))) > EQUAL))
+
+
+def _fit(law: Law, volume: Array, mu: Array) -> LawFit | None:
+    """The fit; None where the points leave a constant free."""
+    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
+
+    n_free = len(law.coordinates)
 
     def residuals(u: Array) -> Array:
-        log_mu = np.minimum(law.log_friction(u, volume), 50.0)
-        result: Array = np.exp(log_mu) - mu
+        # Squares of what is wildly off must not overflow.
+        bounded = np.clip(u, -WILDEST, WILDEST)
+        result: Array = np.exp(law.log_friction(bounded, volume)) - mu
         return result
 
     starts = [law.start(volume, mu)]
     if law.name == "rational":
         starts.append(law.from_natural(FIGURE_1))
-    fits = [least_squares(residuals, u, method="lm", xtol=1e-14, ftol=1e-14) for u in starts]
+    fits = [
+        least_squares(residuals, u, method="lm", xtol=1e-14, ftol=1e-14, max_nfev=MOST_STEPS)
+        for u in starts
+    ]
     best = min(fits, key=lambda fit: float(fit.cost))
-    natural = law.to_natural(np.asarray(best.x, np.float64))
+    u = np.asarray(best.x, np.float64)
+    squares = 2.0 * float(best.cost)
+    total = float(np.sum((mu - mu.mean()) ** 2))
+    if squares > (1.0 + 1e-9) * total + 1e-12:
+        return None  # stuck: every law can be flat
+    if _is_free(law, u, volume, float(np.sqrt(squares / (mu.size - n_free)))):
+        return None
+    natural = law.to_natural(u)
     if law.name == "rational":
         natural = _nearest_on_ridge(natural)
-    squares = 2.0 * float(best.cost)
     covariance = _covariance(law, natural, volume) * squares / (mu.size - n_free)
-    total = float(np.sum((mu - mu.mean()) ** 2))
     r2 = 1.0 - squares / total if total > 0 else 0.0
     aic = mu.size * np.log(max(squares / mu.size, 1e-300)) + 2.0 * (n_free + 1)
     return LawFit(law, natural, covariance, float(r2), float(aic))
+
+
+def _is_free(law: Law, u: Array, volume: Array, noise: float) -> bool:
+    """Whether some direction of the coordinates moves the curve at the points too little.
+
+    That is where its standard error is `WIDEST` prior standard deviations and more; `noise` is
+    the residuals' standard deviation.
+    """
+    if not np.isfinite(u).all():
+        return True
+    steps = 1e-5 * np.diag(law.prior_sd)
+    ahead, behind = (np.exp(law.log_friction(u + step, volume)) for step in (steps, -steps))
+    values = np.linalg.svd((ahead - behind) / 2e-5, compute_uv=False)
+    return bool(values[-1] <= SINGULAR * values[0] or noise >= WIDEST * values[-1])
 
 
 def _nearest_on_ridge(natural: Array) -> Array:

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.criticism.diagnosis.paths_differ import WORTH_A_NOTE, paths_differ
 from avahazard.inference.samplers.calibrated import Calibrated
-from avahazard.results.calibration import Calibration, Convergence, ParameterSummary
+from avahazard.results.calibration import Calibration, Convergence, ParameterSummary, PathSpread
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +30,9 @@ def calibration_result(
             f"sample size {min(checks.ess_bulk_min, checks.ess_tail_min):.0f}): the model is "
             "stored as such. More --draws may help."
         )
+    spread = _path_spread(found)
+    if spread is not None:
+        notes.insert(0, spread.note(name))
     return Calibration(
         model=name,
         parent=parent,
@@ -55,7 +59,17 @@ def calibration_result(
         seed=seed,
         data_fingerprint=data_fingerprint,
         notes=tuple(notes),
+        path_spread=spread,
     )
+
+
+def _path_spread(found: Calibrated) -> PathSpread | None:
+    """The spread between paths that the model lacks, where the records speak for one."""
+    differ = paths_differ(found.model)
+    if differ is None or differ.evidence < WORTH_A_NOTE:
+        return None
+    effect = None if differ.lacking else differ.effect
+    return PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
 
 
 def _all_draws(found: Calibrated) -> Iterator[tuple[str, Floats, str]]:

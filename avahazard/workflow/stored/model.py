@@ -27,6 +27,7 @@ from avahazard.store.draws import load_draws
 from avahazard.store.models import StoredModel, load_model, save_model
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
+from avahazard.workflow.provenance import surroundings
 
 Floats = NDArray[np.float64]
 
@@ -115,7 +116,12 @@ def save_calibrated(
         save_calibration(
             session,
             name,
-            settings={"method": model.method, "chains": by_chain[0], "draws": by_chain[1]},
+            settings={
+                "method": model.method,
+                "chains": by_chain[0],
+                "draws": by_chain[1],
+                "made_with": surroundings().to_dict(),
+            },
             seed=result.seed,
             data_fingerprint=result.data_fingerprint,
             diagnostics=document["diagnostics"],

@@ -58,3 +58,25 @@ def test_laws_with_too_many_constants_are_left_out(
     done = avahazard("--json", "fit")
     assert [entry["law"] for entry in json.loads(done.stdout)] == ["constant"]
     assert untold(done.stderr, "3 events") == []
+
+
+def test_one_path_and_its_picture(on_twin: Run, tmp_path: Path) -> None:
+    """As the paper's figure 1: the laws on the points of a path."""
+    file = tmp_path / "laws.svg"
+    done = on_twin("--json", "fit", "--path", "saint-clement", "--plot", str(file))
+    fits = json.loads(done.stdout)
+    assert {entry["n_events"] for entry in fits} == {42}
+    drawn = file.read_text(encoding="utf-8")
+    assert drawn.count('<g id="line2d_') > len(fits)
+    refused = on_twin("fit", "--plot", str(tmp_path / "laws.txt"))
+    assert refused.exit_code == 1
+    assert "not the name of a picture" in refused.stderr
+    assert on_twin("fit", "--path", "nowhere").exit_code == 1
+
+
+def test_every_path_of_the_demo_by_itself(on_twin: Run) -> None:
+    """Two of the seven ended in a traceback."""
+    for name in ("gurraz", "saugy", "scey", "entremene", "nants", "grand-chantey"):
+        done = on_twin("--json", "fit", "--path", name)
+        assert done.exit_code == 0
+        assert "constant" in [entry["law"] for entry in json.loads(done.stdout)]

@@ -151,7 +151,23 @@ def test_a_spread_of_nothing_between_paths_is_approached() -> None:
 def test_scatter_that_falls_with_volume_stays_where_nodes_bear_it() -> None:
     model = posterior(observations(), scatter="volume")
     u = near(model)
-    u[model.layout.scatter_slope] = 1.5
+    u[model.layout.scatter_slope] = 4.0
     volume = np.full((model.observations.n_events, 1), 50.0 * model.layout.reference_volume)
     _, scatter = model.location_and_scatter(u, volume)
     assert np.exp(model.layout.slots[model.layout.scatter].low) == pytest.approx(scatter)
+
+
+@pytest.mark.parametrize("slope", [-2.0, 1.0])
+def test_scatter_beyond_the_reference_volume_is_that_at_it(slope: float) -> None:
+    """It neither explodes nor vanishes where no event has been."""
+    model = posterior(observations(), scatter="volume")
+    u = near(model)
+    u[model.layout.scatter_slope] = slope
+    shares = np.array([0.0, 0.5, 1.0, 1.01, 5.0, 1e6])
+    volume = shares * model.layout.reference_volume + 1e-9
+    volume = np.tile(volume, (model.observations.n_events, 1))
+    _, scatter = model.location_and_scatter(u, volume)
+    sigma = np.exp(u[model.layout.scatter])
+    np.testing.assert_allclose(scatter[0], sigma * np.exp(-slope * np.minimum(shares, 1.0)))
+    _, many = model.locations_and_scatters(u[None], volume[0, 4:5].repeat(len(volume)))
+    np.testing.assert_allclose(many, scatter[0, 4])

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from avahazard.inference.model.law_curves import MOST_LOG
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.records.errors import AvahazardError
 
@@ -13,12 +16,14 @@ NATURAL = {
     "exponential": np.array([0.695, 1 / 106925]),
     "power": np.array([1.07, 0.065]),
     "rational": np.array([0.555, 0.814, 68883.0, 1.85]),
+    "asymptotic": np.array([0.6, 0.25, 2e-6]),
     "constant": np.array([0.5]),
 }
 FORMULA = {
     "exponential": 0.695 * np.exp(-V / 106925),
     "power": 1.07 * V**-0.065,
     "rational": 0.555 / (0.814 + (V / 68883) ** 1.85),
+    "asymptotic": 0.25 + (0.6 - 0.25) * np.exp(-2e-6 * V),
     "constant": np.full(4, 0.5),
 }
 
@@ -49,6 +54,48 @@ def test_the_rational_law_has_a_ridge() -> None:
 def test_n_and_beta_may_be_negative() -> None:
     assert np.all(np.diff(law("exponential").friction(np.array([0.5, -1e-6]), V)) > 0)
     assert np.all(np.diff(law("power").friction(np.array([0.5, -0.1]), V)) > 0)
+
+
+def test_the_asymptotic_law_goes_to_its_limit() -> None:
+    """Neither to nothing nor beyond all bounds, whichever way friction goes."""
+    item = law("asymptotic")
+    far = np.array([1e9, 1e200])
+    np.testing.assert_allclose(item.friction(NATURAL["asymptotic"], far), 0.25, rtol=1e-12)
+    rising = item.friction(np.array([0.3, 0.5, 2e-6]), np.append(V, far))
+    assert np.all(np.diff(rising[:5]) > 0)
+    np.testing.assert_allclose(rising[4:], 0.5)
+    np.testing.assert_allclose(item.friction(np.array([0.4, 0.4, 2e-6]), V), 0.4)
+
+
+def test_the_asymptotic_law_begins_as_the_exponential_one() -> None:
+    """With a limit far below, and small volumes, it is a exp(-nV)."""
+    u = np.array([np.log(0.6), -49.0, np.log(0.5)])
+    expected = law("exponential").friction(np.array([0.6, 0.5e-6]), V)
+    np.testing.assert_allclose(np.exp(law("asymptotic").log_friction(u, V)), expected, rtol=1e-9)
+
+
+VOLUMES = st.lists(
+    st.floats(1e-320, 1e308, allow_subnormal=True) | st.floats(1.0, 1e9), min_size=1, max_size=12
+)
+
+
+@pytest.mark.parametrize("name", LAWS)
+@given(
+    volume=VOLUMES,
+    u=st.lists(st.floats(-1e4, 1e4), min_size=3, max_size=3),
+    mu=st.lists(st.floats(1e-3, 5.0), min_size=12, max_size=12),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_volume_gives_a_friction_and_a_start(
+    name: str, volume: list[float], u: list[float], mu: list[float]
+) -> None:
+    """No overflow either: warnings are errors here."""
+    item, v = law(name), np.array(volume)
+    coordinates = np.array(u[: len(item.coordinates)])
+    assert np.all(np.abs(item.log_friction(coordinates, v)) <= MOST_LOG)
+    begun = item.start(v, np.array(mu[: len(v)]))
+    assert np.isfinite(begun).all()
+    assert np.isfinite(item.log_friction(begun, v)).all()
 
 
 @pytest.mark.parametrize("name", ["exponential", "power", "constant"])

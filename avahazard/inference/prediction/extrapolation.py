@@ -1,0 +1,140 @@
+"""How far a volume lies beyond what a model was calibrated on, and where its friction then goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.model.friction_scatter import draws, friction, volume_share
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.seeds import generator
+
+Floats = NDArray[np.float64]
+
+LEAST_FRICTION, MOST_FRICTION = 0.1, 1.5
+"""What Coulomb friction of avalanches may be.
+
+Extreme snow avalanches are given no less than 0.155 (Salm, Burkard & Gubler 1990), and H/L of the
+largest rock avalanches comes down to 0.1 (Scheidegger 1973). Slabs hardly hold on slopes of over
+55 degrees (McClung & Schaerer 2006): snow that slides there has less than their tangent, 1.4.
+"""
+RARE = 0.01
+"""A share of draws outside that is not worth a word."""
+BEYOND = 1.001
+"""A volume this many times the largest recorded is beyond it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Extrapolation:
+    """A volume (m3) on a path against the records of a calibration, and the friction there.
+
+    `largest_of_path_m3`, `largest_m3`: the largest recorded volumes, None without any.
+    `too_low`, `too_high` are shares of the draws of friction outside what physics allows,
+    `median` is theirs.
+    """
+
+    path_id: str | None
+    volume_m3: float
+    largest_of_path_m3: float | None
+    largest_m3: float | None
+    median: float
+    too_low: float
+    too_high: float
+
+    @property
+    def times_path(self) -> float | None:
+        """The volume over the largest of the path; None where it is not beyond it."""
+        return _times(self.volume_m3, self.largest_of_path_m3)
+
+    @property
+    def times_all(self) -> float | None:
+        """The volume over the largest of all paths; None where it is not beyond it."""
+        return _times(self.volume_m3, self.largest_m3)
+
+    def notes(self) -> list[str]:
+        """What a reader must know, a sentence each; none where nothing is extrapolated."""
+        where = f"{self.path_id}: " if self.path_id else ""
+        volume = f"{self.volume_m3:.3g} m3"
+        notes = []
+        if self.times_path is not None:
+            text = (
+                f"{where}a volume of {volume} is {self.times_path:.2g} times the largest recorded "
+                f"on this path ({self.largest_of_path_m3:.3g} m3)"
+            )
+            if self.times_all is not None:
+                text += (
+                    f" and {self.times_all:.2g} times that of all paths ({self.largest_m3:.3g} m3)"
+                )
+            notes.append(text + ": an extrapolation.")
+        elif self.times_all is not None:
+            notes.append(
+                f"{where}a volume of {volume} is {self.times_all:.2g} times the largest recorded "
+                f"({self.largest_m3:.3g} m3): an extrapolation."
+            )
+        for share, side, limit in (
+            (self.too_low, "under", LEAST_FRICTION),
+            (self.too_high, "over", MOST_FRICTION),
+        ):
+            if share > RARE:
+                notes.append(
+                    f"{where}FRICTION OUT OF BOUNDS: for {volume} {share:.0%} of the frictions "
+                    f"drawn are {side} {limit:g} (median {self.median:.2g}), as no avalanche has. "
+                    "Do not use this runout; --law asymptotic keeps friction bounded."
+                )
+        return notes
+
+
+def extrapolation(model: FittedModel, path_id: str | None, volume_m3: float) -> Extrapolation:
+    """Hold a volume on a path (None: of none) against the events that `model` was fitted on.
+
+    Friction is drawn from the posterior, with its scatter and the path's offset; effects that
+    look at columns of the event are at their reference.
+    """
+    columns = model.observations.columns
+    volume = np.exp(columns.log_volume)
+    mine = np.zeros(len(volume), dtype=np.bool_)
+    if path_id in columns.paths:
+        mine = columns.path_index == columns.paths.index(path_id)
+    drawn = _frictions(model, path_id, volume_m3)
+    return Extrapolation(
+        path_id=path_id,
+        volume_m3=float(volume_m3),
+        largest_of_path_m3=_largest(volume[mine]),
+        largest_m3=_largest(volume),
+        median=float(np.median(drawn)),
+        too_low=float(np.mean(drawn < LEAST_FRICTION)),
+        too_high=float(np.mean(drawn > MOST_FRICTION)),
+    )
+
+
+def _frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Floats:
+    """Draws of friction `[n_draws]`; of its middle alone where the stop scatters, not friction."""
+    layout, u = model.posterior.layout, model.draws
+    at = np.array([volume_m3])
+    middle = layout.law.log_friction(u[:, : len(layout.law.coordinates)], at)[:, 0]
+    rng = generator(0, "extrapolation")
+    tau = layout.spread_values(u)
+    for g, lasting in enumerate(model.posterior.plan.lasting):
+        known = model.offsets.get(path_id or "") if lasting else None
+        middle = middle + (tau[:, g] * rng.standard_normal(len(u)) if known is None else known)
+    if model.sigma_m is not None:
+        return np.asarray(np.exp(middle))
+    log_sigma = u[:, layout.scatter].copy()
+    if layout.scatter_slope is not None:
+        log_sigma -= u[:, layout.scatter_slope] * volume_share(at, layout.reference_volume)
+    z = draws(rng, len(u), model.specification.tails == "student")
+    location = middle if layout.log_scatter else np.exp(middle)
+    return friction(location, np.exp(log_sigma) * z, layout.log_scatter)
+
+
+def _largest(volume: Floats) -> float | None:
+    known = volume[np.isfinite(volume)]
+    return float(known.max()) if len(known) else None
+
+
+def _times(volume: float, largest: float | None) -> float | None:
+    if largest is None or volume <= BEYOND * largest:
+        return None
+    return volume / largest

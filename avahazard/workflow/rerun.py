@@ -1,0 +1,78 @@
+"""A stored calibration done again, from its specification and seed; nothing is stored."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from avahazard.inference.likelihood.assemble import assemble
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.results.base import Report
+from avahazard.results.provenance import Difference, Rerun
+from avahazard.workflow.add import start_from
+from avahazard.workflow.provenance import show_provenance
+from avahazard.workflow.stored.model import load_parameter_draws, load_stored, require_unchanged
+from avahazard.workflow.stored.own_effects import own_effects
+
+
+def rerun(
+    database: str,
+    name: str,
+    *,
+    effect_files: Sequence[Path] = (),
+    report: Report = lambda _what, _done, _total: None,
+) -> Rerun:
+    """Calibrate the model `name` again and hold every draw against the stored ones.
+
+    Raises:
+        AvahazardError: there is no such model, its records have changed, or the files of its own
+            effects are missing or others.
+    """
+    own = own_effects(database, name, effect_files)
+    stored = load_stored(database, name, own)
+    require_unchanged(stored)
+    observations = build_observations(stored.training)
+    start = None
+    if stored.parent is not None:
+        child = assemble(observations, stored.specification, stored.facts, own)
+        start = start_from(load_stored(database, stored.parent, own), child)
+    found = calibrate_model(
+        observations,
+        stored.specification,
+        stored.facts,
+        method=stored.method,
+        n_chains=stored.result.chains,
+        n_draws=stored.result.draws,
+        seed=stored.result.seed,
+        own=own,
+        start=start,
+        progress=lambda share: report(f"Calibrating {name} again", share, 1.0),
+    )
+    kept = load_parameter_draws(database, name)
+    again = dict(zip(found.chains.names, np.moveaxis(found.chains.draws, -1, 0), strict=True))
+    differences = {
+        key: Difference(
+            float(kept[key].mean()),
+            float(again[key].mean()),
+            float(np.max(np.abs(kept[key] - again[key]))),
+        )
+        for key in kept
+        if not np.array_equal(kept[key], again[key])
+    }
+    return Rerun(name, not differences, len(kept), differences, _notes(database, name))
+
+
+def _notes(database: str, name: str) -> tuple[str, ...]:
+    """What may make a difference: other versions than at the time."""
+    found = show_provenance(database, name)
+    if found.made_with is None:
+        return ("the versions that the model was made with were not kept.",)
+    before, now = found.made_with.versions, found.now.versions
+    return tuple(
+        f"{package} was {before.get(package, 'not there')}, and is {now[package]} now."
+        for package in now
+        if before.get(package) != now[package]
+    )

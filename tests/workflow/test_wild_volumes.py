@@ -1,0 +1,48 @@
+"""Volumes that no avalanche has: nothing overflows, and nothing ends in a traceback."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avahazard.inference.model.laws import LAWS
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.fit import fit_laws
+from avahazard.workflow.import_files import import_files
+from tests.criticism.lengths import as_csv, lengths
+
+
+@pytest.fixture(params=["one", "all"])
+def wild_database(request: pytest.FixtureRequest, database: str, tmp_path: Path) -> str:
+    """Give a database with events of which one, or all, have volumes off the scale."""
+    records = lengths(16, n_columns=1)
+    powers = np.random.default_rng(0).uniform(-319.0, 307.0, 16)
+    wild = {0: 1e308, 1: 1e-320} if request.param == "one" else dict(enumerate(10.0**powers))
+    events = [
+        replace(event, volume_m3=float(wild.get(i, event.volume_m3 or 0.0)))
+        for i, event in enumerate(records.events)
+    ]
+    file = tmp_path / "events.csv"
+    file.write_text(as_csv(Records(events=tuple(events))), encoding="utf-8")
+    import_files(database, [file])
+    return database
+
+
+def test_laws_are_fitted_and_calibrated(wild_database: str) -> None:
+    assert "constant" in [row.law for row in fit_laws(wild_database).rows]
+    for name in LAWS:
+        found = calibrate(wild_database, name, law=name, chains=2, draws=50)
+        assert all(np.isfinite([p.mean, p.sd]).all() for p in found.parameters.values())
+    with pytest.raises(AvahazardError, match="gibbs cannot calculate"):
+        calibrate(wild_database, "paper", method="gibbs")
+
+
+def test_they_are_diagnosed(wild_database: str) -> None:
+    calibrate(wild_database, "power", law="power", chains=2, draws=50)
+    assert diagnose_model(wild_database, "power", n_worlds=39).candidates
