@@ -171,3 +171,37 @@ def test_scatter_beyond_the_reference_volume_is_that_at_it(slope: float) -> None
     np.testing.assert_allclose(scatter[0], sigma * np.exp(-slope * np.minimum(shares, 1.0)))
     _, many = model.locations_and_scatters(u[None], volume[0, 4:5].repeat(len(volume)))
     np.testing.assert_allclose(many, scatter[0, 4])
+
+
+def test_winters_that_nobody_knows_add_to_the_scatter() -> None:
+    model = posterior(observations(), "winter-effect")
+    u = near(model, **{"log sigma": np.log(0.15), "tau_winter": 1.0})
+    index, alone = model.plan.index[0], model.plan.alone[0]
+    assert np.array_equal(alone, index < 0)
+    assert alone.any()
+    assert not alone.all()
+    scatter = model.location_and_scatter(u)[1][:, 0]
+    np.testing.assert_allclose(scatter[~alone], 0.15)
+    np.testing.assert_allclose(scatter[alone], np.hypot(0.15, 0.2))
+    # What is to come is in none that is known, whatever its date.
+    volume = np.full(model.observations.n_events, 1e4)
+    to_come = model.locations_and_scatters(u[None], volume)[1][0]
+    np.testing.assert_allclose(to_come, np.hypot(0.15, 0.2))
+
+
+def test_groups_of_two_kinds_are_integrated_out_together() -> None:
+    """Against a normal sample of the offsets, the mean of the likelihood."""
+    model = posterior(observations(), "path-effect", "storm-effect")
+    u = near(model, **{"tau": 0.2, "tau_storm": 0.3})
+    rng = np.random.default_rng(3)
+    given = model.offsets(u)
+    # Importance sampling from the normal about the mode.
+    draws = np.array([given.draw(rng) for _ in range(400)])
+    spread = model.layout.spread_values(u)[model.plan.of]
+    away = draws - given.mode
+    precision = np.linalg.inv(np.cov(np.array([given.draw(rng) for _ in range(20000)]).T))
+    log_q = 0.5 * np.linalg.slogdet(precision)[1] - 0.5 * np.sum(away @ precision * away, axis=1)
+    log_p = -0.5 * np.sum((draws / spread) ** 2, axis=1) - np.sum(np.log(spread))
+    logs = np.array([model.event_log_likelihood(u, row).sum() for row in draws]) + log_p - log_q
+    expected = float(np.log(np.mean(np.exp(logs - logs.max()))) + logs.max())
+    assert model.log_likelihood(u) == pytest.approx(expected, abs=0.15)
