@@ -70,11 +70,16 @@ class Model:
 
         return compare(self.database, self.name, effect_files=self.effect_files)
 
-    def diagnose(self, *, n_worlds: int = 199, seed: int = 0) -> Diagnosis:
+    def diagnose(
+        self, *, expect: Sequence[str] = (), n_worlds: int = 199, seed: int = 0
+    ) -> Diagnosis:
         """Ask which effect the model lacks, against `n_worlds` worlds made from it.
 
+        Effects to `expect`, declared before looking, are tested first.
+
         Raises:
-            AvahazardError: the records have changed, or the method cannot test effects.
+            AvahazardError: the records have changed, an expected effect is no candidate, or the
+                method cannot test effects.
 
         >>> base.diagnose(n_worlds=39).verdict in ("adequate", "missing-effect", "ambiguous")
         True
@@ -82,7 +87,12 @@ class Model:
         from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
         return diagnose_model(
-            self.database, self.name, n_worlds=n_worlds, seed=seed, effect_files=self.effect_files
+            self.database,
+            self.name,
+            expect=expect,
+            n_worlds=n_worlds,
+            seed=seed,
+            effect_files=self.effect_files,
         )
 
     def add(self, *effects: str, name: str, effect_files: Sequence[str | Path] = ()) -> Model:

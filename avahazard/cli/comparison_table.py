@@ -66,7 +66,18 @@ def show_scores(
 def failures(comparison: Comparison) -> Iterator[str]:
     """The worst axes in words, significant ones only, or that there is none."""
     worst = [row for row in comparison.where_it_fails if row.p_value < SIGNIFICANT]
-    if not worst:
+    fast = [
+        row
+        for row in comparison.speed_misfit or ()
+        if row.p_value is not None and row.p_value < SIGNIFICANT
+    ]
+    for speeds in fast:
+        size = f"{abs(speeds.bias_m_s):.1f} m/s {'slower' if speeds.bias_m_s > 0 else 'faster'}"
+        yield (
+            f"speeds, {speeds.axis} {speeds.level} ({speeds.n}): measured {size} than predicted, "
+            f"{_chance(speeds.p_value or 0.0)}."
+        )
+    if not worst and not fast:
         yield "nowhere that chance could not explain (corrected p > 0.05 on every axis)."
     for row in worst[:MOST_LINES]:
         yield (

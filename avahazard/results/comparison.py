@@ -124,13 +124,18 @@ class Failure(Result):
 
 @dataclass(frozen=True, slots=True)
 class SpeedMisfit(Result):
-    """Misfit of speeds in one level of an axis, m/s."""
+    """Misfit of speeds in one level of an axis, m/s.
+
+    `p_value`: whether chance could do that between tracks, corrected for all levels; None where
+    fewer than three tracks have speeds there.
+    """
 
     axis: str
     level: str
     n: int
     bias_m_s: float
     rmse_m_s: float
+    p_value: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

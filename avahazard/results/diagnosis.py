@@ -2,9 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from avahazard.results.base import Result, Rows
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredAmount(Result):
+    """An effect's first parameter, less its neutral value, as the measured force has it."""
+
+    value: float
+    se: float
+
+
+@dataclass(frozen=True, slots=True)
+class Declared(Result):
+    """Effects that were expected before the records were asked, and when that was said (UTC)."""
+
+    effects: tuple[str, ...]
+    at: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,7 +30,8 @@ class Candidate(Result):
     Gains are in nats of log likelihood (`gain`), of evidence with its price paid, and of records
     held out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
     of twenty worlds in which nothing is missing. What a full fit tells is None where it was not
-    worth one. `error_after_m` is the mean CRPS with the effect.
+    worth one. `error_after_m` is the mean CRPS with the effect. `force_witness` is what speeds say
+    of an effect on the motion.
     """
 
     effect: str
@@ -30,6 +47,7 @@ class Candidate(Result):
     parameters: dict[str, float]
     physics: str
     confounded_with: tuple[str, ...]
+    force_witness: MeasuredAmount | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +78,15 @@ class Diagnosis(Result):
     `missing` holds the effect, the set that cannot be told apart, or the axis. `groups` are those
     that were let to differ before anything was blamed on physics. An effect of
     `detectable_m` would have been seen with 80 % power. `still_needed` is the evidence (nats) that
-    the model would lose without each of its effects; `suspect_events` are records hard to believe.
+    the model would lose without each of its effects; `suspect_events` are records hard to believe,
+    `impossible_stops` those on ground too steep for any block to stop. `declared` is what was
+    expected beforehand.
     """
 
     model: str
     verdict: str
     missing: tuple[str, ...]
     candidates: Rows[Candidate]
-    groups: Rows[GroupTest]
     detectable_m: float
     detectable_log_friction: float
     measure_next: Rows[Measurement]
@@ -76,3 +95,6 @@ class Diagnosis(Result):
     suspect_events: tuple[str, ...]
     n_worlds: int
     seed: int
+    groups: Rows[GroupTest] = field(default_factory=Rows)
+    impossible_stops: tuple[str, ...] = ()
+    declared: Declared | None = None

@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
 from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
 from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.measurements import measurement_gains
+from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.effects.catalogue import require
+from avahazard.effects.effect import Definition
+from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
-from avahazard.results.diagnosis import Candidate, Diagnosis, GroupTest, Measurement
-from avahazard.store.models import load_model
+from avahazard.results.diagnosis import (
+    Candidate,
+    Declared,
+    Diagnosis,
+    GroupTest,
+    MeasuredAmount,
+    Measurement,
+)
+from avahazard.store.models import load_model, now
 from avahazard.store.results import DIAGNOSIS, save_result
 from avahazard.store.session import reading, writing
-from avahazard.workflow.stored.model import load_stored, require_unchanged
+from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
 from avahazard.workflow.stored.own_effects import check_own, read_own
 
 Report = Callable[[str, float, float], None]
@@ -26,6 +39,7 @@ def diagnose_model(
     database: str,
     name: str,
     *,
+    expect: Sequence[str] = (),
     n_worlds: int = 199,
     seed: int = 0,
     effect_files: Sequence[Path] = (),
@@ -34,10 +48,12 @@ def diagnose_model(
 ) -> Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    `plot` is a picture of the candidates.
+    Effects to `expect`, declared before looking, are tested first. `plot` is a picture of the
+    candidates.
 
     Raises:
-        AvahazardError: there is no such model, its records have changed, or its method has no
+        AvahazardError: there is no such model, it has an expected effect already or the data
+            cannot tell it, its records have changed, or its method has no
             likelihood that effects could be tested in.
     """
     if plot is not None:
@@ -53,16 +69,21 @@ def diagnose_model(
             "Calibrate one with --method marginal.",
         )
     require_unchanged(stored)
+    check_expected(stored, expect, own)
     found = diagnose(
         stored.model.observations,
         stored.specification,
         stored.facts,
         own,
+        expected=tuple(dict.fromkeys(expect)),
         n_worlds=n_worlds,
         seed=seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
     told = diagnosis(name, found, seed)
+    if expect:
+        at = now().isoformat(timespec="seconds")
+        told = replace(told, declared=Declared(tuple(dict.fromkeys(expect)), f"{at}Z"))
     with writing(database) as session:
         save_result(session, DIAGNOSIS, name, told.to_dict())
     if plot is not None:
@@ -70,6 +91,23 @@ def diagnose_model(
 
         draw_diagnosis(plot, told)
     return told
+
+
+def check_expected(stored: StoredFit, expect: Sequence[str], own: Sequence[Definition]) -> None:
+    """Raise `AvahazardError` for an expected effect that is no candidate, with the reason."""
+    observations = stored.model.observations
+    known = {c.key for c in candidate_definitions(observations, stored.specification, own)}
+    for key in expect:
+        entry = find_definition(key, own)
+        if key in known:
+            continue
+        if stored.specification.has(entry):
+            raise AvahazardError(f"The model {stored.name} has the effect '{key}' already.")
+        require(entry, observations.columns, observations.sites)
+        raise AvahazardError(
+            f"The effect '{key}' is no candidate here: it is granted, or told by the data.",
+            "`avahazard effects` lists them.",
+        )
 
 
 def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
@@ -86,6 +124,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         still_needed=found.still_needed,
         heavy_tails=found.heavy_tails,
         suspect_events=found.suspects,
+        impossible_stops=found.impossible_stops,
         n_worlds=found.screening.n_worlds,
         seed=seed,
     )
@@ -117,7 +156,12 @@ def _candidate(candidate: Tried, found: Findings) -> Candidate:
         parameters={} if fit is None else fit.parameters(candidate.key),
         physics=candidate.screened.definition.meaning,
         confounded_with=candidate.confounded_with,
+        force_witness=_amount(candidate.force_witness),
     )
+
+
+def _amount(witness: ForceWitness | None) -> MeasuredAmount | None:
+    return None if witness is None else MeasuredAmount(witness.value, witness.se)
 
 
 def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:

@@ -21,6 +21,13 @@ SHOWN = 8
 def diagnose(
     context: typer.Context,
     name: StoredModel,
+    expect: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="EFFECT",
+            help="Declared before looking: tested first, at its own level; may be given again.",
+        ),
+    ] = None,
     worlds: Annotated[
         int, typer.Option(min=39, help="Worlds made from the model to tell chance by.")
     ] = 199,
@@ -33,6 +40,7 @@ def diagnose(
     \b
     Examples:
       avahazard diagnose first
+      avahazard diagnose first --expect snow-type
       avahazard diagnose first --worlds 399 --plot candidates.png
     """
     from avahazard.report.verdict_words import verdict_words  # noqa: PLC0415
@@ -42,6 +50,7 @@ def diagnose(
         found = diagnose_model(
             settings(context).database,
             name,
+            expect=expect or (),
             n_worlds=worlds,
             seed=seed,
             effect_files=effect_file or (),
@@ -51,6 +60,9 @@ def diagnose(
 
     def render(console: Console) -> None:
         console.print(verdict_words(found, found.model), soft_wrap=True)
+        if found.declared is not None:
+            words = ", ".join(found.declared.effects)
+            console.print(f"Declared beforehand ({found.declared.at}), tested first: {words}.")
         rows = [
             (
                 c.effect,
@@ -89,7 +101,27 @@ def _before(found: Diagnosis) -> str:
     return f"{found.candidates[0].error_before_m:.1f}" if found.candidates else "-"
 
 
+def _witnesses(console: Console, found: Diagnosis) -> None:
+    """What the measured force says of the candidates on the motion."""
+    for c in found.candidates[:SHOWN]:
+        if c.force_witness is not None:
+            value, se = c.force_witness.value, c.force_witness.se
+            fitted = ", ".join(f"{k} {v:.3g}" for k, v in c.parameters.items())
+            console.print(
+                f"The measured force has {value:.2g} ± {se:.2g} of {c.effect} (fitted: {fitted}).",
+                soft_wrap=True,
+            )
+
+
 def _next_steps(console: Console, found: Diagnosis) -> None:
+    _witnesses(console, found)
+    if found.impossible_stops:
+        n = len(found.impossible_stops)
+        console.print(
+            f"{n} recorded {'stop' if n == 1 else 'stops'} on ground too steep for a block to stop "
+            f"there: {', '.join(found.impossible_stops[:6])}{', …' if n > 6 else ''}.",
+            soft_wrap=True,
+        )
     if found.heavy_tails:
         console.print(
             "Friction scatters with heavy tails: Student's t was used. Look at wrong records: "

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.diagnosis.confounding import correlation, explained
 from avahazard.criticism.diagnosis.detectable import detectable
+from avahazard.criticism.diagnosis.force_witness import ForceWitness
+from avahazard.criticism.diagnosis.impossible_stops import impossible_stops
+from avahazard.criticism.diagnosis.naming import name_effects
 from avahazard.criticism.diagnosis.nuisances import with_nuisances_granted, with_tails_granted
 from avahazard.criticism.diagnosis.refits import (
     Refit,
@@ -19,14 +22,10 @@ from avahazard.criticism.diagnosis.refits import (
 from avahazard.criticism.diagnosis.still_needed import still_needed
 from avahazard.criticism.diagnosis.suspects import suspects
 from avahazard.criticism.diagnosis.verdict import (
-    MARGIN,
     evidence_gain,
     group_comes_first,
-    least_evidence,
-    verdict_of,
 )
 from avahazard.criticism.scoring.expected import expected_records
-from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.screen import screen
@@ -65,6 +64,7 @@ class Candidate:
     error_after_m: float | None
     held_out_gain: float | None
     confounded_with: tuple[str, ...]
+    force_witness: ForceWitness | None
 
     @property
     def key(self) -> str:
@@ -87,6 +87,7 @@ class Diagnosis:
     detectable_log_friction: float
     detectable_m: float
     suspects: tuple[str, ...]
+    impossible_stops: tuple[str, ...]
 
 
 def diagnose(
@@ -95,6 +96,7 @@ def diagnose(
     facts: dict[str, Facts],
     own: Sequence[Definition] = (),
     *,
+    expected: Sequence[str] = (),
     n_worlds: int = 199,
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
@@ -104,6 +106,8 @@ def diagnose(
     Paths may differ for reasons unknown in every fit, winters and storms where the records ask for
     it, events that left and limits of sight are in the likelihood, and where friction scatters
     with heavy tails it is let to, before anything is blamed on physics.
+
+    Candidates `expected` were declared beforehand, and are tested first.
     """
     plain = with_tails_granted(observations, specification, facts, own)
     base, granted = with_nuisances_granted(observations, plain, own)
@@ -113,19 +117,20 @@ def diagnose(
         u,
         spreads,
         candidate_definitions(observations, plain.specification, own),
+        expected=expected,
         n_worlds=n_worlds,
         seed=seed,
         progress=lambda share: progress(0.05 + 0.75 * share),
     )
-    survivors = [c for c in screening.candidates if c.p_family <= LEVEL][:MAX_REFITS]
+    survivors = [c for c in screening.candidates if c.p_family <= LEVEL]
+    survivors = sorted(survivors, key=lambda c: c.key not in expected)[:MAX_REFITS]
     keys = [c.key for c in survivors]
     fits = refit_each(observations, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
     evidence = {c.key: evidence_gain(c, fits[c.key], base) for c in survivors}
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
-    gains = held_out_gains(leaders(ranked, evidence), fits, base)
-    named = [c.definition for c in ranked if gains.get(c.key, 0.0) > 0.0 and evidence[c.key] > 0.0]
-    verdict, missing = verdict_of(named)
-    rivals = tuple(fits.values()) if named else ()
+    naming = name_effects(ranked, evidence, fits, base, expected)
+    verdict, missing = naming.verdict, naming.missing
+    rivals = tuple(fits.values()) if missing else ()
     group = named_group(observations, own, base, rivals, screening.groups, granted)
     if group:
         verdict, missing = "missing-effect", group
@@ -141,8 +146,9 @@ def diagnose(
                 fits.get(c.key),
                 evidence.get(c.key),
                 error_of(fits[c.key]) if c.key in fits else None,
-                gains.get(c.key),
+                naming.held_out.get(c.key),
                 alike.get(c.key, ()),
+                naming.witnesses.get(c.key),
             )
             for c in [*ranked, *rest]
         ),
@@ -154,6 +160,7 @@ def diagnose(
         detectable_log_friction=shift,
         detectable_m=metres,
         suspects=suspects(base),
+        impossible_stops=impossible_stops(base),
     )
     progress(1.0)
     return found
@@ -186,28 +193,6 @@ def named_group(
         if all(group_comes_first(observations, own, base, rival, test.key) for rival in rivals):
             return (test.key,)
     return ()
-
-
-def leaders(ranked: Sequence[Screened], evidence: Mapping[str, float]) -> list[Screened]:
-    """The candidate of most evidence and those close to it; none where it is not enough."""
-    if not ranked or evidence[ranked[0].key] <= least_evidence(ranked[0].definition):
-        return []
-    return [c for c in ranked if evidence[ranked[0].key] - evidence[c.key] < MARGIN]
-
-
-def held_out_gains(
-    asked: Sequence[Screened], fits: Mapping[str, Refit], base: Refit
-) -> dict[str, float]:
-    """What each of these gains on records kept back (nats)."""
-    if not asked:
-        return {}
-    groups = choose_groups(base.posterior.observations).groups
-    before = held_out_log_density(base.posterior, groups, base.mode)
-    fitted = {c.key: fits[c.key] for c in asked}
-    return {
-        key: float(np.sum(held_out_log_density(fit.posterior, groups, fit.mode) - before))
-        for key, fit in fitted.items()
-    }
 
 
 def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, ...]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtr
 
 from avahazard.criticism.scoring.axes import terciles
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
@@ -25,6 +26,7 @@ Floats = NDArray[np.float64]
 
 N_TABLES = 24
 DRAWS_A_TABLE = 25
+FEWEST_TRACKS = 3
 MIN_PIECE_M = 20.0
 """Shortest stretch over which a deceleration is taken: over less, errors of speed drown it."""
 
@@ -144,7 +146,8 @@ def _forces(observations: Observations, track: SpeedRecord) -> Iterator[Measured
 def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[SpeedMisfit]:
     """The misfit of the speeds by place and by predicted speed.
 
-    Thirds of the measured places. No p-value: speeds along a track go together.
+    Thirds of the measured places. Speeds along a track go together, so tracks are what is counted:
+    their mean errors in a level against nought by Student's t, corrected for all levels (Holm).
     """
     error = matched.draws.mean(axis=1) - matched.observed
     rows = []
@@ -158,9 +161,30 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[Spe
                     n=int(np.sum(mine)),
                     bias_m_s=float(np.mean(error[mine])),
                     rmse_m_s=float(np.sqrt(np.mean(error[mine] ** 2))),
+                    p_value=_by_track(error[mine], matched.event[mine]),
                 )
             )
-    return Rows(rows)
+    return Rows(_corrected(rows))
+
+
+def _by_track(error: Floats, event: NDArray[np.int64]) -> float | None:
+    """p-value of the tracks' mean errors; None with fewer than `FEWEST_TRACKS`."""
+    means = np.array([np.mean(error[event == one]) for one in np.unique(event)])
+    n = len(means)
+    if n < FEWEST_TRACKS:
+        return None
+    t = abs(np.mean(means)) / max(float(np.std(means, ddof=1)), 1e-12) * np.sqrt(n)
+    return float(2.0 * stdtr(n - 1, -t))
+
+
+def _corrected(rows: list[SpeedMisfit]) -> list[SpeedMisfit]:
+    """The rows with Holm's p-values."""
+    known = sorted((row.p_value, k) for k, row in enumerate(rows) if row.p_value is not None)
+    corrected, largest = list(rows), 0.0
+    for rank, (p, k) in enumerate(known):
+        largest = max(largest, min((len(known) - rank) * p, 1.0))
+        corrected[k] = replace(rows[k], p_value=largest)
+    return corrected
 
 
 def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, NDArray[np.str_]]:

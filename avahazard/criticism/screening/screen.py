@@ -56,13 +56,15 @@ def screen(
     spreads: GroupSpreads,
     candidates: Sequence[Definition],
     *,
+    expected: Sequence[str] = (),
     n_worlds: int = 199,
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Screening:
     """Screen the candidates on a model at its mode u, less its groups of events.
 
-    `spreads` are those of the groups, which are granted as nuisances.
+    `spreads` are those of the groups, which are granted as nuisances; `expected` the keys of
+    candidates that were declared beforehand.
 
     At most `n_worlds` worlds are made, fewer where it is soon plain that chance does as well
     (the sequential test of Besag and Clifford 1991, whose p-values stay valid). Equal seeds give
@@ -80,7 +82,13 @@ def screen(
         null = np.concatenate([null, [gains.of_candidates for gains in made]])
         null_groups = np.concatenate([null_groups, [gains.of_groupings for gains in made]])
         found = judge(
-            candidates, real.of_candidates, null, spreads.plan.keys, real.of_groupings, null_groups
+            candidates,
+            real.of_candidates,
+            null,
+            spreads.plan.keys,
+            real.of_groupings,
+            null_groups,
+            expected,
         )
         progress(MAKING_READY + (1.0 - MAKING_READY) * len(null) / n_worlds)
         if _chance_plainly_does_as_well(found, n_worlds):
@@ -195,6 +203,6 @@ def _chance_plainly_does_as_well(found: Screening, n_worlds: int) -> bool:
     Twice as many made worlds have exceeded the records as could in all of them if these were to be
     significant.
     """
-    best = found.candidates[0].p_family if found.candidates else 1.0
+    best = min((c.p_family for c in found.candidates), default=1.0)
     levels = [(best, LEVEL), *((group.p_value, GROUP_LEVEL) for group in found.groups)]
     return all(p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1) for p, level in levels)

@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 LEVEL = 0.03
 """Family-wise level of the candidates."""
+EXPECTED_SHARE = 2.0 / 3.0
+"""Share of that level for candidates that were expected before anybody looked."""
 GROUP_LEVEL = 0.01
 """Level of effects on groups of events (paths, winters, storms), each tested by itself."""
 MIN_POSITIVE = 15
@@ -77,8 +79,14 @@ def judge(
     groups: Sequence[str],
     real_groups: Floats,
     null_groups: Floats,
+    expected: Sequence[str] = (),
 ) -> Screening:
     """All candidates by what they gained on the records and on made worlds.
+
+    Candidates `expected` before anybody looked are a family of their own, with two thirds of the
+    level; the others have the rest of it, and all of it once every expected one is significant (the
+    fallback procedure, Wiens 2003). p-values are divided by that share, so that all are held
+    against `LEVEL`.
 
     `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of effects
     on `groups`, by key.
@@ -86,10 +94,11 @@ def judge(
     n_worlds = len(null)
     surprise = np.column_stack([_surprise(null[:, k], null[:, k]) for k in range(len(real))])
     largest = surprise.max(axis=1) if len(real) else np.zeros(n_worlds)
+    own = [float(_surprise(null[:, k], real[k : k + 1])[0]) for k in range(len(real))]
+    families = _family_wise(surprise, own, [c.key in expected for c in candidates])
     result = []
     for k, entry in enumerate(candidates):
-        s = float(_surprise(null[:, k], real[k : k + 1])[0])
-        family = (1.0 + float(np.sum(largest >= s))) / (n_worlds + 1.0)
+        s, family = own[k], families[k]
         chance = float(np.quantile(null[:, k], 0.95))
         mean = float(np.mean(null[:, k]))
         result.append(Screened(entry, float(real[k]), float(np.exp(-s)), family, chance, mean))
@@ -103,6 +112,28 @@ def judge(
         critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,
     )
+
+
+def _family_wise(surprise: Floats, own: Sequence[float], declared: Sequence[bool]) -> list[float]:
+    """Family-wise p-values of candidates that are as surprising as `own` `[n_candidates]`."""
+
+    def of(members: NDArray[np.int64], weight: float) -> dict[int, float]:
+        largest = surprise[:, members].max(axis=1)
+        n = len(largest) + 1.0
+        return {
+            int(k): min((1.0 + float(np.sum(largest >= own[k]))) / n / weight, 1.0) for k in members
+        }
+
+    first, rest = np.flatnonzero(declared), np.flatnonzero(np.logical_not(declared))
+    found: dict[int, float] = {}
+    weight = 1.0
+    if len(first):
+        found = of(first, EXPECTED_SHARE)
+        if max(found.values()) > LEVEL:
+            weight = 1.0 - EXPECTED_SHARE
+    if len(rest):
+        found |= of(rest, weight)
+    return [found[k] for k in range(len(own))]
 
 
 def _critical_gain(largest: Floats) -> float:

@@ -1,0 +1,102 @@
+"""Who is named: what was declared first, and never what the measured force denies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.diagnosis import naming
+from avahazard.criticism.diagnosis.force_witness import ForceWitness
+from avahazard.criticism.diagnosis.impossible_stops import impossible_stops
+from avahazard.criticism.diagnosis.naming import leaders, name_effects
+from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.screening.significance import Screened
+from avahazard.effects.catalogue import definition
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from tests.inference import studies
+
+
+def screened(key: str) -> Screened:
+    return Screened(definition(key), 10.0, 0.001, 0.01, 1.0, 0.5)
+
+
+def test_one_that_was_declared_needs_no_margin() -> None:
+    ranked = [screened("season"), screened("snow-type")]
+    evidence = {"season": 2.0, "snow-type": 1.0}
+    assert leaders(ranked, evidence) == []
+    assert leaders(ranked[1:], evidence, ["snow-type"]) == ranked[1:]
+    assert leaders(ranked[1:], {"snow-type": -1.0}, ["snow-type"]) == []
+
+
+@pytest.fixture
+def base() -> Refit:
+    return refit(studies.observations(speeds=True), Specification(), {})
+
+
+@pytest.mark.parametrize(
+    ("witness", "verdict", "missing"),
+    [
+        (None, "missing-effect", ("turbulent-drag",)),
+        (ForceWitness(0.003, 0.001, 0.004), "missing-effect", ("turbulent-drag",)),
+        (ForceWitness(-0.003, 0.001, 0.004), "unexplained", None),
+    ],
+)
+def test_a_name_on_the_motion_has_its_witness(
+    base: Refit,
+    monkeypatch: pytest.MonkeyPatch,
+    witness: ForceWitness | None,
+    verdict: str,
+    missing: tuple[str, ...] | None,
+) -> None:
+    monkeypatch.setattr(naming, "force_witness", lambda *_given: witness)
+    monkeypatch.setattr(naming, "held_out_gains", lambda keys, *_given: dict.fromkeys(keys, 1.0))
+    found = name_effects(
+        [screened("turbulent-drag")], {"turbulent-drag": 9.0}, {"turbulent-drag": base}, base
+    )
+    assert found.verdict == verdict
+    if missing is None:
+        assert found.missing[0] in ("speed:place_along_path", "speed:predicted_speed_m_s")
+    else:
+        assert found.missing == missing
+
+
+def test_declared_ones_come_before_those_of_more_evidence(
+    base: Refit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(naming, "force_witness", lambda *_given: None)
+    monkeypatch.setattr(naming, "held_out_gains", lambda keys, *_given: dict.fromkeys(keys, 1.0))
+    ranked = [screened("release-elevation"), screened("snow-type")]
+    evidence = {"release-elevation": 9.0, "snow-type": 3.5}
+    fits = {"release-elevation": base, "snow-type": base}
+    assert name_effects(ranked, evidence, fits, base).missing == ("release-elevation",)
+    named = name_effects(ranked, evidence, fits, base, ["snow-type"])
+    assert (named.verdict, named.missing) == ("missing-effect", ("snow-type",))
+    evidence["snow-type"] = -0.5
+    assert name_effects(ranked, evidence, fits, base, ["snow-type"]).missing == (
+        "release-elevation",
+    )
+
+
+def test_stops_on_ground_too_steep_are_told() -> None:
+    """A bench, a steep step of 200 m below it, and a flat run-out: nothing stops on the step."""
+    x = np.arange(0.0, 2001.0, 10.0)
+    slope = np.where(x < 500, 0.6, np.where(x < 900, 0.2, np.where(x < 1150, 0.9, 0.1)))
+    y = 1500.0 - np.concatenate([[0.0], np.cumsum(10.0 * slope[:-1])])
+    stops = {"bench": 850.0, "step": 1030.0, "flat": 1600.0}
+    events = tuple(
+        Event(
+            name,
+            "P",
+            runout_elevation_m=float(np.interp(at, x, y)),
+            runout_sigma_m=5.0,
+            volume_m3=1e4,
+        )
+        for name, at in stops.items()
+    )
+    given = build_observations(Records((Path("P"),), (Profile("P", x, y),), events))
+    found = impossible_stops(refit(given, Specification(law="constant"), {}))
+    assert found == ("step",)

@@ -1,0 +1,58 @@
+"""Family-wise levels, with and without effects that were declared beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from avahazard.criticism.screening.significance import LEVEL, Screened, judge
+from avahazard.effects.catalogue import catalogue
+
+ENTRIES = [entry for entry in catalogue().values() if not entry.in_base][:8]
+KEYS = [entry.key for entry in ENTRIES]
+
+
+def judged(real: np.ndarray, null: np.ndarray, expected: Sequence[str] = ()) -> dict[str, Screened]:
+    none = np.empty((len(null), 0))
+    found = judge(ENTRIES, real, null, (), np.empty(0), none, expected)
+    return {c.key: c for c in found.candidates}
+
+
+def gains(rng: np.random.Generator, n: int) -> np.ndarray:
+    return 0.5 * rng.chisquare(1, (n, len(KEYS)))
+
+
+def test_what_was_declared_is_not_one_of_many() -> None:
+    rng = np.random.default_rng(1)
+    null = gains(rng, 999)
+    real = gains(rng, 1)[0] * 0.1
+    real[3] = 3.6  # p about 0.007 alone
+    open_ended = judged(real, null)[KEYS[3]].p_family
+    declared = judged(real, null, [KEYS[3]])[KEYS[3]].p_family
+    assert open_ended > LEVEL > declared
+    # The others pay for it, unless the declared one is significant.
+    assert judged(real, null, [KEYS[0]])[KEYS[3]].p_family >= 2.0 * open_ended
+
+
+def test_the_rest_has_the_whole_level_once_all_declared_ones_are_significant() -> None:
+    rng = np.random.default_rng(2)
+    null = gains(rng, 499)
+    real = gains(rng, 1)[0] * 0.1
+    real[[0, 5]] = 12.0
+    both = judged(real, null, [KEYS[0]])
+    assert both[KEYS[0]].p_family <= LEVEL
+    assert both[KEYS[5]].p_family <= judged(real, null)[KEYS[5]].p_family
+
+
+def test_the_level_is_kept_whatever_is_declared() -> None:
+    """Among worlds in which nothing is missing, some effect is significant in at most 3 %."""
+    rng = np.random.default_rng(3)
+    null = gains(rng, 199)
+    worlds = gains(rng, 100)
+    for expected in ((), KEYS[:3]):
+        alarms = [
+            min(c.p_family for c in judged(real, null, expected).values()) <= LEVEL
+            for real in worlds
+        ]
+        assert np.mean(alarms) < LEVEL + 3.0 * np.sqrt(LEVEL / len(worlds))
