@@ -117,6 +117,7 @@ def test_a_path_and_its_bounds(report_database: str, tmp_path: Path, on: Any) ->
         check("path", on(file, "path", name))
     for command in ("friction", "volumes", "alpha-beta", "paths", "models", "effects"):
         check(command, on(file, command))
+    check("friction", on(file, "friction", "scey", "--model", "m"))
     check("effect", on(file, "effect", "forest-drag"))
     check("report", on(file, "report", "m", "-o", str(tmp_path / "m.html")))
     check("export", on(file, "export", "m", "-o", str(tmp_path / "m.csv")))
