@@ -64,11 +64,13 @@ class _Bar:
             if time.monotonic() - self.began < PATIENCE_S:
                 return
             self.progress = _rich_progress()
-            self.progress.add_task(what, total=1.0, left="")
+            self.progress.add_task(what, total=1.0, percent="", left="")
             self.progress.start()
         task = self.progress.task_ids[0]
         words = "" if left is None else f"{left:.0f} s left"
-        self.progress.update(task, description=what, completed=share, left=words)
+        self.progress.update(
+            task, description=what, completed=share, percent=_percent(share), left=words
+        )
 
     def close(self) -> None:
         if self.progress is not None:
@@ -88,10 +90,15 @@ class _Lines:
             return
         self.said = now
         words = "" if left is None else f", {left:.0f} s left"
-        print(f"{what}: {share:.0%}{words}", file=sys.stderr, flush=True)
+        print(f"{what}: {_percent(share)}%{words}", file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Nothing is open."""
+
+
+def _percent(share: float) -> int:
+    """Whole percents that are done: 100 only at the end."""
+    return int(100.0 * share + 1e-9)
 
 
 def _rich_progress() -> Progress:
@@ -101,7 +108,7 @@ def _rich_progress() -> Progress:
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
+        TextColumn("{task.fields[percent]:>3} %"),
         TextColumn("{task.fields[left]}"),
         console=Console(stderr=True),
         transient=True,

@@ -25,8 +25,10 @@ Report = Callable[[str, float, float], None]
 WORLD, DATABASE, REPORT = "hidden-world", "hidden.db", "hidden-report.html"
 MODEL, CHILD = "base", "child"
 HIDDEN = "snow-type"
-SEED, N_EVENTS, N_PATHS, N_WORLDS = 0, 160, 8, 39
-WEIGHTS = (4.0, 2.0, 9.0, 6.0, 4.0, 1.0)
+STRENGTH = 2.0
+"""Strong enough that few events and few worlds show it, and quickly."""
+SEED, N_EVENTS, N_PATHS, N_WORLDS = 0, 120, 6, 39
+WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 1.0)
 """Seconds of calibration, comparison, diagnosis, child, its design runouts, and report."""
 
 
@@ -37,7 +39,7 @@ def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     report is that of the last model. Files of an earlier run must be gone, but for the records.
     """
     tell = steps(report, WEIGHTS)
-    records, truth = make_world(SEED, N_EVENTS, N_PATHS, {HIDDEN: 1.0}, Settings())
+    records, truth = make_world(SEED, N_EVENTS, N_PATHS, {HIDDEN: STRENGTH}, Settings())
     world = folder / WORLD
     world.mkdir(exist_ok=True)
     sources = write_records(world, records)

@@ -92,7 +92,9 @@ def test_progress_is_one_and_never_goes_back(run: tuple[Path, Any, str]) -> None
     assert shares == sorted(shares)
 
 
-@pytest.mark.parametrize("which", ["twin-report.html", "hidden-report.html"])
+@pytest.mark.parametrize(
+    "which", ["hidden-report.html", pytest.param("twin-report.html", marks=pytest.mark.slow)]
+)
 def test_its_reports_in_a_browser(run: tuple[Path, Any, str], which: str) -> None:
     report = run[0] / "avahazard-demo" / which
     assert report.stat().st_size < 10e6
