@@ -67,8 +67,13 @@ def _show(console: Console, found: Demo) -> None:
     console.print("\nGo on with it, for example:")
     name = found.model.model
     program = "avahazard" if which("avahazard") else sys.argv[0]
-    for words in (f"model {name}", f"compare {name}", f"hazard {name} -T 30 -T 300"):
-        console.print(f"  {program} --db {database} {words}", soft_wrap=True)
+    for file, words in (
+        (database, f"model {name}"),
+        (database, f"hazard {name} -T 30 -T 300"),
+        (found.loop.database, "ladder"),
+        (found.loop.database, f"friction --model {last_model(found.loop)}"),
+    ):
+        console.print(f"  {program} --db {file} {words}", soft_wrap=True)
     console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
     console.print(
         f"It is the report of the model “{last_model(found.loop)}” of the made world: where it "
