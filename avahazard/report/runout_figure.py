@@ -64,7 +64,8 @@ def draw_curve(file: Path, found: Runout) -> None:
             (panels[1, 1], "dy_dmu_m", "F′: dy/dμ (m)"),
         ):
             mu, value = with_gaps(shown, key, after)
-            panel.plot(mu, value, color=STOPS, linewidth=1.5, label="F" if "F:" in words else "F′")
+            # Points as well, since a friction between two jumps is no line.
+            panel.plot(mu, value, ".-", color=STOPS, linewidth=1.5, markersize=3, label="F, F′")
             panel.axvline(found.mu, color=BOUNDS, linewidth=1.0, linestyle="--", label="the run")
             place = getattr(found, key, None)
             if place is not None and found.status == "stopped":
