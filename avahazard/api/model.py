@@ -154,8 +154,12 @@ class Model:
 
         return zones(self.database, self.name, effect_files=self.effect_files, **options)
 
-    def runout(self, path_id: str, *, volume_m3: float, mu: float | None = None) -> Runout:
+    def runout(
+        self, path_id: str, *, volume_m3: float, mu: float | None = None, **options: Any
+    ) -> Runout:
         """Run the block down a path by this model, of the median friction of a volume or of `mu`.
+
+        `options`: `table` (F(μ) and its derivative as well), `plot` (a picture).
 
         Raises:
             AvahazardError: there is no such path.
@@ -165,7 +169,7 @@ class Model:
         """
         from avahazard.workflow.runout import run_model  # noqa: PLC0415
 
-        return run_model(self.database, path_id, self.name, volume_m3=volume_m3, mu=mu)
+        return run_model(self.database, path_id, self.name, volume_m3=volume_m3, mu=mu, **options)
 
     def report(self, file: str | Path) -> WrittenReport:
         """Write the report of the model to an HTML file.

@@ -112,22 +112,24 @@ class Region:
 
         return view_path(self.database, path_id)
 
-    def runout(self, path_id: str, mu: float) -> Runout:
+    def runout(self, path_id: str, mu: float, **options: Any) -> Runout:
         """Run the block of friction `mu` down a path; lengths in m, speeds in m/s.
 
-        Raises `AvahazardError` where there is no such path, or μ is not over 0.
+        `options`: `table` (F(μ) and its derivative as well), `plot` (a picture). Raises
+        `AvahazardError` where there is no such path, or μ is not over 0.
 
         >>> region.runout("P01", 0.5).status
         'stopped'
         """
         from avahazard.workflow.runout import run_path  # noqa: PLC0415
 
-        return run_path(self.database, path_id, mu)
+        return run_path(self.database, path_id, mu, **options)
 
     def friction(self, path_id: str | None = None, **options: Any) -> Frictions:
         """Apparent friction of every event, its density, and the check by perturbation.
 
-        `options`: `kappa`. Raises `AvahazardError` where there are no events.
+        `options`: `kappa`, `model` (under its effects), `plot`. Raises `AvahazardError` where there
+        are no events.
 
         >>> len(region.friction().events) == 60
         True

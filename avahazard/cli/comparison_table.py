@@ -118,6 +118,23 @@ def error_words(found: Comparison | BeforeAndAfter) -> str:
     )
 
 
+def fall_of_error(found: BeforeAndAfter) -> str:
+    """How far the error fell: that of `compare`, on what was held out."""
+    by = "paths" if found.held_out_by == "path" else "folds"
+    what = f"Error (CRPS in {unit_words(found.coordinate)}, {by} held out)"
+    after = found.after.held_out_crps_m
+    if found.before is None:
+        return f"{what}: {after:.1f} m. {error_words(found)}"
+    before = found.before.held_out_crps_m
+    text = f"{what} {_change(before, after)}"
+    if found.fall is not None:
+        text += f" (by {found.fall.q05_m:.1f} to {found.fall.q95_m:.1f} m with 90 % confidence)"
+    x = (found.before.held_out_crps_x_m, found.after.held_out_crps_x_m)
+    if found.coordinate != "x" and x[0] is not None and x[1] is not None:
+        text += f"; in x it {_change(x[0], x[1])}"
+    return f"{text}. {error_words(found)}"
+
+
 def _direction(coordinate: str, bias: float) -> str:
     """Where the records lie against the prediction."""
     size = f"{abs(bias):.0f} m"
@@ -131,3 +148,8 @@ def _direction(coordinate: str, bias: float) -> str:
 
 def _chance(p: float) -> str:
     return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
+
+
+def _change(before: float, after: float) -> str:
+    verb = "fell" if after < before else "rose"
+    return f"{verb} from {before:.1f} to {after:.1f} m ({(after - before) / before:+.1%})"

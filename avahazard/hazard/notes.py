@@ -7,6 +7,11 @@ from avahazard.results.hazard import HazardRow
 
 WORTH_A_NOTE = 0.05
 """Share of draws from which something is said of them."""
+RELEASE_HINT = (
+    "Real ones start: check where the releases stand on the profile (release_elevation_m of the "
+    "events, else of the path, else its top), and that the volume is like those on record."
+)
+"""What may be wrong where blocks do not start."""
 
 
 def row_notes(path: PathHazard, row: HazardRow) -> tuple[str, ...]:
@@ -15,8 +20,7 @@ def row_notes(path: PathHazard, row: HazardRow) -> tuple[str, ...]:
     if row.p_not_released > WORTH_A_NOTE:
         notes.append(
             f"the block does not start in {row.p_not_released:.0%} of the draws, since the slope "
-            "at its release is under the friction. Give the path a release_elevation_m on steeper "
-            "ground."
+            f"at its release is under the friction. {RELEASE_HINT}"
         )
     period, found = row.return_period_years, row.design
     if period is not None and not path.rate_known:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from avahazard.results.base import Result, Rows
+from avahazard.results.base import ABSENT, Result, Rows
 
 
 @dataclass(frozen=True, slots=True)
 class ApparentEvent(Result):
     """The friction whose block stops where the record says, and its bracket.
 
-    `mu_sd` is its spread under records moved within their errors.
+    `mu_sd` is its spread under records moved within their errors. Under a model `mu_reference` is
+    μ less what its effects on friction and the path add: it may stand beside the law alone.
     """
 
     event_id: str
@@ -21,6 +22,7 @@ class ApparentEvent(Result):
     status: str
     mu_low: float | None
     mu_high: float | None
+    mu_reference: float | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +70,13 @@ class LargestJump(Result):
 
 @dataclass(frozen=True, slots=True)
 class Frictions(Result):
-    """Apparent friction of every event, densities, and the check by perturbation."""
+    """Apparent friction of every event, densities, and the check by perturbation.
 
+    Of the block by itself, or with the effects of `model` on the motion and the record at work.
+    """
+
+    model: str | None = field(default=None, metadata=ABSENT, kw_only=True)
+    notes: tuple[str, ...] | None = field(default=None, metadata=ABSENT, kw_only=True)
     events: Rows[ApparentEvent]
     density: Rows[FrictionDensity]
     perturbation: PerturbationCheck

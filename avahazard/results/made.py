@@ -7,6 +7,8 @@ from typing import Any
 
 from avahazard.results.base import Result, Rows
 from avahazard.results.calibration import Calibration
+from avahazard.results.comparison import HeldOutScores
+from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.hazard import HazardRow
 
 
@@ -25,10 +27,33 @@ class MadeWorld(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class Demo(Result):
-    """The main job on the twin: both calibrations, the bounds, and the files written.
+class HiddenEffect(Result):
+    """The loop on a world made with an effect (`hidden`, by its key) that no model was told of.
 
-    `twin` says what the data are; `files` ends with these.
+    `model` is without it, `held_out` its scores; `child` has what the `diagnosis` names, None
+    where it names no single effect. `report` is that of the last of them, `hazard` its bounds;
+    `files` ends with the records.
+    """
+
+    database: str
+    files: tuple[str, ...]
+    report: str
+    hidden: dict[str, Any]
+    n_paths: int
+    model: Calibration
+    coordinate: str
+    held_out: HeldOutScores
+    diagnosis: Diagnosis
+    child: Calibration | None
+    hazard: Rows[HazardRow]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Demo(Result):
+    """The main job on the twin (calibrations, bounds, files), then a hidden effect: `loop`.
+
+    `twin` says what the data are; `files` are those of the twin, and end with its records.
     """
 
     database: str
@@ -37,4 +62,5 @@ class Demo(Result):
     model: Calibration
     gibbs: Calibration
     hazard: Rows[HazardRow]
+    loop: HiddenEffect
     notes: tuple[str, ...]

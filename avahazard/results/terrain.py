@@ -83,12 +83,39 @@ class SpeedHere(Result):
     speed_m_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class RunoutAt(Result):
+    """F(μ) and F'(μ) at one friction: where the block stops, m, and how that moves with μ.
+
+    None where the block left the profile; no derivative where the block does not stop and within
+    jumps.
+    """
+
+    mu: float
+    runout_x_m: float | None
+    runout_elevation_m: float | None
+    status: str
+    dx_dmu_m: float | None
+    dy_dmu_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class RunoutJump(Result):
+    """A jump of F between two frictions of its table: none stops the block between the places."""
+
+    mu_low: float
+    mu_high: float
+    from_x_m: float
+    to_x_m: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Runout(Result):
     """One run of the block: where it stops, and its speed on the way.
 
     `status` is stopped, left_profile or not_released; `lift_off_x_m` is where it first lost the
-    ground. By a model: its name, the volume, and where the friction comes from.
+    ground. By a model: its name, the volume, and where the friction comes from. `table` and
+    `jumps`, where they were asked for, are F(μ) under the same resistance.
     """
 
     path_id: str
@@ -104,6 +131,8 @@ class Runout(Result):
     speed_max_m_s: float
     lift_off_x_m: float | None
     speeds: Rows[SpeedHere]
+    table: Rows[RunoutAt] | None = field(default=None, metadata=ABSENT)
+    jumps: Rows[RunoutJump] | None = field(default=None, metadata=ABSENT)
     notes: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
 
 

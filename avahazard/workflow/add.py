@@ -26,6 +26,7 @@ from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import comparison, stored_comparison
 from avahazard.workflow.ladder import standing
+from avahazard.workflow.steps import steps
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import (
     StoredFit,
@@ -81,6 +82,8 @@ def add(
         raise AvahazardError(f"The model {name} has {', '.join(effects)} already.")
     facts = {**parent.facts, **new_facts}
     seed = parent.result.seed
+    fresh = before is None and parent.method != "metropolis"
+    tell = steps(report, (2.0, 1.0, 1.0 if fresh else 0.0))
     same_method = parent.method == "marginal"
     found = calibrate_model(
         observations,
@@ -91,18 +94,17 @@ def add(
         seed=seed,
         own=definitions,
         start=start_from(parent, assemble(observations, specification, facts, definitions)),
-        progress=lambda share: report(f"Calibrating {new_name}", share, 1.0),
+        progress=lambda share: tell[0](f"Calibrating {new_name}", share, 1.0),
     )
     result = calibration_result(
         found, new_name, seed=seed, data_fingerprint=parent.fingerprint, parent=name
     )
     after = comparison(
-        new_name, found.model, lambda share: report(f"Comparing {new_name}", share, 1.0)
+        new_name, found.model, lambda share: tell[1](f"Comparing {new_name}", share, 1.0)
     )
-    fresh = before is None and parent.method != "metropolis"
     if fresh:
         before = comparison(
-            name, parent.model, lambda share: report(f"Comparing {name}", share, 1.0)
+            name, parent.model, lambda share: tell[2](f"Comparing {name}", share, 1.0)
         )
     save_calibrated(
         database,

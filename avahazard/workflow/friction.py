@@ -1,6 +1,7 @@
 """Apparent friction of the recorded events, its density, and what the records' errors do to it.
 
-These are the paper's views of the records, for people. Calibration does not use them.
+These are the paper's views of the records, for people. Calibration does not use them. The block
+runs by itself, as in the paper, or with the effects of a stored model.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from avahazard.inference.paper.least_squares import fit_law
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
 from avahazard.records.lookup import find_path
+from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
 from avahazard.results.friction import (
     ApparentEvent,
@@ -34,6 +37,8 @@ from avahazard.results.friction import (
 )
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.workflow.model_friction import apparent_friction, friction_view, from_reference
+from avahazard.workflow.stored.model import load_stored
 
 Floats = NDArray[np.float64]
 Kappa = float | Literal["auto"]
@@ -50,40 +55,84 @@ def show_frictions(
     path_id: str | None = None,
     kappa: Kappa = DEFAULT_KAPPA,
     plot: FilePath | None = None,
+    model: str | None = None,
 ) -> Frictions:
     """The apparent friction of every event, of one path or all.
 
-    `kappa` "auto" takes, for each density, that with the best held-out likelihood. With
-    `plot` a picture of the densities is written there.
+    `kappa` "auto" takes, for each density, that with the best held-out likelihood. With `model`
+    the effects of that stored model on the motion and the record are at work, and the events are
+    those that it was calibrated on, or the path's. With `plot` a picture of the densities is
+    written there, and by a model also of its law with the events beside it.
 
     Raises:
-        AvahazardError: the database or the path is missing, there are no events, a path of
-            theirs has no profile, or `plot` is not the name of a picture.
+        AvahazardError: the database, the model or the path is missing, there are no events, a
+            path of theirs has no profile, or `plot` is not the name of a picture.
     """
+    if plot is not None:
+        require_picture(plot)
+    if model is not None:
+        return _by_model(database, model, path_id, kappa, plot)
     with reading(database) as session:
         records = load_records(session)
     if path_id is not None:
-        find_path(records, path_id)
-        mine = tuple(event for event in records.events if event.path_id == path_id)
-        if not mine:
-            raise AvahazardError(
-                f"Path {path_id} has no events.", "Import some: avahazard import FOLDER."
-            )
+        mine = _events_of(records, path_id)
         records = Records(records.paths, records.profiles, mine, records.speeds)
     observations = build_observations(records)
     predicted = predict_records(observations, (), {})
-    found = back_calculate(observations, predicted)
-    frictions = Frictions(
-        events=_events(found, observations),
-        density=friction_densities(found.mu, observations, kappa),
-        perturbation=_perturbation(found, observations),
-        jumps=_jumps(observations, predicted, found),
-    )
+    frictions = _frictions(observations, back_calculate(observations, predicted), predicted, kappa)
     if plot is not None:
         from avahazard.report.friction_figure import draw_densities  # noqa: PLC0415 (slow)
 
         draw_densities(plot, frictions.density)
     return frictions
+
+
+def _by_model(
+    database: str, name: str, path_id: str | None, kappa: Kappa, plot: FilePath | None
+) -> Frictions:
+    stored = load_stored(database, name)
+    fitted = stored.model
+    if path_id is not None:
+        fitted = stored.on(_events_of(stored.records, path_id))
+    observations = fitted.observations
+    found, predicted = apparent_friction(fitted)
+    reference = found.mu * np.exp(-from_reference(fitted))
+    frictions = _frictions(observations, found, predicted, kappa)
+    events = zip(frictions.events, reference, strict=True)
+    changed = f"the records have changed since {name} was calibrated."
+    frictions = replace(
+        frictions,
+        model=name,
+        notes=(changed,) if stored.records_changed else (),
+        events=Rows(replace(event, mu_reference=_finite(mu)) for event, mu in events),
+    )
+    if plot is not None:
+        from avahazard.report.friction_figure import draw_frictions  # noqa: PLC0415 (slow)
+
+        volume = np.exp(observations.columns.log_volume)
+        draw_frictions(plot, frictions, friction_view(fitted), volume, reference)
+    return frictions
+
+
+def _events_of(records: Records, path_id: str) -> tuple[Event, ...]:
+    find_path(records, path_id)
+    mine = tuple(event for event in records.events if event.path_id == path_id)
+    if not mine:
+        raise AvahazardError(
+            f"Path {path_id} has no events.", "Import some: avahazard import FOLDER."
+        )
+    return mine
+
+
+def _frictions(
+    observations: Observations, found: BackCalculation, predicted: Predicted, kappa: Kappa
+) -> Frictions:
+    return Frictions(
+        events=_events(found, observations),
+        density=friction_densities(found.mu, observations, kappa),
+        perturbation=_perturbation(found, observations),
+        jumps=_jumps(observations, predicted, found),
+    )
 
 
 def _events(found: BackCalculation, observations: Observations) -> Rows[ApparentEvent]:

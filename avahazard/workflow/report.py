@@ -18,10 +18,10 @@ from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.friction import friction_densities
 from avahazard.workflow.ladder import ladder_rows
+from avahazard.workflow.model_friction import apparent_friction, friction_view
 from avahazard.workflow.models import show_model
 from avahazard.workflow.provenance import surroundings
 from avahazard.workflow.report_events import event_views, unknown_columns
-from avahazard.workflow.report_friction import apparent_friction, friction_view
 from avahazard.workflow.report_paths import path_views
 from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
@@ -109,7 +109,7 @@ def gather(
         }
     report("Writing the report", 0.1, 1.0)
     observations = stored.model.observations
-    found = apparent_friction(stored.model)
+    found, _ = apparent_friction(stored.model)
     report("Writing the report", 0.3, 1.0)
     events = event_views(stored.training.events, stored.model, found.mu, found.status)
     report("Writing the report", 0.6, 1.0)

@@ -20,7 +20,7 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.event import Event
 from avahazard.report.html.content import EventView
 from avahazard.workflow.compare import COORDINATES
-from avahazard.workflow.report_friction import from_reference
+from avahazard.workflow.model_friction import from_reference
 
 Floats = NDArray[np.float64]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path as FilePath
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,14 @@ from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
+from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile
+from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
-from avahazard.results.terrain import Runout, SpeedHere
+from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.stored.model import load_stored
@@ -29,33 +32,56 @@ SPEED_EVERY_M = 10.0
 MOST_PLACES = 100
 
 
-def run_path(database: str, path_id: str, mu: float) -> Runout:
+def run_path(
+    database: str, path_id: str, mu: float, *, table: bool = False, plot: FilePath | None = None
+) -> Runout:
     """Run the block of friction `mu` down a path from its release.
 
+    With `table` F(μ) and F'(μ) are told as well. `plot` is a picture of these, or else of the
+    path with the run and its speeds.
+
     Raises:
-        AvahazardError: the database, the path or its profile is missing, or μ is not a
-            positive number.
+        AvahazardError: the database, the path or its profile is missing, μ is not a
+            positive number, or `plot` is not the name of a picture.
     """
+    if plot is not None:
+        require_picture(plot)
     if not (np.isfinite(mu) and mu > 0.0):
         raise AvahazardError(f"The friction is {mu:g}.", "It must be a number over 0, such as 0.4.")
     with reading(database) as session:
         records = load_records(session)
     path = find_path(records, path_id)
-    return run_site(path_site(path, find_profile(records, path)), mu)
+    site = path_site(path, find_profile(records, path))
+    found = run_site(site, mu)
+    if table:
+        found = with_table(found, site)
+    if plot is not None:
+        _draw(plot, site, found)
+    return found
 
 
 def run_model(
-    database: str, path_id: str, name: str, *, volume_m3: float | None, mu: float | None = None
+    database: str,
+    path_id: str,
+    name: str,
+    *,
+    volume_m3: float | None,
+    mu: float | None = None,
+    table: bool = False,
+    plot: FilePath | None = None,
 ) -> Runout:
     """Run the block down a path with the effects of model `name`.
 
     The friction is the posterior median of that of an event of `volume_m3`, or `mu` where that
-    is given; effects on the motion are at their posterior means.
+    is given; effects on the motion are at their posterior means, for `table` (F and F') too.
+    `plot` as in `run_path`.
 
     Raises:
-        AvahazardError: there is no such model, path or profile, or neither `mu` nor a volume
-            over 0 is given.
+        AvahazardError: there is no such model, path or profile, neither `mu` nor a volume
+            over 0 is given, or `plot` is not the name of a picture.
     """
+    if plot is not None:
+        require_picture(plot)
     if mu is None and not (volume_m3 is not None and np.isfinite(volume_m3) and volume_m3 > 0.0):
         raise AvahazardError("The volume must be a number over 0.", "Give it in m3: --volume 20000")
     stored = load_stored(database, name)
@@ -75,13 +101,18 @@ def run_model(
         notes += extrapolation(stored.model, path_id, volume_m3).notes()
     if stored.records_changed:
         notes.append(f"the records have changed since {name} was calibrated.")
-    return replace(
+    found = replace(
         run_site(site, mu, resistance),
         model=name,
         volume_m3=volume_m3,
         mu_from=source,
         notes=tuple(notes),
     )
+    if table:
+        found = with_table(found, site, resistance)
+    if plot is not None:
+        _draw(plot, site, found)
+    return found
 
 
 def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Runout:
@@ -116,6 +147,49 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Run
             SpeedHere(float(place), float(speed)) for place, speed in zip(x, speeds, strict=False)
         ),
     )
+
+
+def with_table(found: Runout, site: Site, resistance: Resistance | None = None) -> Runout:
+    """The run of a site with F(μ), its derivative and its jumps under the same resistance."""
+    resistance = no_resistance(site.terrain) if resistance is None else resistance
+    curve = site.table(resistance)[0]
+    dx, dy = curve.derivative()
+    return replace(
+        found,
+        table=Rows(
+            RunoutAt(
+                mu=round(float(MU[j]), 6),
+                runout_x_m=_finite(curve.x[j]),
+                runout_elevation_m=_finite(curve.y[j]),
+                status=STATUS_NAMES[curve.status[j]],
+                dx_dmu_m=_finite(dx[j]),
+                dy_dmu_m=_finite(dy[j]),
+            )
+            for j in range(len(MU))
+        ),
+        jumps=Rows(
+            RunoutJump(
+                mu_low=round(float(MU[j]), 6),
+                mu_high=round(float(MU[j + 1]), 6),
+                from_x_m=float(curve.x[j]),
+                to_x_m=float(curve.x[j + 1]),
+            )
+            for j in np.flatnonzero(curve.jumps)
+        ),
+    )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _draw(file: FilePath, site: Site, found: Runout) -> None:
+    from avahazard.report.runout_figure import draw_curve, draw_run  # noqa: PLC0415 (slow)
+
+    if found.table is not None:
+        draw_curve(file, found)
+    else:
+        draw_run(file, site.smooth, found)
 
 
 def _places(start: float, end: float) -> Floats:

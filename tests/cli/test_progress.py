@@ -59,3 +59,33 @@ def test_a_terminal_gets_a_bar(clock: list[float], monkeypatch: pytest.MonkeyPat
             report("sampling", i, 5)
             clock[0] += 1.0
     assert "sampling" in terminal.getvalue()
+
+
+def test_one_bar_for_all_that_is_done(clock: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress.show_progress() as report:
+        for i, what in enumerate(["reading", "sampling", "sampling", "writing", "writing"]):
+            report(what, i, 5)
+            clock[0] += 2.0
+        text = terminal.getvalue()
+    assert "100 %" not in text
+    # A bar is one line: what is done takes the place of what was.
+    assert not any("sampling" in line and "writing" in line for line in text.splitlines())
+
+
+def test_the_time_left_is_not_told_before_it_is_known(
+    clock: list[float], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with progress.show_progress() as report:
+        for share in (0.0, 0.01, 0.02, 0.06):
+            report("sampling", share, 1.0)
+            clock[0] += 10.0
+        # What begins again is timed again.
+        report("more", 0.0, 1.0)
+        clock[0] += 10.0
+        report("more", 0.5, 1.0)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[:2] == ["sampling: 1%", "sampling: 2%"]
+    assert lines[2] == "sampling: 6%, 470 s left"
+    assert lines[-1] == "more: 50%, 10 s left"

@@ -112,11 +112,12 @@ def test_a_path_and_its_bounds(report_database: str, tmp_path: Path, on: Any) ->
     check("zones", zones)
     check("compare", compared)
     check("runout", on(file, "runout", "scey", "--mu", "0.4"))
-    check("runout", on(file, "runout", "scey", "--model", "m", "--volume", "20000"))
+    check("runout", on(file, "runout", "scey", "--model", "m", "--volume", "20000", "--table"))
     for name in ("scey", "saugy", "nants"):
         check("path", on(file, "path", name))
     for command in ("friction", "volumes", "alpha-beta", "paths", "models", "effects"):
         check(command, on(file, command))
+    check("friction", on(file, "friction", "scey", "--model", "m"))
     check("effect", on(file, "effect", "forest-drag"))
     check("report", on(file, "report", "m", "-o", str(tmp_path / "m.html")))
     check("export", on(file, "export", "m", "-o", str(tmp_path / "m.csv")))

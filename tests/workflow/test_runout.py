@@ -12,15 +12,18 @@ from avahazard.inference.model.laws import LAWS
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
+from avahazard.records.path import Path as BarePath
+from avahazard.records.path import Profile
+from avahazard.report.runout_figure import with_gaps
 from avahazard.results.terrain import SpeedHere
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.runout import run_model, run_path, run_site
+from avahazard.workflow.runout import run_model, run_path, run_site, with_table
 from avahazard.workflow.stored.model import load_stored
 from tests.workflow.twin import FEW_PATHS, twin_records
-from tests.workflow.worlds import bowl, stop_x
+from tests.workflow.worlds import bowl, smooth_bowl, stop_x
 
 
 def _site(length_m: float = 1900.0):
@@ -65,6 +68,44 @@ def test_a_run_that_leaves_or_does_not_start() -> None:
     held = run_site(_site(), 0.9)
     assert (held.status, held.runout_x_m) == ("not_released", 0.0)
     assert held.speeds == (SpeedHere(0.0, 0.0),)
+
+
+def test_the_curve_is_that_of_small_steps() -> None:
+    found = with_table(run_site(_site(), 0.45), _site())
+    assert found.table is not None
+    assert found.jumps == ()
+    by_mu = {row.mu: row for row in found.table}
+    bowl_height = smooth_bowl().height
+    for mu in (0.45, 0.6):
+        row = by_mu[mu]
+        assert row.runout_x_m == pytest.approx(stop_x(mu), abs=0.05)
+        beside = [stop_x(mu - 0.0025), stop_x(mu + 0.0025)]
+        assert row.dx_dmu_m == pytest.approx((beside[1] - beside[0]) / 0.005, rel=0.01)
+        fall = bowl_height(beside[1]) - bowl_height(beside[0])
+        assert row.dy_dmu_m == pytest.approx(fall / 0.005, rel=0.01)
+    held = by_mu[0.9]
+    assert (held.status, held.runout_x_m, held.dx_dmu_m) == ("not_released", 0.0, None)
+
+
+def test_a_terrace_is_a_jump_of_the_curve() -> None:
+    x = np.linspace(0.0, 1600.0, 161)
+    slope = np.select([x < 500.0, x < 650.0, x < 1000.0], [0.7, 0.0, 0.7], 0.1)
+    y = 1200.0 - np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(x))])
+    site = path_site(BarePath("T"), Profile("T", x, y))
+    found = with_table(run_site(site, 0.5), site)
+    assert found.table is not None
+    assert found.jumps
+    widest = max(found.jumps, key=lambda jump: jump.from_x_m - jump.to_x_m)
+    assert widest.from_x_m - widest.to_x_m > 150.0
+    # No run between its frictions stops within, however fine.
+    for mu in np.linspace(widest.mu_low, widest.mu_high, 21):
+        place = run_site(site, float(mu)).runout_x_m
+        assert place is not None
+        assert not widest.to_x_m + 20.0 < place < widest.from_x_m - 20.0
+    mu, values = with_gaps(found.table, "runout_x_m", {jump.mu_low for jump in found.jumps})
+    at = np.flatnonzero(mu == widest.mu_low)
+    assert np.isfinite(values[at[0]])
+    assert np.isnan(values[at[1]])
 
 
 def test_from_the_database(database: str) -> None:
@@ -132,6 +173,16 @@ def test_an_effect_on_the_motion_acts(models: str) -> None:
     assert found.mu_from == "given"
     assert found.speed_max_m_s < plain.speed_max_m_s
     assert found.runout_x_m < plain.runout_x_m
+
+
+def test_the_curve_is_that_of_the_models_motion(models: str) -> None:
+    found = run_model(models, "scey", "drag", volume_m3=None, mu=0.45, table=True)
+    assert found.table is not None
+    row = next(row for row in found.table if row.mu == 0.45)
+    assert row.runout_x_m == pytest.approx(found.runout_x_m, abs=3.0)
+    plain = run_path(models, "scey", 0.45)
+    assert plain.table is None
+    assert row.runout_x_m < plain.runout_x_m - 5.0
 
 
 def test_a_path_that_the_model_does_not_know(models: str) -> None:

@@ -7,13 +7,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import error_words, unit_words
+from avahazard.cli.comparison_table import fall_of_error
 from avahazard.cli.model_table import show_calibration
 from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
-from avahazard.results.ladder import BeforeAndAfter
 
 
 def add(
@@ -54,25 +53,3 @@ def add(
     emit(context, found, render)
     for note in found.notes:
         warn(note)
-
-
-def fall_of_error(found: BeforeAndAfter) -> str:
-    """How far the error fell: that of `compare`, on what was held out."""
-    by = "paths" if found.held_out_by == "path" else "folds"
-    what = f"Error (CRPS in {unit_words(found.coordinate)}, {by} held out)"
-    after = found.after.held_out_crps_m
-    if found.before is None:
-        return f"{what}: {after:.1f} m. {error_words(found)}"
-    before = found.before.held_out_crps_m
-    text = f"{what} {_change(before, after)}"
-    if found.fall is not None:
-        text += f" (by {found.fall.q05_m:.1f} to {found.fall.q95_m:.1f} m with 90 % confidence)"
-    x = (found.before.held_out_crps_x_m, found.after.held_out_crps_x_m)
-    if found.coordinate != "x" and x[0] is not None and x[1] is not None:
-        text += f"; in x it {_change(x[0], x[1])}"
-    return f"{text}. {error_words(found)}"
-
-
-def _change(before: float, after: float) -> str:
-    verb = "fell" if after < before else "rose"
-    return f"{verb} from {before:.1f} to {after:.1f} m ({(after - before) / before:+.1%})"

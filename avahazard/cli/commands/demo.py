@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from avahazard.cli.demo_words import last_model, show_loop
 from avahazard.cli.hazard_table import show_bounds
 from avahazard.cli.model_table import show_calibration
 from avahazard.cli.output import emit, warn
@@ -23,7 +24,10 @@ def demo(
         Path, typer.Option(help="Where its database and files go; made anew each time.")
     ] = Path("avahazard-demo"),
 ) -> None:
-    """Do the main job on the bundled data, a twin of the paper's seven paths.
+    """Do the main job on the bundled data, a twin of the paper's seven paths; find what is hidden.
+
+    The second part makes a world with one effect that its model is not told of, lets diagnose
+    name what is missing, adds that, and says how far the error falls.
 
     \b
     Examples:
@@ -35,7 +39,7 @@ def demo(
     with show_progress() as report:
         found = run_demo(folder, report)
     emit(context, found, lambda console: _show(console, found))
-    for note in found.notes:
+    for note in (*found.notes, *found.loop.notes):
         warn(note)
 
 
@@ -47,6 +51,7 @@ def _show(console: Console, found: Demo) -> None:
         console.print()
     console.print("The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n")
     show_bounds(console, found.hazard)
+    show_loop(console, found.loop)
     console.print("\nFiles:")
     database, bounds, picture, report, *data = found.files
     for words, file in (
@@ -55,10 +60,22 @@ def _show(console: Console, found: Demo) -> None:
         ("picture of them", picture),
         ("report, for a browser", report),
         ("the twin itself", str(Path(data[0]).parent)),
+        ("database of the made world", found.loop.database),
+        ("its records", str(Path(found.loop.files[-1]).parent)),
     ):
         console.print(f"  {words}: {file}", soft_wrap=True)
     console.print("\nGo on with it, for example:")
     name = found.model.model
     program = "avahazard" if which("avahazard") else sys.argv[0]
-    for words in (f"model {name}", f"compare {name}", f"hazard {name} -T 30 -T 300"):
-        console.print(f"  {program} --db {database} {words}", soft_wrap=True)
+    for file, words in (
+        (database, f"model {name}"),
+        (database, f"hazard {name} -T 30 -T 300"),
+        (found.loop.database, "ladder"),
+        (found.loop.database, f"friction --model {last_model(found.loop)}"),
+    ):
+        console.print(f"  {program} --db {file} {words}", soft_wrap=True)
+    console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
+    console.print(
+        f"It is the report of the model “{last_model(found.loop)}” of the made world: where it "
+        "fails, what was found, and the error that is left."
+    )

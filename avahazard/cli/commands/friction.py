@@ -41,7 +41,15 @@ def friction(
             help="Sharpness of the density; auto lets the records choose.",
         ),
     ] = "5",
-    plot: Annotated[Path | None, picture("Write the densities as a picture")] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="With the effects of a stored model on motion and record."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, picture("Draw the densities, and by a model its law and the events")
+    ] = None,
 ) -> None:
     """Show the apparent friction of the events and its density.
 
@@ -49,11 +57,12 @@ def friction(
     Examples:
       avahazard friction
       avahazard friction P01 --kappa auto --plot density.png
+      avahazard friction --model first --plot law.png
     """
     from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
     found = show_frictions(
-        settings(context).database, path, "auto" if kappa == "auto" else float(kappa), plot
+        settings(context).database, path, "auto" if kappa == "auto" else float(kappa), plot, model
     )
 
     def render(console: Console) -> None:
@@ -64,6 +73,8 @@ def friction(
         _render_perturbation(console, found.perturbation)
 
     emit(context, found, render)
+    for note in found.notes or ():
+        warn(note)
     for jump in found.jumps:
         warn(
             f"{jump.path_id}: the runout jumps by up to {jump.jump_m:.0f} m (near μ = "
@@ -94,15 +105,19 @@ def _render_paths(console: Console, found: Frictions) -> None:
             )
         )
     columns = ("path", ">events", ">lowest μ", ">median", ">highest", ">κ", "not unique")
-    console.print(table("Apparent friction", columns, rows))
+    console.print(table(_title(found), columns, rows))
 
 
 def _render_events(console: Console, found: Frictions) -> None:
     rows = [(event.event_id, event.mu, event.mu_sd, _status(event)) for event in found.events]
-    console.print(table("Apparent friction", ("event", ">μ", ">sd", "status"), rows))
+    console.print(table(_title(found), ("event", ">μ", ">sd", "status"), rows))
     for density in found.density[:1]:
         peak = density.mu[density.pdf.index(max(density.pdf))]
         console.print(f"Density: κ = {number(density.kappa)}, highest at μ = {peak:.3f}.")
+
+
+def _title(found: Frictions) -> str:
+    return f"Apparent friction{f', with the effects of {found.model}' if found.model else ''}"
 
 
 def _status(event: ApparentEvent) -> str:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import OnePath
+from avahazard.cli.options import OnePath, picture
 from avahazard.cli.output import emit, table, warn
+from avahazard.cli.runout_table import show_table
 from avahazard.cli.settings import settings
 from avahazard.results.terrain import Runout, SpeedHere
 
@@ -37,19 +39,26 @@ def runout(
     model: Annotated[
         str | None, typer.Option(metavar="NAME", help="Run with the effects of a stored model.")
     ] = None,
+    curve: Annotated[
+        bool, typer.Option("--table", help="Tell F(μ) and its derivative F′(μ) as well.")
+    ] = False,
+    plot: Annotated[
+        Path | None, picture("Draw the run and its speeds, or F and F′ with --table")
+    ] = None,
 ) -> None:
-    """Run the block once: its stop and its speeds.
+    """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
 
     \b
     Examples:
       avahazard runout P01 --mu 0.4
       avahazard runout P01 --model first --volume 50000
+      avahazard runout P01 --mu 0.4 --table --plot curve.png
     """
     if mu is None and (model is None or volume is None):
         raise typer.BadParameter("Give --mu MU, or --model NAME with --volume M3.")
     if volume is not None and model is None:
         raise typer.BadParameter("A --volume changes the run only through a --model.")
-    found = _run(settings(context).database, path, mu, volume, model)
+    found = _run(settings(context).database, path, mu, volume, model, curve, plot)
 
     def render(console: Console) -> None:
         console.print(_ending(found), soft_wrap=True)
@@ -57,6 +66,7 @@ def runout(
             rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in _few(found.speeds)]
             console.print(table("", (">x m", ">speed m/s"), rows))
             console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
+        show_table(console, found)
 
     emit(context, found, render)
     if found.lift_off_x_m is not None:
@@ -66,14 +76,20 @@ def runout(
 
 
 def _run(
-    database: str, path: str, mu: float | None, volume: float | None, model: str | None
+    database: str,
+    path: str,
+    mu: float | None,
+    volume: float | None,
+    model: str | None,
+    curve: bool,
+    plot: Path | None,
 ) -> Runout:
     from avahazard.workflow.runout import run_model, run_path  # noqa: PLC0415
 
     if model is not None:
-        return run_model(database, path, model, volume_m3=volume, mu=mu)
+        return run_model(database, path, model, volume_m3=volume, mu=mu, table=curve, plot=plot)
     assert mu is not None
-    return run_path(database, path, mu)
+    return run_path(database, path, mu, table=curve, plot=plot)
 
 
 def _ending(found: Runout) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.design import design_of
 from avahazard.hazard.exceedance import Reach, exceeded_runout, reach
+from avahazard.hazard.notes import RELEASE_HINT
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import QUANTILES
 from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
@@ -110,7 +111,6 @@ def _notes(path_id: str, held: float, extrapolated: Sequence[float]) -> tuple[st
     if held > HELD_WORTH_A_NOTE:
         notes.append(
             f"{path_id}: {held:.0%} of the avalanches stop at their "
-            "release, where the slope is under the friction. Give the path a release_elevation_m "
-            "on steeper ground."
+            f"release, where the slope is under the friction. {RELEASE_HINT}"
         )
     return tuple(notes)

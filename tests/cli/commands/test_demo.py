@@ -1,42 +1,147 @@
-"""`avahazard demo`."""
+"""`avahazard demo`: run once, from nothing, and looked at from all sides."""
 
 from __future__ import annotations
 
 import json
+import re
 import subprocess
+from dataclasses import replace
+from html import unescape
 from pathlib import Path
+from typing import Any
 
 import pytest
+from rich.console import Console
 
+from avahazard.cli.commands.demo import _show
+from avahazard.cli.demo_words import show_loop
+from avahazard.results.base import Rows
+from avahazard.results.made import Demo
+from avahazard.store.upkeep import status
 from tests.cli.commands.conftest import PROGRAM
+from tests.report.html.chromium import Seen, chromium
 from tests.telling import untold
+from tests.workflow.twin import TRUTH
 
 
-@pytest.mark.slow
-def test_the_installed_command(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
+    """Give the folder that the installed command was run in, its document and its progress."""
+    folder = tmp_path_factory.mktemp("a")
     done = subprocess.run(
-        [PROGRAM, "--json", "demo"], cwd=tmp_path, check=True, capture_output=True, text=True
+        [PROGRAM, "--json", "demo"], cwd=folder, check=True, capture_output=True, text=True
     )
-    document = json.loads(done.stdout)
-    assert document.keys() >= {"database", "files", "model", "hazard"}
-    assert len(document["hazard"]) == 7
-    for file in document["files"]:
-        assert (tmp_path / file).is_file()
-    assert {file.name for file in tmp_path.iterdir()} == {"avahazard-demo"}
+    return folder, json.loads(done.stdout), done.stderr
 
 
-def test_people_see_the_twin_its_files_and_how_to_go_on(tmp_path: Path) -> None:
-    folder = tmp_path / "other"
-    done = subprocess.run(
-        [PROGRAM, "demo", "--folder", folder], check=True, capture_output=True, text=True
-    )
-    assert untold(done.stdout, "twin", "Ancey (2005)") == []
-    assert str(folder / "twin.db") in done.stdout
-    following = [line.split() for line in done.stdout.splitlines() if " --db " in line]
+@pytest.fixture(scope="module")
+def found(run: tuple[Path, Any, str]) -> Demo:
+    """Give what it found."""
+    return Demo.from_dict(run[1])
+
+
+def printed(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
+    _show(Console(width=80, markup=False, highlight=False), found)
+    return capsys.readouterr().out
+
+
+def loop_words(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
+    show_loop(Console(width=80, markup=False, highlight=False), found.loop)
+    return capsys.readouterr().out
+
+
+def test_what_it_leaves(run: tuple[Path, Any, str], found: Demo) -> None:
+    folder = run[0]
+    for file in (*found.files, *found.loop.files):
+        assert (folder / file).stat().st_size > 0
+    assert {file.name for file in folder.iterdir()} == {"avahazard-demo"}
+    counts = status(str(folder / found.database)).counts
+    assert (counts["events"], counts["models"]) == (173, 2)
+
+
+def test_the_twins_bounds_and_truth(found: Demo) -> None:
+    assert len(found.hazard) == 7
+    assert all(None not in row.runout_x_m.to_dict().values() for row in found.hazard)
+    for model in (found.model, found.gibbs):
+        assert model.diagnostics.converged
+        for name, value in TRUTH.items():
+            parameter = model.parameters[name]
+            assert parameter.q05 < value < parameter.q95, (model.model, name)
+
+
+def test_what_was_hidden_is_named_added_and_the_error_falls(found: Demo) -> None:
+    loop = found.loop
+    assert loop.model.effects == ()
+    assert loop.diagnosis.verdict == "missing-effect"
+    assert loop.diagnosis.missing == tuple(loop.hidden)
+    assert loop.child is not None
+    assert loop.child.effects == loop.diagnosis.missing
+    assert loop.child.diagnostics.converged
+    compared = loop.child.comparison
+    assert compared is not None
+    assert compared.before is not None
+    assert compared.before.held_out_crps_m == loop.held_out.runout.crps_m
+    assert compared.after.held_out_crps_m < compared.before.held_out_crps_m
+    assert compared.fall is not None
+    assert compared.fall.q05_m < compared.fall.mean_m < compared.fall.q95_m
+
+
+def test_progress_is_one_and_never_goes_back(run: tuple[Path, Any, str]) -> None:
+    shares = [int(share) for share in re.findall(r"^.+: (\d+)%", run[2], re.MULTILINE)]
+    assert shares
+    assert shares == sorted(shares)
+
+
+@pytest.mark.parametrize(
+    "which", ["hidden-report.html", pytest.param("twin-report.html", marks=pytest.mark.slow)]
+)
+def test_its_reports_in_a_browser(run: tuple[Path, Any, str], which: str) -> None:
+    report = run[0] / "avahazard-demo" / which
+    assert report.stat().st_size < 10e6
+    with chromium() as browser:
+        for width in (390, 1400):
+            seen = Seen(browser, report, width)
+            assert seen.said == []
+            assert seen.asked == [report.as_uri()]
+            assert seen.overflow() <= 0
+            assert seen.blank() == []
+        assert unescape(seen.point_at_an_event()) in seen.hovered()
+        assert seen.page.pdf().startswith(b"%PDF")
+
+
+def test_people_see_both_parts_the_files_and_how_to_go_on(
+    run: tuple[Path, Any, str], found: Demo, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = printed(found, capsys)
+    assert untold(text, "twin", "Ancey (2005)", *found.loop.hidden, found.loop.report) == []
+    assert found.database in text
+    assert text.split("One file to open")[1].split()[4] == found.loop.report
+    following = [line.split() for line in text.splitlines() if " --db " in line]
     assert len(following) >= 2
-    subprocess.run([PROGRAM, *following[0][1:]], check=True, capture_output=True)
-    # Where the command is not on the PATH, it is named as it was called.
-    assert following[0][0] in ("avahazard", str(PROGRAM))
+    subprocess.run([PROGRAM, *following[0][1:]], cwd=run[0], check=True, capture_output=True)
+
+
+def test_the_words_are_of_what_came_out(found: Demo, capsys: pytest.CaptureFixture[str]) -> None:
+    loop = found.loop
+    words = loop_words(found, capsys)
+    assert loop.child is not None
+    assert loop.child.comparison is not None
+    assert loop.child.comparison.before is not None
+    errors = (loop.child.comparison.before, loop.child.comparison.after)
+    assert untold(words, *(f"{error.held_out_crps_m:.1f}" for error in errors)) == []
+    assert "the diagnosis is right" in " ".join(words.split())
+    assert max(map(len, words.splitlines())) <= 80
+
+    adequate = replace(loop.diagnosis, verdict="adequate", missing=(), candidates=Rows())
+    nothing = loop_words(replace(found, loop=replace(loop, diagnosis=adequate, child=None)), capsys)
+    assert "none is added" in " ".join(nothing.split())
+    assert "did not find it" in " ".join(nothing.split())
+    wrong = loop_words(replace(found, loop=replace(loop, hidden={"forest-drag": {}})), capsys)
+    assert "did not find it" in " ".join(wrong.split())
+    hidden = next(iter(loop.hidden))
+    both = replace(loop.diagnosis, verdict="ambiguous", missing=(hidden, "season"))
+    among = loop_words(replace(found, loop=replace(loop, diagnosis=both, child=None)), capsys)
+    assert "among what was named" in " ".join(among.split())
 
 
 def test_a_folder_that_cannot_be(tmp_path: Path) -> None:

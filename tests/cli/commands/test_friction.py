@@ -65,3 +65,17 @@ def test_nothing_to_show(avahazard: Run, on_twin: Run) -> None:
     unknown = on_twin("friction", "everest")
     assert unknown.exit_code == 1
     assert untold(unknown.stderr, "'everest'") == []
+
+
+def test_under_a_model(on_models: Run, tmp_path: Path) -> None:
+    document = json.loads(on_models("--json", "friction", "scey", "--model", "base").stdout)
+    assert document["model"] == "base"
+    assert all("mu_reference" in event for event in document["events"] if event["mu"])
+    file = tmp_path / "law.svg"
+    done = on_models("friction", "--model", "base", "--plot", str(file))
+    assert untold(done.stdout, "with the effects of base") == []
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    assert "<svg" in file.read_text(encoding="utf-8")
+    unknown = on_models("friction", "--model", "nothing")
+    assert (unknown.exit_code, unknown.stdout) == (1, "")
+    assert untold(unknown.stderr, "model nothing") == []

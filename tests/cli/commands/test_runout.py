@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -69,3 +70,35 @@ def test_a_model_needs_a_volume_or_a_friction(on_models: Run) -> None:
     done = on_models("runout", "scey", "--model", "nothing", "--volume", "1000")
     assert (done.exit_code, done.stdout) == (1, "")
     assert untold(done.stderr, "model nothing") == []
+
+
+def test_the_curve_as_table_and_picture(on_twin: Run, tmp_path: Path) -> None:
+    file = tmp_path / "curve.svg"
+    words = ("runout", "scey", "--mu", "0.45", "--table")
+    done = on_twin(*words, "--plot", str(file))
+    assert done.exit_code == 0, done.stderr
+    assert max(map(len, done.stdout.splitlines())) <= 80
+    table = done.stdout.split("F(μ) on scey")[1]
+    rows = [line.split() for line in table.splitlines() if line.strip()[:1].isdigit()]
+    assert 15 <= len(rows) <= 31
+    assert untold(table, "leaves the profile", "does not move", "dx/dμ") == []
+    assert "<svg" in file.read_text(encoding="utf-8")
+    document = json.loads(on_twin("--json", *words).stdout)
+    by_mu = {row["mu"]: row for row in document["table"]}
+    assert by_mu[0.45]["runout_x_m"] == pytest.approx(document["runout_x_m"])
+    # What people read is a row of the document.
+    shown = next(row for row in rows if row[-1].lstrip("-").isdigit())
+    there = by_mu[float(shown[0])]
+    assert shown[1] == f"{there['runout_x_m']:.1f}"
+    assert shown[3] == f"{there['dx_dmu_m']:.0f}"
+
+
+def test_a_run_as_picture(on_twin: Run, tmp_path: Path) -> None:
+    for mu in ("0.45", "0.2", "3"):
+        file = tmp_path / f"{mu}.svg"
+        done = on_twin("runout", "scey", "--mu", mu, "--plot", str(file))
+        assert done.exit_code == 0, done.stderr
+        assert "<svg" in file.read_text(encoding="utf-8")
+    wrong = on_twin("runout", "scey", "--mu", "0.4", "--plot", str(tmp_path / "run.txt"))
+    assert (wrong.exit_code, wrong.stdout) == (1, "")
+    assert untold(wrong.stderr, ".png") == []

@@ -16,7 +16,7 @@ from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from avahazard.workflow.report_friction import apparent_friction, friction_view, from_reference
+from avahazard.workflow.model_friction import apparent_friction, friction_view, from_reference
 
 DRAG = definition("turbulent-drag").build({})
 SIGMA, STRENGTH, N = 0.1, 0.004, 180
@@ -64,7 +64,7 @@ def inside(model: FittedModel, mu: np.ndarray) -> float:
 @pytest.mark.parametrize("offset", [0.0, 0.15])
 def test_nine_in_ten_events_lie_in_the_band_of_an_adequate_model(offset: float) -> None:
     model, mu = world(offset)
-    found = apparent_friction(model).mu * np.exp(-from_reference(model))
+    found = apparent_friction(model)[0].mu * np.exp(-from_reference(model))
     assert np.nanmax(np.abs(found / mu - 1.0)) < 0.01
     assert found.min() > MU[0]
     assert inside(model, found) == pytest.approx(0.9, abs=0.05)

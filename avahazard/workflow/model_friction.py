@@ -1,4 +1,4 @@
-"""Friction against volume for the report: the law, the scatter about it, and the events."""
+"""Friction under a model: the law, the scatter about it, and the events beside them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.friction_scatter import draws, friction, volume_share
 from avahazard.inference.paper.back_calculation import BackCalculation, back_calculate
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -48,18 +48,17 @@ def friction_view(model: FittedModel) -> FrictionView | None:
     )
 
 
-def apparent_friction(model: FittedModel) -> BackCalculation:
+def apparent_friction(model: FittedModel) -> tuple[BackCalculation, Predicted]:
     """Friction that stops each event's block at its record, with the model's effects at work.
 
     Effects on the motion and on the record stand at the median of the posterior: so the
-    frictions are those that the model's law is a law of.
+    frictions are those that the model's law is a law of. Also what was turned round for it.
     """
     observations, posterior = model.observations, model.posterior
     values = posterior.layout.effect_values(np.median(model.draws, axis=0))
     curvature = float(model.specification.centrifugal)
-    return back_calculate(
-        observations, predict_records(observations, posterior.effects, values, curvature)
-    )
+    predicted = predict_records(observations, posterior.effects, values, curvature)
+    return back_calculate(observations, predicted), predicted
 
 
 def from_reference(model: FittedModel) -> Floats:
