@@ -26,6 +26,7 @@ class EventColumns:
     is the ordinal of the date (1 is the first of January of the year 1). `winter`, from October
     to September, is named by the year in which it ends; where a year is all that is known it is
     that one, since most avalanches fall after New Year. `location` is that of the path.
+    `volume_error` is the stated error of the log volume.
     `numbers` and `texts` hold every covariate of events and of their paths.
     """
 
@@ -38,6 +39,7 @@ class EventColumns:
     winter: Floats
     location: NDArray[np.str_]
     log_volume: Floats
+    volume_error: Floats
     release_elevation: Floats
     deposit_length: Floats
     stop_elevation: Floats
@@ -66,6 +68,7 @@ def build_columns(
         winter=np.array([_winter(e) for e in events]),
         location=np.array([(paths[e.path_id].location or "") if e.path_id else "" for e in events]),
         log_volume=np.array([np.log(e.volume_m3) if e.volume_m3 else np.nan for e in events]),
+        volume_error=np.array([e.volume_rel_sigma for e in events], np.float64),
         release_elevation=release_elevation,
         deposit_length=np.array([_number(e.deposit_length_m) for e in events]),
         stop_elevation=np.array([_number(e.runout_elevation_m) for e in events]),

@@ -40,6 +40,7 @@ class Parameter:
 Motion = Callable[[Site, Resistance, Floats], Resistance]
 Design = Callable[[EventColumns], Floats]
 Record = Callable[[EventColumns, Floats], Floats]
+Scale = Callable[[Floats], float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +52,8 @@ class Effect:
     `shift(columns, values)`: metres `[n_events]` added to the elevation that is recorded.
     `advance(columns, values)`: metres `[n_events]` along the path, record ahead of the block.
     `limit(columns, values)`: elevation `[n_events]` above which a stop is not seen (nan: none).
+    `record_scale(values)`: factor on the stated errors of the records.
+    `volume_scale(values)`: factor on the stated errors of the volumes.
     `groups(columns)`: groups of events, each with a random offset of log friction; the one
     parameter is the spread of these, normal about zero, with a half-normal prior.
     """
@@ -62,6 +65,8 @@ class Effect:
     shift: Record | None = None
     advance: Record | None = None
     limit: Record | None = None
+    record_scale: Scale | None = None
+    volume_scale: Scale | None = None
     groups: Callable[[EventColumns], Groups] | None = None
     speed_dependent: bool = False
 
@@ -75,6 +80,10 @@ class Effect:
         """What it acts on, in words."""
         if self.design is not None or self.groups is not None:
             return "friction"
+        if self.volume_scale is not None:
+            return "the error of the volume"
+        if self.record_scale is not None:
+            return "the error of the record"
         return "the motion" if self.motion is not None else "the record"
 
 

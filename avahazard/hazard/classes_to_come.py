@@ -86,6 +86,7 @@ def at_volumes(observations: Observations, volume: Floats) -> Observations:
             winter=np.repeat(columns.winter, n),
             location=np.repeat(columns.location, n),
             release_elevation=np.repeat(columns.release_elevation, n),
+            volume_error=np.repeat(columns.volume_error, n),
             deposit_length=np.repeat(columns.deposit_length, n),
             stop_elevation=np.repeat(columns.stop_elevation, n),
             section=np.repeat(columns.section, n),

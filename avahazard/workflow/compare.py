@@ -186,7 +186,7 @@ def x_scores(
     if found is None:
         return None
     # What volumes do to the floor is in proportion to the errors of the records.
-    wider = (budget.floor / observations.sigma)[with_profile(observations)]
+    wider = (budget.floor / expected.sigma)[with_profile(observations)]
     pit = record_pit(found, generator(0, "scores in x"))
     return runout_scores(found, pit, found.sigma * wider)
 

@@ -35,6 +35,8 @@ NEEDS = {
     "observation-limit": "observed_below_m, or estimated",
     "epoch-bias": "date",
     "leading-edge": "deposit length",
+    "record-error": "20 events",
+    "volume-error": "20 events with volumes and errors of these",
 }
 """The keys that people and stored models rely on, and what each needs."""
 EVERY = (*KEYS, "covariate:wind", "covariate:snow_type")
@@ -64,10 +66,11 @@ def test_parameters_have_a_prior_within_their_range(key: str) -> None:
     effect = _effect(key)
     assert effect.key == key
     acts = [effect.motion, effect.design, effect.shift, effect.advance, effect.limit, effect.groups]
+    acts += [effect.record_scale, effect.volume_scale]
     count = sum(action is not None for action in acts)
     assert count == (0 if definition(key).changes else 1)
     assert bool(effect.parameters) == (count == 1)
-    tabulated = effect.design is None and effect.groups is None
+    tabulated = not any([effect.design, effect.groups, effect.volume_scale])
     for p in effect.parameters:
         assert p.prior_sd > 0.0
         assert p.low <= p.neutral <= p.high

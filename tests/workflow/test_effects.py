@@ -37,6 +37,8 @@ def test_without_data(database: str, tmp_path: Path) -> None:
         ("season", "friction", ["slope", "bend"]),
         ("path-effect", "friction", ["tau"]),
         ("epoch-bias", "the record", ["shift", "before"]),
+        ("record-error", "the error of the record", ["log_factor"]),
+        ("volume-error", "the error of the volume", ["log_factor"]),
         ("volume-scatter", "the scatter of friction", []),
         ("centrifugal", "the motion", []),
     ],

@@ -92,7 +92,7 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
 
 def _friction(posterior: Posterior, u: Floats) -> Floats:
     """Median friction of each event `[n_events]` at coordinates u."""
-    volume = np.exp(posterior.observations.volumes.mean)[:, None]
+    volume = np.exp(posterior.volumes(u).mean)[:, None]
     location = posterior.location_and_scatter(u, volume)[0][:, 0]
     return np.exp(location) if posterior.layout.log_scatter else location
 

@@ -22,7 +22,7 @@ def impossible_stops(base: Refit) -> tuple[str, ...]:
     table = posterior.nodes.predicted_at(base.mode.u)
     found = []
     for i in np.flatnonzero(np.isin(observations.kind, (ELEVATION, PLACE))):
-        record, reach = table.record[i], FAR * observations.sigma[i]
+        record, reach = table.record[i], FAR * table.sigma[i]
         low = np.minimum(record[1:], record[:-1])
         high = np.maximum(record[1:], record[:-1])
         broken = table.curve[i].broken

@@ -15,6 +15,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.criticism.scoring.expected import mean_record_sigma
 from avahazard.inference.model.friction_scatter import draws as scatter_draws
 from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.friction_scatter import shifted
@@ -67,7 +68,7 @@ def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
     }
     # Where a source does next to nothing, its part can be drawn below nought.
     parameters, volume, scatter = np.maximum(_shapley(cost), 0.0)
-    record = np.where(observations.kind == LEFT, 0.0, observations.sigma) ** 2
+    record = np.where(observations.kind == LEFT, 0.0, mean_record_sigma(model)) ** 2
     return ErrorBudget(record, volume, scatter, parameters)
 
 
@@ -99,7 +100,7 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
 
     In the coordinate of each record; what left its profile reached the end.
     """
-    posterior, volumes = model.posterior, model.observations.volumes
+    posterior = model.posterior
     n = model.observations.n_events
     chosen = model.evenly(N_DRAWS)
     tables_at = model.draws[chosen][:, list(posterior.layout.tables)]
@@ -109,7 +110,7 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
         group_of[members] = g
     # The draw of parameters that each draw is set against.
     used = np.stack([np.arange(N_DRAWS), rng.permutation(N_DRAWS)])
-    log_volume = volumes.mean + volumes.sd * rng.standard_normal((2, N_DRAWS, n))
+    volume_noise = rng.standard_normal((2, N_DRAWS, n))
     student = posterior.specification.tails == "student"
     noise = scatter_draws(rng, (2, N_DRAWS, n), student)
     in_log = posterior.layout.log_scatter
@@ -118,7 +119,9 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
         k = int(chosen[used[side, d]])
         u = model.draws[k]
         shift = group_shift(model, u, k, rng)
-        location, scatter = posterior.location_and_scatter(u, np.exp(log_volume[:, d].T))
+        volumes = posterior.volumes(u)
+        log_volume = volumes.mean + volumes.sd * volume_noise[:, d]
+        location, scatter = posterior.location_and_scatter(u, np.exp(log_volume.T))
         location = shifted(location, shift[:, None], in_log)
         for v, e in np.ndindex(2, 2):
             deviation = scatter[:, v] * noise[e, d]

@@ -55,7 +55,7 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
     n_stops = SPARE * n_draws if limited else n_draws
     stops = predict_stops(model, n_stops, rng)
     end = profile_end(observations)[:, None]
-    noise = observations.sigma[:, None] * rng.standard_normal(stops.record.shape)
+    noise = stops.sigma * rng.standard_normal(stops.record.shape)
     draws = np.where(stops.left, end, stops.record + noise)
     left, x = stops.left, stops.x
     if limited:
@@ -71,12 +71,21 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
         draws = np.where(in_elevation, draws - short, draws)
     return ExpectedRecords(
         observed=observed_records(observations),
-        sigma=observations.sigma,
+        sigma=mean_record_sigma(model),
         draws=draws,
         left=left,
         x=x,
         sign=error_sign(observations),
     )
+
+
+def mean_record_sigma(model: FittedModel) -> Floats:
+    """Error of the records `[n_events]` (m): root of its mean square over the posterior."""
+    posterior, stated = model.posterior, model.observations.sigma
+    if all(e.record_scale is None for e in posterior.effects):
+        return stated
+    squares = [posterior.record_sigma(u) ** 2 for u in model.draws]
+    return np.asarray(np.sqrt(np.mean(squares, axis=0)))
 
 
 def observed_records(observations: Observations) -> Floats:

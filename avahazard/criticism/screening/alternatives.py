@@ -15,6 +15,7 @@ from scipy.special import ndtr
 from avahazard.criticism.screening.laplace_fit import Design, Edges
 from avahazard.criticism.screening.record_moments import SpeedGrid, record_bounds
 from avahazard.effects.effect import Definition, Effect, Floats
+from avahazard.effects.error_factor import HALF_OCTAVES
 from avahazard.inference.fitting.mode_search import thinned
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predict_records
@@ -25,6 +26,7 @@ from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.volumes import VolumeNodes, rescaled
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, MU_STEP
 
@@ -46,14 +48,15 @@ class Tables:
     """What one set of tables says of every event.
 
     `record` `[n_events, n_friction]` (float32) and its `record_bounds`, `last_left` `[n_events]`,
-    `height` `[n_events]` of fall (m) where there is no profile (else nan), edges of leaving and of
-    sight, and speeds.
+    `height` `[n_events]` of fall (m) where there is no profile (else nan), `sigma` `[n_events]` (m)
+    of the records, edges of leaving and of sight, and speeds.
     """
 
     record: NDArray[np.float32]
     bounds: NDArray[np.float32]
     last_left: NDArray[np.int64]
     height: Floats
+    sigma: Floats
     edges: Edges
     speeds: SpeedGrid
 
@@ -80,26 +83,11 @@ def base_design(posterior: Posterior, u: Floats, plan: OffsetPlan, scale: Floats
     Offsets of groups are those of `plan`, their spreads have half-normal priors of this `scale`
     `[n_groupings]`.
     """
-    observations, layout = posterior.observations, posterior.layout
-    # Effects on the tables and on the scatter keep their values.
-    inner = list(range(len(layout.law.coordinates)))
-    for effect in posterior.effects:
-        if effect.design is not None:
-            place = layout.places[effect.key]
-            inner += list(range(place.start, place.stop))
-    mean = _mean_log_friction(posterior, u)
-    x = np.empty((observations.n_events, len(inner)))
-    for c, k in enumerate(inner):
-        step = np.zeros(len(u))
-        step[k] = 1e-4
-        up, down = _mean_log_friction(posterior, u + step), _mean_log_friction(posterior, u - step)
-        x[:, c] = (up - down) / 2e-4
-    slots = [layout.slots[k] for k in inner]
-    _, scatter = posterior.location_and_scatter(u)
-    middle = np.exp(np.average(np.log(scatter), axis=1, weights=observations.volumes.weight[0]))
+    slots = [posterior.layout.slots[k] for k in _inner(posterior)]
+    x, constant, extra, multiplier = _read_by_volume(posterior, u, posterior.volumes(u))
     return Design(
         x=x,
-        constant=mean - x @ u[inner],
+        constant=constant,
         prior_mean=np.array([s.mean for s in slots]),
         prior_precision=np.array([s.sd**-2.0 for s in slots]),
         of=plan.of,
@@ -107,9 +95,41 @@ def base_design(posterior: Posterior, u: Floats, plan: OffsetPlan, scale: Floats
         alone=plan.alone,
         rest=plan.rest,
         spread_scale=scale,
-        extra=_volume_variance(posterior, u),
-        multiplier=middle / np.exp(np.mean(np.log(middle))),
+        extra=extra,
+        multiplier=multiplier,
         log_wrong=_odds_of_wrong(posterior, u),
+    )
+
+
+def _inner(posterior: Posterior) -> list[int]:
+    """Slots of the coefficients; effects on the tables and on the errors keep their values."""
+    inner = list(range(len(posterior.layout.law.coordinates)))
+    for effect in posterior.effects:
+        if effect.design is not None:
+            place = posterior.layout.places[effect.key]
+            inner += list(range(place.start, place.stop))
+    return inner
+
+
+def _read_by_volume(
+    posterior: Posterior, u: Floats, volumes: VolumeNodes
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """The `x`, `constant`, `extra` and `multiplier` of a design, given the true volumes."""
+    inner = _inner(posterior)
+    mean = _mean_log_friction(posterior, u, volumes)
+    x = np.empty((posterior.observations.n_events, len(inner)))
+    for c, k in enumerate(inner):
+        step = np.zeros(len(u))
+        step[k] = 1e-4
+        up, down = (_mean_log_friction(posterior, u + d, volumes) for d in (step, -step))
+        x[:, c] = (up - down) / 2e-4
+    _, scatter = posterior.location_and_scatter(u, np.exp(volumes.log_volume))
+    middle = np.exp(np.average(np.log(scatter), axis=1, weights=volumes.weight[0]))
+    return (
+        x,
+        mean - x @ u[inner],
+        _volume_variance(posterior, u, volumes),
+        middle / np.exp(np.mean(np.log(middle))),
     )
 
 
@@ -122,12 +142,7 @@ def _odds_of_wrong(posterior: Posterior, u: Floats) -> Floats:
 
 def base_coordinates(posterior: Posterior, u: Floats) -> Floats:
     """The values at u of the coefficients of `base_design`."""
-    inner = list(range(len(posterior.layout.law.coordinates)))
-    for effect in posterior.effects:
-        if effect.design is not None:
-            place = posterior.layout.places[effect.key]
-            inner += list(range(place.start, place.stop))
-    return np.asarray(u[inner])
+    return np.asarray(u[_inner(posterior)])
 
 
 def make_tables(
@@ -143,7 +158,7 @@ def make_tables(
     has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
     seen, seen_sd = np.full(n, 9.0), np.zeros(n)
     for i in np.flatnonzero(has_limit):
-        chance = ndtr((limit[i] - predicted.elevation[i]) / observations.sigma[i])
+        chance = ndtr((limit[i] - predicted.elevation[i]) / predicted.sigma[i])
         chance = np.minimum.accumulate(np.where(left[i], 1.0, chance))
         drop = -np.diff(chance)
         total = float(np.sum(drop))
@@ -159,6 +174,7 @@ def make_tables(
         bounds=record_bounds(record),
         last_left=last_left.astype(np.int64),
         height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
+        sigma=predicted.sigma,
         edges=Edges(leave, seen, seen_sd, has_limit),
         speeds=_speed_grid(observations, predicted, speed_scatter),
     )
@@ -197,17 +213,38 @@ def alternatives_of(
         if effect.design is not None:
             wider = _with_columns(design, effect, effect.design(observations.columns))
             return [Alternative(key, base, wider, 0.0)]
+        if effect.volume_scale is not None:
+            return _volume_errors(effect, posterior, u, base, design)
         return _tabulated(effect, posterior, u, design, speed_scatter, runs)
     if setting.field == "law":
         mine = posterior.specification.law
         names = [name for name, item in LAWS.items() if name != mine and item.uses_volume]
-        designs = [_law_design(posterior, name, design, coefficients) for name in names]
+        designs = [_law_design(posterior, u, name, design, coefficients) for name in names]
         return [Alternative(key, base, other, 0.0, other_law=True) for other in designs]
     if setting.field == "scatter":
-        return _scatter_slopes(key, posterior.observations, base, design)
+        return _scatter_slopes(key, posterior.volumes(u), base, design)
     changed = posterior.specification.put(setting, setting.value)
     tables = _tables_of(posterior, u, changed, speed_scatter)
     return [Alternative(key, tables, design, 0.0)]
+
+
+def _volume_errors(
+    effect: Effect, posterior: Posterior, u: Floats, base: Tables, design: Design
+) -> list[Alternative]:
+    """True volumes read with other errors than the stated ones."""
+    assert effect.volume_scale is not None
+    (p,) = effect.parameters
+    tried = [v for v in HALF_OCTAVES[::2] if v < p.high and v != p.neutral]
+    if p.high > p.neutral:
+        tried.append(p.high)
+    result = []
+    for v in tried:
+        volumes = rescaled(posterior.volumes(u), effect.volume_scale(np.array([v])))
+        x, constant, extra, multiplier = _read_by_volume(posterior, u, volumes)
+        other = design._replace(x=x, constant=constant, extra=extra, multiplier=multiplier)
+        log_prior = -0.5 * ((v - p.prior_mean) / p.prior_sd) ** 2
+        result.append(Alternative(effect.key, base, other, log_prior))
+    return result
 
 
 def _tables_of(
@@ -222,10 +259,10 @@ def _tables_of(
 
 
 def _scatter_slopes(
-    key: str, observations: Observations, base: Tables, design: Design
+    key: str, volumes: VolumeNodes, base: Tables, design: Design
 ) -> list[Alternative]:
     """Scatter that grows or falls with volume."""
-    volume = np.exp(observations.volumes.mean)
+    volume = np.exp(volumes.mean)
     share = volume_share(volume, float(np.quantile(volume, 0.9)))
     return [
         Alternative(
@@ -298,15 +335,17 @@ def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
     return tried
 
 
-def _law_design(posterior: Posterior, name: str, design: Design, coefficients: Floats) -> Design:
+def _law_design(
+    posterior: Posterior, at: Floats, name: str, design: Design, coefficients: Floats
+) -> Design:
     """The design with another law, linear about its least-squares fit to the present one."""
-    observations = posterior.observations
+    volumes = posterior.volumes(at)
     other = law(name)
     n_old = len(posterior.layout.law.coordinates)
-    volume = np.exp(observations.volumes.log_volume)
-    weight = observations.volumes.weight
+    volume = np.exp(volumes.log_volume)
+    weight = volumes.weight
     mu = np.exp(design.constant + design.x[:, :n_old] @ coefficients[:n_old])
-    u = other.start(np.exp(observations.volumes.mean), mu)
+    u = other.start(np.exp(volumes.mean), mu)
     if name == "power":
         u = np.array([np.log(np.median(mu)), 0.05])
 
@@ -324,15 +363,15 @@ def _law_design(posterior: Posterior, name: str, design: Design, coefficients: F
     )
 
 
-def _mean_log_friction(posterior: Posterior, u: Floats) -> Floats:
-    location, _ = posterior.location_and_scatter(u)
+def _mean_log_friction(posterior: Posterior, u: Floats, volumes: VolumeNodes) -> Floats:
+    location, _ = posterior.location_and_scatter(u, np.exp(volumes.log_volume))
     if not posterior.layout.log_scatter:
         location = np.log(np.maximum(location, 1e-3))
-    return np.asarray(np.sum(location * posterior.observations.volumes.weight, axis=1))
+    return np.asarray(np.sum(location * volumes.weight, axis=1))
 
 
-def _volume_variance(posterior: Posterior, u: Floats) -> Floats:
-    location, _ = posterior.location_and_scatter(u)
-    weight = posterior.observations.volumes.weight
+def _volume_variance(posterior: Posterior, u: Floats, volumes: VolumeNodes) -> Floats:
+    location, _ = posterior.location_and_scatter(u, np.exp(volumes.log_volume))
+    weight = volumes.weight
     mean = np.sum(location * weight, axis=1, keepdims=True)
     return np.asarray(np.sum((location - mean) ** 2 * weight, axis=1))

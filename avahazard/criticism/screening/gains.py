@@ -35,11 +35,11 @@ class Gains:
         reference = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
         best = np.zeros(len(self.keys))
         place = {key: k for k, key in enumerate(self.keys)}
-        summaries = {id(self.base): moments_of(self.base, measured, self.observations.sigma)}
+        summaries = {id(self.base): moments_of(self.base, measured)}
         for alternative in self.alternatives:
             summary = summaries.get(id(alternative.tables))
             if summary is None:
-                summary = moments_of(alternative.tables, measured, self.observations.sigma)
+                summary = moments_of(alternative.tables, measured)
             width = alternative.design.x.shape[1]
             start = np.zeros(width)
             shared = min(width, len(reference.coefficients))
@@ -79,7 +79,7 @@ class Gains:
         tau: Floats,
     ) -> LaplaceFit:
         fit: LaplaceFit = laplace_fit(
-            moments_of(tables, measured, self.observations.sigma),
+            moments_of(tables, measured),
             measured.left,
             tables.edges,
             design,
@@ -122,7 +122,7 @@ def sight_edges(
         alternative.tables.last_left,
         alternative.tables.height,
         np.nan_to_num(limit),
-        observations.sigma,
+        alternative.tables.sigma,
         nobody,
         LOG_MU,
         silent,
@@ -135,7 +135,7 @@ def sight_edges(
     )
 
 
-def moments_of(tables: Tables, measured: BootstrapRecords, sigma: Floats):  # type: ignore[no-untyped-def]
+def moments_of(tables: Tables, measured: BootstrapRecords):  # type: ignore[no-untyped-def]
     """RecordMoments of one world under one set of tables."""
     return record_moments(
         tables.record,
@@ -143,7 +143,7 @@ def moments_of(tables: Tables, measured: BootstrapRecords, sigma: Floats):  # ty
         tables.last_left,
         tables.height,
         measured.observed,
-        sigma,
+        tables.sigma,
         measured.left,
         LOG_MU,
         tables.speeds,

@@ -67,14 +67,14 @@ def make_world(
         own = np.sqrt(np.sum(plan.alone * tau[:, None] ** 2, axis=0))
         shift = shift + own * rng.standard_normal(len(own))
     friction = draw_friction(posterior, u, shift, rng)
-    observed, elevation, left = _record(predicted, observations.sigma, friction, rng)
+    observed, elevation, left = _record(predicted, predicted.sigma, friction, rng)
     for _ in range(MAX_REDRAWS):
         hidden = ~left & (elevation > observations.limit)
         if not np.any(hidden):
             break
         again = draw_friction(posterior, u, shift, rng)
         friction = np.where(hidden, again, friction)
-        fresh = _record(predicted, observations.sigma, again, rng)
+        fresh = _record(predicted, predicted.sigma, again, rng)
         observed = np.where(hidden, fresh[0], observed)
         elevation = np.where(hidden, fresh[1], elevation)
         left = np.where(hidden, fresh[2], left)

@@ -90,7 +90,7 @@ class NodeGrid:
     def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""
         if windows not in self._stacks:
-            _make_room(self._stacks, KEPT_STACKS)
+            make_room(self._stacks, KEPT_STACKS)
             ranges = [range(first, first + width) for first, width in windows]
             self._stacks[windows] = stack([self.point(index) for index in product(*ranges)])
         return self._stacks[windows]
@@ -133,7 +133,7 @@ class NodeGrid:
         if key not in self._predicted:
             values = self._values(index)
             runs = self._block_runs(values)
-            _make_room(self._predicted, KEPT_TABLES)
+            make_room(self._predicted, KEPT_TABLES)
             self._predicted[key] = predict_records(
                 self.observations, self.effects, values, self.curvature, runs
             )
@@ -148,7 +148,7 @@ class NodeGrid:
         """Runs of the block, kept: effects on the record alone leave them as they are."""
         moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
         if moving not in self._runs:
-            _make_room(self._runs, KEPT_RUNS)
+            make_room(self._runs, KEPT_RUNS)
             self._runs[moving] = run_blocks(self.observations, self.effects, values, self.curvature)
         return self._runs[moving]
 
@@ -166,7 +166,7 @@ class NodeGrid:
         return limit
 
 
-def _make_room(kept: dict, most: int) -> None:  # type: ignore[type-arg]
+def make_room(kept: dict, most: int) -> None:  # type: ignore[type-arg]
     """Drop the oldest of what is kept, so that one more stays within `most`."""
     while len(kept) >= most:
         del kept[next(iter(kept))]

@@ -89,7 +89,7 @@ def record_nodes(
         predicted.status == LEFT_PROFILE,
         observations.kind == LEFT,
         observations.observed,
-        observations.sigma,
+        predicted.sigma,
         np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
         has_speed,
@@ -133,7 +133,7 @@ def speed_nodes(
             left,
             observed_left,
             observations.observed,
-            observations.sigma,
+            predicted.sigma,
             in_log,
             nodes,
         )

@@ -11,18 +11,22 @@ from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.event_terms import EventTerms, event_terms
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
-from avahazard.inference.likelihood.node_grid import NodeGrid
+from avahazard.inference.likelihood.node_grid import NodeGrid, make_room
 from avahazard.inference.likelihood.nodes import Nodes
-from avahazard.inference.likelihood.predicted import Values, resistance_of
+from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.friction_scatter import shifted, volume_share, widened
 from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.offset_plan import offset_plan
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.volumes import VolumeNodes, rescaled
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
+
+KEPT_VOLUMES = 32
+"""Factors of the volumes' errors for which the volumes are kept."""
 
 
 class Posterior:
@@ -52,7 +56,7 @@ class Posterior:
         ]
         self.plan = offset_plan(effects, observations.columns)
         self._rest = self.plan.rest
-        self._volume = np.exp(observations.volumes.log_volume)
+        self._volumes: dict[float, VolumeNodes] = {}
         self._keep: NDArray[np.bool_] | None = None
         self.nodes = NodeGrid(
             observations, effects, self.layout, float(specification.centrifugal), self._in_log
@@ -138,6 +142,24 @@ class Posterior:
             log_scale=nodes.log_scale + right, log_wrong=nodes.log_wrong + log_share
         )
 
+    def volumes(self, u: Floats) -> VolumeNodes:
+        """True volumes given their records, with the factors of effects on the volumes' errors."""
+        scales = [e for e in self.effects if e.volume_scale is not None]
+        if not scales:
+            return self.observations.volumes
+        values = self.layout.effect_values(u)
+        factor = float(np.prod([e.volume_scale(values[e.key]) for e in scales if e.volume_scale]))
+        if factor == 1.0:
+            return self.observations.volumes
+        if factor not in self._volumes:
+            make_room(self._volumes, KEPT_VOLUMES)
+            self._volumes[factor] = rescaled(self.observations.volumes, factor)
+        return self._volumes[factor]
+
+    def record_sigma(self, u: Floats) -> Floats:
+        """Error of the records `[n_events]` (m), with the factors of effects on it."""
+        return record_sigma(self.observations, self.effects, self.layout.effect_values(u))
+
     def location_and_scatter(
         self, u: Floats, volume: Floats | None = None
     ) -> tuple[Floats, Floats]:
@@ -147,7 +169,7 @@ class Posterior:
         an event has for itself of a grouping is in its scatter.
         """
         layout = self.layout
-        volume = self._volume if volume is None else volume
+        volume = np.exp(self.volumes(u).log_volume) if volume is None else volume
         law = layout.law
         shape = volume.shape
         location = law.log_friction(u[: len(law.coordinates)], volume.ravel()).reshape(shape)

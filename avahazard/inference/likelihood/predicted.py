@@ -27,7 +27,8 @@ class Predicted:
     `record` is in the coordinate of each event's record; `x`, `elevation` (m) are its place in
     any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
     are those of the profile's end. `speeds`: for each
-    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`.
+    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`. `sigma` `[n_events]` (m):
+    the error of the records, as stated or as an effect scales it.
     """
 
     record: Floats
@@ -35,6 +36,7 @@ class Predicted:
     elevation: Floats
     status: NDArray[np.int8]
     speeds: tuple[Floats, ...]
+    sigma: Floats
 
     @property
     def curve(self) -> RunoutCurve:
@@ -122,7 +124,19 @@ def predict_records(
     straight = observations.kind == LENGTH
     # Without a profile the block runs on the energy line: L = H / μ.
     record[straight] = observations.fall_height[straight, None] / MU
-    return Predicted(record=record, x=x, elevation=y, status=status, speeds=runs.speeds)
+    sigma = record_sigma(observations, effects, values)
+    return Predicted(
+        record=record, x=x, elevation=y, status=status, speeds=runs.speeds, sigma=sigma
+    )
+
+
+def record_sigma(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
+    """Error of the records `[n_events]` (m), with the factors of effects on it."""
+    sigma = observations.sigma
+    for effect in effects:
+        if effect.record_scale is not None:
+            sigma = effect.record_scale(values[effect.key]) * sigma
+    return sigma
 
 
 def _sum_of(

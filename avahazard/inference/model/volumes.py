@@ -9,15 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns
+from avahazard.effects.volume_spread import MIN_SPREAD, variance_within
 from avahazard.records.event import Event
 
 Floats = NDArray[np.float64]
 
 N_NODES = 5
-MIN_SPREAD = 0.1
-"""Smallest natural spread of log volume that is believed."""
 MOST_LOG = 700.0
 """Log volumes of the nodes are kept within ± this, where their exponentials are numbers."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VolumeRecords:
+    """What is written of volumes, each `[n_events]`: `log_volume` (log m3, or nan).
+
+    `sigma` is its stated error; `path` is the name of the path ('' for none), of `paths`.
+    """
+
+    log_volume: Floats
+    sigma: Floats
+    path: tuple[str, ...]
+    paths: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +40,8 @@ class VolumeNodes:
 
     True volumes of a path are lognormal with mean `centre[path]` (log m3) and standard deviation
     `spread`; the record adds its own error, so large records are on average overestimates and
-    are drawn towards the centre. `known` is False where no event has a volume.
+    are drawn towards the centre. `known` is False where no event has a volume. `records` are what
+    they are read from, `reference` those that centre and spread come from.
     """
 
     log_volume: Floats
@@ -38,52 +51,72 @@ class VolumeNodes:
     centre: dict[str, float]
     spread: float
     known: bool
+    records: VolumeRecords
+    reference: VolumeRecords
 
 
 def volume_nodes(
     events: Sequence[Event], columns: EventColumns, population: VolumeNodes | None = None
 ) -> VolumeNodes:
     """Nodes for each event; one without a volume takes the whole population of its path."""
-    recorded = columns.log_volume
-    sigma = np.array([e.volume_rel_sigma for e in events])
+    records = VolumeRecords(
+        columns.log_volume,
+        np.array([e.volume_rel_sigma for e in events]),
+        tuple(columns.paths[k] if k >= 0 else "" for k in columns.path_index),
+        columns.paths,
+    )
+    return _nodes(records, records if population is None else population.reference, 1.0)
+
+
+def rescaled(volumes: VolumeNodes, factor: float) -> VolumeNodes:
+    """The same where the errors are `factor` times as large as stated.
+
+    The scatter of the records stays, so that what is error is not natural spread.
+    """
+    return _nodes(volumes.records, volumes.reference, factor)
+
+
+def _nodes(records: VolumeRecords, reference: VolumeRecords, factor: float) -> VolumeNodes:
+    recorded, sigma = records.log_volume, factor * records.sigma
     have = np.isfinite(recorded)
-    if population is None:
-        population = _population(recorded, sigma, columns)
-    names = [columns.paths[k] if k >= 0 else "" for k in columns.path_index]
-    overall = float(np.mean(list(population.centre.values())))
-    centre = np.array([population.centre.get(name, overall) for name in names])
-    spread2 = population.spread**2
+    centres, spread, known = _population(reference, factor * reference.sigma)
+    overall = float(np.mean(list(centres.values())))
+    centre = np.array([centres.get(name, overall) for name in records.path])
+    spread2 = spread**2
     trust = np.where(have, spread2 / (spread2 + sigma**2), 0.0)
     mean = centre + trust * (np.where(have, recorded, centre) - centre)
     sd = np.sqrt(spread2 * (1.0 - trust))
     z, w = np.polynomial.hermite_e.hermegauss(N_NODES)
     return VolumeNodes(
         log_volume=np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG),
-        weight=np.tile(w / np.sum(w), (len(events), 1)),
+        weight=np.tile(w / np.sum(w), (len(recorded), 1)),
         mean=np.clip(mean, -MOST_LOG, MOST_LOG),
         sd=sd,
-        centre=population.centre,
-        spread=population.spread,
-        known=population.known,
+        centre=centres,
+        spread=spread,
+        known=known,
+        records=records,
+        reference=reference,
     )
 
 
-def _population(recorded: Floats, sigma: Floats, columns: EventColumns) -> VolumeNodes:
-    """Centres by path, drawn a little to the overall mean, and one spread, by moments."""
+def _population(records: VolumeRecords, sigma: Floats) -> tuple[dict[str, float], float, bool]:
+    """Centres by path, drawn a little to the overall mean, and one spread, by moments.
+
+    Last, whether any volume is known.
+    """
+    recorded = records.log_volume
     have = np.isfinite(recorded)
-    empty, none = np.empty((0, N_NODES)), np.empty(0)
     if not np.any(have):
-        return VolumeNodes(empty, empty, none, none, {"": float(np.log(1e4))}, MIN_SPREAD, False)
+        return {"": float(np.log(1e4))}, MIN_SPREAD, False
     overall = float(np.mean(recorded[have]))
-    groups = {-1: ""} | dict(enumerate(columns.paths))
-    members = {k: recorded[have & (columns.path_index == k)] for k in groups}
-    squares = sum(float(np.sum((v - np.mean(v)) ** 2)) for v in members.values() if len(v))
-    free = max(1, int(np.sum(have)) - sum(1 for v in members.values() if len(v)))
-    spread2 = max(squares / free - float(np.mean(sigma[have] ** 2)), MIN_SPREAD**2)
-    total2 = squares / free
+    path = np.array(records.path)
+    members = {name: recorded[have & (path == name)] for name in ("", *records.paths)}
+    total2 = variance_within(list(members.values()))
+    spread2 = max(total2 - float(np.mean(sigma[have] ** 2)), MIN_SPREAD**2)
     between2 = max(float(np.var([np.mean(v) for v in members.values() if len(v)])), MIN_SPREAD**2)
     centre = {}
-    for k, values in members.items():
+    for name, values in members.items():
         trust = between2 / (between2 + max(total2, spread2) / len(values)) if len(values) else 0.0
-        centre[groups[k]] = overall + trust * (float(np.mean(values)) - overall if trust else 0.0)
-    return VolumeNodes(empty, empty, none, none, centre, float(np.sqrt(spread2)), True)
+        centre[name] = overall + trust * (float(np.mean(values)) - overall if trust else 0.0)
+    return centre, float(np.sqrt(spread2)), True

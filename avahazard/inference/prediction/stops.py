@@ -30,7 +30,8 @@ class PredictedStops:
 
     `record` is in the coordinate of each event's record, `x` and `elevation` in metres; where
     `left`, they are those of the profile's end. `friction` is the draw of μ; `n_nonpositive`
-    counts draws of μ ≤ 0, which leave any profile (normal scatter only).
+    counts draws of μ ≤ 0, which leave any profile (normal scatter only). `sigma` (m) is the error
+    that each record would have.
     """
 
     record: Floats
@@ -39,6 +40,7 @@ class PredictedStops:
     left: NDArray[np.bool_]
     friction: Floats
     n_nonpositive: int
+    sigma: Floats
 
 
 def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) -> PredictedStops:
@@ -52,7 +54,7 @@ def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) ->
     tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
     groups = table_groups(tables_at, min(MAX_TABLES, n_draws))
     friction = np.empty((n, n_draws))
-    record, x, elevation = (np.empty((n, n_draws)) for _ in range(3))
+    record, x, elevation, sigma = (np.empty((n, n_draws)) for _ in range(4))
     left = np.empty((n, n_draws), dtype=np.bool_)
     n_nonpositive = 0
     for group in groups:
@@ -66,9 +68,10 @@ def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) ->
             shift = group_shift(model, u, chosen[k], rng)
             friction[:, k] = draw_friction(posterior, u, shift, rng)
         here = friction[:, group]
+        sigma[:, group] = tables.sigma[:, None]
         n_nonpositive += int(np.sum(here <= 0.0))
         record[:, group], x[:, group], elevation[:, group], left[:, group] = look_up(tables, here)
-    return PredictedStops(record, x, elevation, left, friction, n_nonpositive)
+    return PredictedStops(record, x, elevation, left, friction, n_nonpositive, sigma)
 
 
 def draw_friction(
@@ -78,7 +81,7 @@ def draw_friction(
 
     `shift` `[n_events]` is added to log friction (offsets of groups).
     """
-    volumes = posterior.observations.volumes
+    volumes = posterior.volumes(u)
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
     location, scatter = posterior.location_and_scatter(u, volume[:, None])
     noise = draws(rng, len(volume), posterior.specification.tails == "student")

@@ -14,6 +14,7 @@ from avahazard.criticism.scoring.error_budget import (
     error_budget,
     unexplained,
 )
+from avahazard.criticism.scoring.expected import expected_records
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -167,3 +168,24 @@ def test_shapley_is_the_mean_over_orders() -> None:
             ahead[s] = 1
         first.append(cost[(1, ahead[1], ahead[2])] - cost[(0, ahead[1], ahead[2])])
     assert parts[0] == pytest.approx(np.mean(first, axis=0))
+
+
+def test_misstated_errors_count_as_they_are() -> None:
+    records, _ = straight(60, 9)
+    for key, field in (("record-error", "runout_sigma_m"), ("volume-error", "volume_rel_sigma")):
+        model = posterior(build_observations(records), key)
+        factor = 1.4
+        events = tuple(replace(e, **{field: factor * getattr(e, field)}) for e in records.events)
+        told = posterior(build_observations(Records(events=events)))
+        u = at(model)
+        u[model.layout.places[key]] = np.log(factor) / model.layout.slots[-1].scale
+        budgets, draws = [], []
+        for fitted, coordinates in ((model, u), (told, at(told))):
+            whole = FittedModel(fitted, coordinates[None], {})
+            budgets.append(error_budget(whole, np.random.default_rng(10)))
+            draws.append(expected_records(whole, 50, np.random.default_rng(11)))
+        for part in ("record", "volume", "scatter"):
+            values = [getattr(b, part) for b in budgets]
+            np.testing.assert_allclose(values[0], values[1], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(draws[0].draws, draws[1].draws, rtol=1e-9)
+        np.testing.assert_allclose(draws[0].sigma, draws[1].sigma, rtol=1e-9)

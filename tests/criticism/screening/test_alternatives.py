@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,11 +14,12 @@ from avahazard.criticism.screening.alternatives import (
     base_design,
     make_tables,
 )
+from avahazard.effects import volume_error
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records, run_blocks
 from avahazard.inference.model.laws import LAWS, law
-from avahazard.inference.model.observations import LEFT
+from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 from tests.inference import studies
@@ -155,3 +158,47 @@ def test_centrifugal_is_the_load_of_curvature() -> None:
     (only,) = alternatives(model, "centrifugal")
     loaded = predict_records(model.observations, (), {}, 1.0)
     assert np.array_equal(only.tables.record, loaded.record.astype(np.float32))
+
+
+def _misstated(field: str, factor: float) -> Posterior:
+    """The model on the same events with these errors stated `factor` times as large."""
+    records = studies.records()
+    events = tuple(replace(e, **{field: factor * getattr(e, field)}) for e in records.events)
+    return studies.posterior(build_observations(replace(records, events=events)))
+
+
+def test_errors_of_volumes_are_read_as_if_they_were_stated() -> None:
+    model = studies.posterior(studies.observations())
+    tried = alternatives(model, "volume-error")
+    (parameter,) = volume_error.DEFINITION.build(
+        volume_error.DEFINITION.facts(model.observations.columns, model.observations.sites)
+    ).parameters
+    assert 0.0 < parameter.high < 2.08
+    told = _misstated("volume_rel_sigma", float(np.exp(parameter.high)))
+    plan = plan_of(told.observations, "path-effect")
+    expected = base_design(told, studies.near(told), plan, np.full(1, 0.2))
+    for name in ("x", "constant", "extra", "multiplier"):
+        np.testing.assert_allclose(
+            getattr(tried[-1].design, name), getattr(expected, name), rtol=1e-9, atol=1e-12
+        )
+    half = [a for a in tried if a.log_prior == pytest.approx(-0.5)]
+    assert len(half) == 2  # of the factors two and a half
+
+
+def test_errors_of_records_are_in_their_tables() -> None:
+    model = studies.posterior(studies.observations())
+    stated = model.observations.sigma
+    found = {round(float(np.log2(a.tables.sigma[0] / stated[0])), 6) for a in
+             alternatives(model, "record-error")}  # fmt: skip
+    assert min(found) < 0.0 < max(found)
+    told = _misstated("runout_sigma_m", 8.0)
+    limited = np.isfinite(told.observations.limit)
+    expected = make_tables(
+        told.observations, predict_records(told.observations, (), {}, 1.0),
+        told.observations.limit, SPEED_SCATTER,
+    )  # fmt: skip
+    most = [a.tables for a in alternatives(model, "record-error")
+            if np.allclose(a.tables.sigma, told.observations.sigma)]  # fmt: skip
+    assert most
+    assert np.any(limited)
+    np.testing.assert_allclose(most[0].edges.seen_sd, expected.edges.seen_sd)

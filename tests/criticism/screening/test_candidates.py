@@ -36,7 +36,7 @@ def test_every_column_has_a_smooth_but_those_with_an_effect_of_their_own() -> No
 def test_without_a_profile_no_motion_can_be_told() -> None:
     found = keys(build_observations(lengths()))
     assert set(found) == {
-        "volume-law", "volume-scatter", "covariate:rock",
+        "volume-law", "volume-scatter", "record-error", "volume-error", "covariate:rock",
         "covariate:column_1", "covariate:column_2", "covariate:column_3",
     }  # fmt: skip
 

@@ -62,7 +62,7 @@ def brute_force(observations: Observations, tables: Tables, i: int) -> tuple[flo
 
 def test_bumps_are_the_integral_over_friction() -> None:
     observations, tables, measured = setting()
-    found = moments_of(tables, measured, observations.sigma)
+    found = moments_of(tables, measured)
     told = (observations.kind != LEFT) | (tables.speeds.row >= 0)
     # The six that just do not stop so high, or so low, have record_moments at an end of the table.
     middle = (found.variance > 1e-5) & told
@@ -77,7 +77,7 @@ def test_bumps_are_the_integral_over_friction() -> None:
 
 def test_an_event_that_left_says_nothing_by_itself() -> None:
     observations, tables, measured = setting()
-    found = moments_of(tables, measured, observations.sigma)
+    found = moments_of(tables, measured)
     silent = (observations.kind == LEFT) & (tables.speeds.row < 0)
     assert silent.any()
     assert np.all(found.variance[silent] == 0.0)
@@ -91,8 +91,8 @@ def test_a_record_that_no_friction_explains_costs() -> None:
     costs = []
     for away in (40.0, 80.0):
         far.observed[i] = tables.record[i].max() + away * observations.sigma[i]
-        costs.append(float(moments_of(tables, far, observations.sigma).log_mass[i]))
-    ordinary = float(moments_of(tables, measured, observations.sigma).log_mass[i])
+        costs.append(float(moments_of(tables, far).log_mass[i]))
+    ordinary = float(moments_of(tables, measured).log_mass[i])
     assert costs[1] < costs[0] < ordinary - 500.0
 
 

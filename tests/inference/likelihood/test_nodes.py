@@ -56,6 +56,7 @@ def _nodes(
         elevation=curve[None],
         status=left[None].astype(np.int8),
         speeds=() if speeds is None else (speeds[1],),
+        sigma=observations.sigma,
     )
     return build_nodes(observations, predicted, in_log=in_log)
 

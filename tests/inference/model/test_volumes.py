@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from avahazard.effects.columns import build_columns
-from avahazard.inference.model.volumes import MIN_SPREAD, VolumeNodes, volume_nodes
+from avahazard.inference.model.volumes import MIN_SPREAD, VolumeNodes, rescaled, volume_nodes
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 
@@ -110,3 +112,19 @@ def test_without_any_volume_that_is_said() -> None:
 def test_volumes_more_alike_than_their_error_keep_a_spread() -> None:
     alike = [Event(str(i), "P", volume_m3=1e4 + i) for i in range(30)]
     assert _nodes(alike).spread == MIN_SPREAD
+
+
+def test_errors_of_another_size_are_as_if_they_were_stated() -> None:
+    events, _ = _world(300, 4, 6)
+    new = [Event("a", "P0", volume_m3=1e4, volume_rel_sigma=0.4), Event("b", "unknown")]
+
+    def told(factor: float, some: list[Event]) -> list[Event]:
+        return [replace(e, volume_rel_sigma=factor * e.volume_rel_sigma) for e in some]
+
+    for factor in (0.3, 1.7):
+        past = _nodes(told(factor, events))
+        scaled = rescaled(_nodes(events), factor)
+        assert np.array_equal(scaled.log_volume, past.log_volume)
+        # What is predicted sees the population of the past with the same factor.
+        to_come = rescaled(_nodes(new, _nodes(events)), factor)
+        assert np.array_equal(to_come.log_volume, _nodes(told(factor, new), past).log_volume)
