@@ -22,7 +22,7 @@ COMMANDS: tuple[Entry, ...] = (
     Entry(
         "import",
         "import_files",
-        "Import tables or folders of them, or paths drawn as lines on a terrain model.",
+        "Import tables, or folders of them, or paths drawn as lines on a terrain model.",
     ),
     Entry("paths", "paths", "List the paths."),
     Entry("path", "path", "Show how the profile of a path was smoothed, and check it."),
@@ -32,7 +32,9 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("calibrate", "calibrate", "Calibrate a model on the records and store it."),
     Entry("models", "models", "List the stored models."),
     Entry("model", "model", "Show a stored model: its posterior, and whether it converged."),
-    Entry("rerun", "rerun", "Calibrate a stored model again: is the result identical?"),
+    Entry(
+        "rerun", "rerun", "Calibrate a stored model again, and say whether the result is identical."
+    ),
     Entry(
         "compare",
         "compare",
@@ -64,7 +66,7 @@ COMMANDS: tuple[Entry, ...] = (
     Entry(
         "hazard",
         "hazard",
-        "Draw the runout for volumes or return periods, with its interval, path by path.",
+        "Give the design runout of return periods, and the runout of volumes, path by path.",
     ),
     Entry(
         "zones", "zones", "Find speed, pressure and hazard zones along the paths, by return period."

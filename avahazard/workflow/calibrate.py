@@ -55,10 +55,9 @@ def calibrate(
     """
     left_out = [definition(key) for key in without]
     keys = _kept_effects(with_, left_out)
-    asked = Specification(law=law, scatter=scatter, distribution=distribution, tails=tails)
-    for entry in left_out:
-        if entry.in_base and entry.changes is not None:
-            asked = asked.put(entry.changes, entry.changes.without)
+    asked = asked_for(
+        Specification(law=law, scatter=scatter, distribution=distribution, tails=tails), left_out
+    )
     check_method(method, asked)
     with reading(database) as session:
         refuse_taken_name(session, name)
@@ -83,6 +82,14 @@ def calibrate(
     result = calibration_result(found, name, seed=seed, data_fingerprint=fingerprint)
     save_calibrated(database, found, result, paths=tuple(dict.fromkeys(paths)))
     return result
+
+
+def asked_for(specification: Specification, left_out: Sequence[Definition]) -> Specification:
+    """The specification less what the base model has and is asked away."""
+    for entry in left_out:
+        if entry.in_base and entry.changes is not None:
+            specification = specification.put(entry.changes, entry.changes.without)
+    return specification
 
 
 def _kept_effects(with_: Sequence[str], left_out: Sequence[Definition]) -> list[str]:

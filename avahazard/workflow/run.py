@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
+from avahazard.effects.catalogue import definition
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import N_CHAINS
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
@@ -23,7 +25,7 @@ from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, COMPARISON, DIAGNOSIS, ZONES, Kind, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.add import add
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import asked_for, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
 from avahazard.workflow.diagnose import diagnose_model
@@ -126,6 +128,7 @@ def _models(run: _Run) -> Iterator[tuple[str, Step]]:
 def _calibrated(run: _Run) -> tuple[str, Step]:
     """The model of the file, on the records as they are."""
     wanted = run.project.model
+    asked = asked_for(Specification(), [definition(key) for key in wanted.without])
 
     def fits(stored: Calibration) -> bool:
         return (
@@ -134,7 +137,7 @@ def _calibrated(run: _Run) -> tuple[str, Step]:
             == (wanted.law, wanted.scatter, wanted.distribution, wanted.tails)
             and (stored.method, stored.seed) == (wanted.method, wanted.seed)
             and set(stored.effects) == set(wanted.with_) - set(wanted.without)
-            and stored.centrifugal == ("centrifugal" not in wanted.without)
+            and stored.centrifugal == asked.centrifugal
             and wanted.chains in (None, stored.chains)
             and wanted.draws in (None, stored.draws)
         )

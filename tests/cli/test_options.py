@@ -13,7 +13,7 @@ from tests.cli.test_help import ALL
 
 OF_THEIR_OWN = {
     "--seed": {"diagnose", "synth"},  # of made worlds
-    "--path": {"calibrate"},  # events, not bounds
+    "--path": {"calibrate", "fit"},  # events, not bounds
     "--volume": {"runout"},  # one, not several
     "--draws": {"calibrate"},  # of each chain
 }

@@ -38,7 +38,7 @@ def test_growth_and_drive_are_the_integrals(curvature, constant, drag) -> None:
 
             b = quad(integrand, x0, x1, epsabs=1e-11)[0]
             assert polyval(mu, cells.growth[i]) == pytest.approx(exponent(x0), rel=1e-9)
-            assert polyval(mu, cells.drive[i]) == pytest.approx(b, abs=1e-8)
+            assert polyval(mu, cells.drive[i]) == pytest.approx(b, rel=1e-9, abs=1e-8)
 
 
 def test_blocks_below_lift_stay_on_the_ground() -> None:

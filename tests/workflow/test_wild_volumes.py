@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,15 +10,16 @@ import pytest
 from avahazard.inference.model.laws import LAWS
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.store.records import save_records
+from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.fit import fit_laws
-from avahazard.workflow.import_files import import_files
-from tests.criticism.lengths import as_csv, lengths
+from tests.criticism.lengths import lengths
 
 
 @pytest.fixture(params=["one", "all"])
-def wild_database(request: pytest.FixtureRequest, database: str, tmp_path: Path) -> str:
+def wild_database(request: pytest.FixtureRequest, database: str) -> str:
     """Give a database with events of which one, or all, have volumes off the scale."""
     records = lengths(16, n_columns=1)
     powers = np.random.default_rng(0).uniform(-319.0, 307.0, 16)
@@ -28,9 +28,9 @@ def wild_database(request: pytest.FixtureRequest, database: str, tmp_path: Path)
         replace(event, volume_m3=float(wild.get(i, event.volume_m3 or 0.0)))
         for i, event in enumerate(records.events)
     ]
-    file = tmp_path / "events.csv"
-    file.write_text(as_csv(Records(events=tuple(events))), encoding="utf-8")
-    import_files(database, [file])
+    # An import refuses them; a database of before may hold them.
+    with writing(database) as session:
+        save_records(session, Records(events=tuple(events)))
     return database
 
 

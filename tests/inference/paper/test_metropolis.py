@@ -50,7 +50,7 @@ def test_posterior_equals_quadrature_on_a_grid(sigma_prior: tuple[float, float])
     assert result.diagnostics.converged
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", [n for n, one in LAWS.items() if one.form])
 def test_every_law_is_recovered_with_a_tuned_acceptance(name: str) -> None:
     natural = {
         "exponential": [0.55, 3e-6],

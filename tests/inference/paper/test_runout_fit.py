@@ -12,7 +12,7 @@ from tests.inference import naive
 from tests.inference.worlds import MU, MU_MIN, MU_STEP, runouts
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", [n for n, one in LAWS.items() if one.form])
 def test_sum_of_squares_equals_the_slow_twin(name: str) -> None:
     volume, runout, table, stop_y = runouts("exponential", [0.5, 1e-6], 100.0, 37, 1)
     item = law(name)

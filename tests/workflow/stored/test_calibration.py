@@ -20,7 +20,9 @@ from tests.criticism.studies import straight
 
 def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) -> Calibrated:
     names = ("a", "sigma")[: draws.shape[2]]
-    posterior = assemble(build_observations(straight(7)), Specification(law="constant"), {})
+    keys = ("path-effect",) if offsets else ()
+    specification = Specification(law="constant", effects=keys)
+    posterior = assemble(build_observations(straight(7)), specification, {})
     model = FittedModel(posterior, draws.reshape(-1, draws.shape[2]), offsets)
     found = chains(names, ("", "")[: len(names)], draws)
     return Calibrated(model, {}, found, 7, **others)

@@ -43,7 +43,7 @@ def _found(grids: Grids | None = None, *own: Definition) -> Calibrated:
     specification, facts = with_effects(
         twin_study(),
         SPECIFICATION,
-        ["path-section", "turbulent-drag", *(entry.key for entry in own)],
+        ["path-section", "turbulent-drag", "path-effect", *(entry.key for entry in own)],
         own,
     )
     posterior = Posterior(
