@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -14,8 +13,8 @@ from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.collection import Records
-from avahazard.records.event import Event
 from tests.inference import studies
+from tests.inference.misstated import misstated
 
 RECORD, VOLUME = (
     key
@@ -67,29 +66,6 @@ def _at_neutral(model: Posterior, u: np.ndarray) -> np.ndarray:
     return np.where([s.neutral == 0.0 for s in model.layout.slots], 0.0, u)
 
 
-@cache
-def _lengths(record: float, volume: float, seed: int, n: int = 800) -> Observations:
-    """Lengths whose errors, stated as 20 m and 0.3, are `record` and `volume` times as large."""
-    rng = np.random.default_rng(seed)
-    height = np.exp(rng.uniform(np.log(150.0), np.log(2000.0), n))
-    log_volume = np.log(1e5) + 0.9 * rng.standard_normal(n)
-    log_mu = np.log(0.5) - 1e-6 * np.exp(log_volume) + 0.1 * rng.standard_normal(n)
-    length = height / np.exp(log_mu) + 20.0 * record * rng.standard_normal(n)
-    told = log_volume + 0.3 * volume * rng.standard_normal(n)
-    events = tuple(
-        Event(
-            f"e{i}",
-            fall_height_m=float(height[i]),
-            runout_length_m=float(length[i]),
-            runout_sigma_m=20.0,
-            volume_m3=float(np.exp(told[i])),
-            volume_rel_sigma=0.3,
-        )
-        for i in range(n)
-    )
-    return build_observations(Records(events=events))
-
-
 def _fitted(given: Observations, *keys: str) -> tuple[Posterior, Mode]:
     model = studies.posterior(given, *keys)
     return model, find_mode(model)
@@ -102,12 +78,12 @@ def _factor(given: Observations, key: str) -> float:
 
 @pytest.mark.parametrize("truth", [1.0, 3.0])
 def test_the_factor_of_the_records_comes_back(truth: float) -> None:
-    assert _factor(_lengths(truth, 1.0, 11), RECORD) == pytest.approx(truth, rel=0.35)
+    assert _factor(misstated(truth, 1.0, 11), RECORD) == pytest.approx(truth, rel=0.35)
 
 
 @pytest.mark.parametrize("truth", [0.5, 1.0, 2.5])
 def test_the_factor_of_the_volumes_comes_back(truth: float) -> None:
-    assert _factor(_lengths(1.0, truth, 12), VOLUME) == pytest.approx(truth, rel=0.35)
+    assert _factor(misstated(1.0, truth, 12), VOLUME) == pytest.approx(truth, rel=0.35)
 
 
 @pytest.mark.slow
@@ -117,7 +93,7 @@ def test_the_factor_of_the_volumes_comes_back(truth: float) -> None:
 def test_the_evidence_tells_which_errors_are_misstated(
     record: float, volume: float, best: str | None
 ) -> None:
-    given = _lengths(record, volume, 13)
+    given = misstated(record, volume, 13)
     plain = log_evidence(*_fitted(given)).value
     gains = {key: log_evidence(*_fitted(given, key)).value - plain for key in (RECORD, VOLUME)}
     for key, gain in gains.items():
