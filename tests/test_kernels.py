@@ -38,6 +38,7 @@ def counts(cache: Path) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_a_second_process_does_not_compile(tmp_path: Path) -> None:
     assert counts(tmp_path) == ["0 1", "0 1"]
     assert counts(tmp_path) == ["1 0", "1 0"]

@@ -26,7 +26,11 @@ COMMANDS: tuple[Entry, ...] = (
     ),
     Entry("paths", "paths", "List the paths."),
     Entry("path", "path", "Show how the profile of a path was smoothed, and check it."),
-    Entry("runout", "runout", "Run the block once: its stop and its speeds."),
+    Entry(
+        "runout",
+        "runout",
+        "Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.",
+    ),
     Entry("friction", "friction", "Show the apparent friction of the events and its density."),
     Entry("fit", "fit", "Fit laws of friction against volume by least squares."),
     Entry("calibrate", "calibrate", "Calibrate a model on the records and store it."),
@@ -79,7 +83,10 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("report", "report", "Write a report of a model as one HTML file that needs no network."),
     Entry("export", "export", "Write the bounds and zones of a model for a GIS or a spreadsheet."),
     Entry(
-        "demo", "demo", "Do the main job on the bundled data, a twin of the paper's seven paths."
+        "demo",
+        "demo",
+        "Do the main job on the bundled data, a twin of the paper's seven paths; "
+        "find what is hidden.",
     ),
     Entry("synth", "synth", "Make a world with known hidden effects, to try the program on."),
 )

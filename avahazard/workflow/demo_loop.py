@@ -7,6 +7,7 @@ from pathlib import Path as FilePath
 from typing import Any, cast
 
 from avahazard.results.made import HiddenEffect
+from avahazard.synth.demo import HIDDEN, N_EVENTS, N_PATHS, SEED, STRENGTH
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
 from avahazard.synth.writing import write_records
@@ -24,10 +25,7 @@ Report = Callable[[str, float, float], None]
 
 WORLD, DATABASE, REPORT = "hidden-world", "hidden.db", "hidden-report.html"
 MODEL, CHILD = "base", "child"
-HIDDEN = "snow-type"
-STRENGTH = 2.0
-"""Strong enough that few events and few worlds show it, and quickly."""
-SEED, N_EVENTS, N_PATHS, N_WORLDS = 0, 120, 6, 39
+N_WORLDS = 39
 WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 1.0)
 """Seconds of calibration, comparison, diagnosis, child, its design runouts, and report."""
 

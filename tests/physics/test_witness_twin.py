@@ -14,9 +14,13 @@ from tests.physics.paths import bowl, cells_of, read_profiles, ski_jump, terrain
 from tests.physics.witness import pieces, witness
 
 TWIN = sorted(read_profiles(ROOT / "data" / "profiles.csv"))
+SHORT = ("scey", "grand-chantey")
+"""Paths whose runs by the witness take least."""
 
 
-@pytest.mark.parametrize("path", TWIN)
+@pytest.mark.parametrize(
+    "path", [p if p in SHORT else pytest.param(p, marks=pytest.mark.slow) for p in TWIN]
+)
 def test_twin(path: str) -> None:
     x, y = read_profiles(ROOT / "data" / "profiles.csv")[path]
     compare(smooth_profile(x, y), x[0])

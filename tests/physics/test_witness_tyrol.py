@@ -21,7 +21,7 @@ TYROL = [
 ]
 
 
-LONG = ("alr", "gar23", "gar2345", "hit_downvalley", "hit_upvalley", "kot")
+LONG = ("alr", "gar23", "gar2345", "hit_downvalley", "hit_upvalley", "kot", "mal", "gar")
 """Profiles whose runs by the witness take longest."""
 
 

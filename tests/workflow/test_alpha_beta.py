@@ -69,7 +69,7 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
     with writing(mine) as session:
         save_result(session, BOUNDS, "m", [row.to_dict()])
     alpha_beta_paths(mine, "bowl", model="m", plot=tmp_path / "a.svg")
-    assert "V = 1e+04 m³: 5 to 95 %" in (tmp_path / "a.svg").read_text()
+    assert "avalanches of the volume V" in (tmp_path / "a.svg").read_text()
 
 
 def test_what_is_not_there(mine: str, empty_database: Path, tmp_path: Path) -> None:

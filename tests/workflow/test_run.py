@@ -23,7 +23,7 @@ chains = 2
 draws = 200
 [hazard]
 return_periods = [30, 100]
-volumes = [20000.0]
+paths = ["P01"]
 [export]
 files = ["bounds.csv"]
 """

@@ -40,7 +40,8 @@ def test_from_a_line_to_a_map(avahazard: Run, database: str, lines: Path, tmp_pa
     assert max(map(len, done.stdout.splitlines())) <= 80
     assert "runouts" in done.stdout
     assert "avahazard zones base" in done.stderr
-    assert pyogrio.read_info(file, layer="volume_runouts")["features"] == 6
+    names = {str(name) for name, _ in pyogrio.list_layers(file)}
+    assert {"design_runouts", "volume_runouts"} <= names
     document = json.loads(avahazard("--json", "export", "base", "-o", str(file)).stdout)
     assert document["layers"][0] == {"layer": "paths", "n_features": 1, "crs": "EPSG:31287"}
 

@@ -80,6 +80,7 @@ def test_a_peak_between_grid_points_that_is_none_is_found_out() -> None:
         assert set(slot.grid) >= set(whole.grid)
 
 
+@pytest.mark.slow
 def test_the_truth_is_not_beaten_by_a_blend() -> None:
     """Drag made the world: entrainment, which is drag above a line, cannot explain more."""
 

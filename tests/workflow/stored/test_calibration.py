@@ -14,15 +14,21 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
+from avahazard.records.event import Event
 from avahazard.workflow.stored.calibration import calibration_result, mode, summary
 from tests.criticism.studies import straight
+from tests.workflow.worlds import bowl
 
 
 def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) -> Calibrated:
     names = ("a", "sigma")[: draws.shape[2]]
     keys = ("path-effect",) if offsets else ()
     specification = Specification(law="constant", effects=keys)
-    posterior = assemble(build_observations(straight(7)), specification, {})
+    records = straight(7)
+    if offsets:
+        on_path = tuple(Event(f"e{i}", "B", runout_x_m=1000.0, volume_m3=1e4) for i in range(7))
+        records = bowl(events=on_path)
+    posterior = assemble(build_observations(records), specification, {})
     model = FittedModel(posterior, draws.reshape(-1, draws.shape[2]), offsets)
     found = chains(names, ("", "")[: len(names)], draws)
     return Calibrated(model, {}, found, 7, **others)
@@ -56,13 +62,13 @@ def test_the_mode_of_a_constant() -> None:
 
 def test_parameters_offsets_and_settings() -> None:
     draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
-    found = _found(draws, {"P": draws[..., 0].ravel() - 0.5}, left_out={"have no volume": 2})
+    found = _found(draws, {"B": draws[..., 0].ravel() - 0.5}, left_out={"have no volume": 2})
     result = calibration_result(found, "m", seed=5, data_fingerprint="f", parent="p")
-    assert list(result.parameters) == ["a", "sigma", "path:P"]
-    assert result.parameters["path:P"].unit == "log friction"
+    assert list(result.parameters) == ["a", "sigma", "path:B"]
+    assert result.parameters["path:B"].unit == "log friction"
     assert result.parameters["a"].mean == pytest.approx(draws[..., 0].mean())
     kept = ("model", "parent", "law", "effects", "n_events", "seed", "data_fingerprint")
-    assert [getattr(result, key) for key in kept] == ["m", "p", "constant", (), 7, 5, "f"]
+    assert [getattr(result, key) for key in kept] == ["m", "p", "constant", ("path-effect",), 7, 5, "f"]
     assert (result.chains, result.draws) == (4, 500)
     assert result.diagnostics.converged
     assert result.notes == ()
