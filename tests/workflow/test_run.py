@@ -11,7 +11,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.project import ProjectRun
 from avahazard.store.models import list_models
 from avahazard.store.session import reading
-from avahazard.workflow import run as module
+from avahazard.workflow.project import answers
 from avahazard.workflow.run import run_project
 
 SMALL = """
@@ -78,7 +78,7 @@ def test_what_was_interrupted_goes_on(folder: Path, monkeypatch: pytest.MonkeyPa
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(module, "hazard", broken)
+        patch.setattr(answers, "hazard", broken)
         with pytest.raises(KeyboardInterrupt):
             ran(folder)
     found = states(ran(folder))
@@ -136,7 +136,7 @@ def test_no_file(tmp_path: Path) -> None:
 
 
 def test_the_page_tells_every_key() -> None:
-    from avahazard.workflow.project_file import Project  # noqa: PLC0415
+    from avahazard.workflow.project.file import Project  # noqa: PLC0415
 
     page = (Path(__file__).parents[2] / "docs" / "project.md").read_text(encoding="utf-8")
     for name, field in Project.model_fields.items():

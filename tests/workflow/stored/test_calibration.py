@@ -68,7 +68,15 @@ def test_parameters_offsets_and_settings() -> None:
     assert result.parameters["path:B"].unit == "log friction"
     assert result.parameters["a"].mean == pytest.approx(draws[..., 0].mean())
     kept = ("model", "parent", "law", "effects", "n_events", "seed", "data_fingerprint")
-    assert [getattr(result, key) for key in kept] == ["m", "p", "constant", ("path-effect",), 7, 5, "f"]
+    assert [getattr(result, key) for key in kept] == [
+        "m",
+        "p",
+        "constant",
+        ("path-effect",),
+        7,
+        5,
+        "f",
+    ]
     assert (result.chains, result.draws) == (4, 500)
     assert result.diagnostics.converged
     assert result.notes == ()

@@ -1,0 +1,85 @@
+"""The answers of a project by its last model: bounds, zones, report, files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path as FilePath
+
+from avahazard.results.project import Step
+from avahazard.store.results import BOUNDS, ZONES
+from avahazard.workflow.export import export
+from avahazard.workflow.hazard import hazard
+from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState, stored_result
+from avahazard.workflow.report import write_report
+from avahazard.workflow.zones import zones
+
+
+def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[str], list[str]]]:
+    """Steps, their notes, and the files that they wrote."""
+    project, folder = run.project, run.folder
+    if "hazard" not in project.skip:
+        yield _bounds(run, model)
+    if "zones" not in project.skip and project.model.method != "metropolis":
+        yield _zones(run, model)
+    if "report" not in project.skip:
+        page = folder / project.report.file
+        if _outdated(run, page):
+            report = write_report(run.database, model, page, report=run.report)
+            yield Step("report", DONE, page.name), list(report.lacking), [str(page)]
+        else:
+            yield Step("report", UP_TO_DATE, page.name), [], [str(page)]
+    if "export" not in project.skip and "hazard" not in project.skip:
+        for name in project.export.files:
+            file = folder / name
+            notes: list[str] = []
+            state = UP_TO_DATE
+            if _outdated(run, file):
+                notes = list(export(run.database, model, file).notes)
+                state = DONE
+            yield Step("export", state, file.name), notes, [str(file)]
+
+
+def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
+    wanted = run.project.hazard
+    rows = stored_result(run, BOUNDS, model)
+    asked = {("T", float(t)) for t in wanted.return_periods}
+    asked |= {("V", float(v)) for v in wanted.volumes}
+    there = {
+        ("T", row["return_period_years"]) if row["return_period_years"] else ("V", row["volume_m3"])
+        for row in rows or ()
+    }
+    paths = {row["path_id"] for row in rows or ()}
+    if rows and there == asked and (not wanted.paths or paths == set(wanted.paths)):
+        return Step("hazard", UP_TO_DATE, f"{len(paths)} paths"), [], []
+    found = hazard(
+        run.database,
+        model,
+        return_periods=wanted.return_periods,
+        volumes=wanted.volumes,
+        paths=wanted.paths,
+        seed=wanted.seed,
+        report=run.report,
+    )
+    run.fresh = True
+    n = len({row.path_id for row in found.rows})
+    return Step("hazard", DONE, f"{n} paths"), list(found.notes), []
+
+
+def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
+    limits = run.project.zones.limits
+    file = run.folder / limits
+    name = str(file) if file.is_file() else limits
+    stored = stored_result(run, ZONES, model)
+    if stored and not run.fresh and all(path["limits"] == name for path in stored):
+        return Step("zones", UP_TO_DATE, f"{len(stored)} paths"), [], []
+    found = zones(run.database, model, limits=name, paths=run.project.hazard.paths)
+    run.fresh = True
+    return Step("zones", DONE, f"{len(found.rows)} paths"), list(found.notes), []
+
+
+def _outdated(run: ProjectState, file: FilePath) -> bool:
+    """Whether the file is missing, older than the database, or something new was found."""
+    if run.fresh or not file.is_file():
+        return True
+    database = FilePath(run.database)
+    return database.is_file() and database.stat().st_mtime > file.stat().st_mtime

@@ -1,0 +1,34 @@
+"""A run of a project under way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+
+from avahazard.store.results import Kind, latest_result
+from avahazard.store.session import reading
+from avahazard.workflow.project.file import Project
+
+Report = Callable[[str, float, float], None]
+DONE, UP_TO_DATE = "done", "up to date"
+
+
+@dataclass(slots=True)
+class ProjectState:
+    """The project, where its files are, and its database.
+
+    `fresh` as soon as a step has found something new.
+    """
+
+    project: Project
+    folder: FilePath
+    database: str
+    report: Report
+    fresh: bool = False
+
+
+def stored_result(run: ProjectState, kind: Kind, model: str):  # type: ignore[no-untyped-def, type-arg]
+    """What was found last by a model; None where nothing was."""
+    with reading(run.database) as session:
+        return latest_result(session, kind, model)
