@@ -65,7 +65,7 @@ def draw_ladder(file: Path, rows: Sequence[Rung]) -> None:
                 min(floors),
                 color="tab:blue",
                 linestyle="--",
-                label=f"errors of the recorded runouts alone: {min(floors):.0f} m",
+                label=f"errors of records and volumes alone: {min(floors):.0f} m",
             )
             axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
         axes.margins(y=0.1)

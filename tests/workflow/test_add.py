@@ -27,6 +27,7 @@ def friction(columns):
 """
 
 
+@pytest.mark.slow
 def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
     snow_database: str,
 ) -> None:
@@ -92,6 +93,7 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
         add(snow_database, "own", ["path-section"], "other", effect_files=[file])
 
 
+@pytest.mark.slow
 def test_the_child_starts_where_its_parent_is(snow_database: str) -> None:
     """A neutral effect leaves the posterior where it was: the base parameters agree."""
     child = add(snow_database, "base", ["path-section"], "section")

@@ -58,6 +58,7 @@ def test_the_document_names_the_axis(base: str) -> None:
     assert told[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_document(base: str) -> None:
     assert diagnosed(base, seed=4) == diagnosed(base, seed=4)
 

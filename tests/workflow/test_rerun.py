@@ -40,6 +40,7 @@ def test_every_method_gives_the_same_bits(models: str) -> None:
         assert found.notes == ()
 
 
+@pytest.mark.slow
 def test_another_seed_is_told(models: str) -> None:
     engine = create_engine(f"sqlite:///{models}")
     with engine.begin() as connection:
@@ -58,6 +59,7 @@ def test_another_seed_is_told(models: str) -> None:
     assert "not identical" in run("rerun", "base").stdout
 
 
+@pytest.mark.slow
 def test_changed_records_are_refused(models: str, tmp_path: Path) -> None:
     file = tmp_path / "events.csv"
     file.write_text("event_id,fall_height_m,runout_length_m\nnew,500,900\n", encoding="utf-8")

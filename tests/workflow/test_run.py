@@ -73,6 +73,7 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
         assert [model.name for model in list_models(session)] == ["base", "base-2"]
 
 
+@pytest.mark.slow
 def test_what_was_interrupted_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_given: object, **_named: object) -> None:
         raise KeyboardInterrupt

@@ -63,8 +63,8 @@ def ladder(
         floors = [row.noise_floor_crps_m for row in found.rows if row.noise_floor_crps_m]
         if floors:
             console.print(
-                f"Errors of the recorded runouts alone would leave {min(floors):.1f} m; those of "
-                "the volumes, and what varies from avalanche to avalanche, come on top."
+                f"Errors of the recorded runouts and volumes alone would leave {min(floors):.1f} "
+                "m; what varies from avalanche to avalanche comes on top."
             )
 
     emit(context, document, render)

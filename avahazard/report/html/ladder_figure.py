@@ -55,7 +55,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
                 "yanchor": "bottom",
                 "xanchor": "left",
                 "showarrow": False,
-                "text": f"errors of the recorded runouts alone: {min(floors):.0f} m",
+                "text": f"errors of records and volumes alone: {min(floors):.0f} m",
                 "font": {"color": VERMILION, "size": 12},
             }
         ]
@@ -68,8 +68,8 @@ def ladder_figure(content: ReportContent) -> Figure | None:
         "the records leave.",
         "The CRPS is a mean error in metres that counts the width of the forecast too; for a "
         "forecast without scatter it is the mean absolute error. The dashed line is what errors of "
-        "the recorded runouts alone would leave: those of the volumes, and what varies from "
-        "avalanche to avalanche, come on top for every model."
+        "the recorded runouts and volumes alone would leave: what varies from avalanche to "
+        "avalanche comes on top for every model."
         + (f" Left out: {count(lost, 'model')} never compared." if lost else ""),
         data,
         places,

@@ -85,6 +85,7 @@ def test_wrong_records_become_suspects_not_an_effect() -> None:
     assert found.verdict == "adequate"
 
 
+@pytest.mark.slow
 def test_equal_seeds_give_equal_verdicts() -> None:
     a, b = on_lengths(0.05), on_lengths(0.05)
     assert [c.screened.p_family for c in a.candidates] == [

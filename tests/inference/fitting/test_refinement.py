@@ -66,6 +66,7 @@ def test_a_blend_that_holds_is_left_alone() -> None:
     assert settled(model, mode) == (model, mode)
 
 
+@pytest.mark.slow
 def test_a_peak_between_grid_points_that_is_none_is_found_out() -> None:
     model = _with_speeds("entrainment")
     rough = find_mode(model)
