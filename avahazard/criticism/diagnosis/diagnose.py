@@ -40,7 +40,6 @@ from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
@@ -210,13 +209,6 @@ def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, 
 
 def error_of(fit: Refit) -> float:
     """Mean CRPS (m) of the records with the parameters at their mode."""
-    offsets = {}
-    plan = fit.posterior.plan
-    if plan:
-        mode = fit.posterior.offsets(fit.mode.u).mode
-        offsets = {name: mode[[k]] for k, name in enumerate(plan.names)}
     rng = generator(0, "error of a fit")
-    records = expected_records(
-        FittedModel(fit.posterior, fit.mode.u[None], offsets), ERROR_DRAWS, rng
-    )
+    records = expected_records(fit.at_mode(), ERROR_DRAWS, rng)
     return float(np.mean(crps(records.draws, records.observed)))

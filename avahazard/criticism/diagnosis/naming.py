@@ -17,7 +17,6 @@ from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence, verdic
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
 from avahazard.criticism.screening.significance import Screened
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 
 
@@ -94,13 +93,7 @@ def held_out_gains(
 
 def worst_speeds(base: Refit) -> str:
     """The axis along which the speeds of the model fail most."""
-    offsets = {}
-    plan = base.posterior.plan
-    if plan:
-        mode = base.posterior.offsets(base.mode.u).mode
-        offsets = {name: mode[[k]] for k, name in enumerate(plan.names)}
-    model = FittedModel(base.posterior, base.mode.u[None], offsets)
-    matched = matched_speeds(model, generator(0, "speeds of a fit"))
+    matched = matched_speeds(base.at_mode(), generator(0, "speeds of a fit"))
     assert matched is not None
     spread: dict[str, float] = {}
     for row in speed_misfit(base.posterior.observations, matched):

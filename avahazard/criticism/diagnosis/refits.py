@@ -18,6 +18,7 @@ from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
@@ -42,6 +43,15 @@ class Refit:
         """Readable values of the parameters of one effect (or of all) at the mode."""
         values = self.posterior.layout.readable(self.mode.u)
         return {k: float(v) for k, (v, _) in values.items() if k.startswith(key)}
+
+    def at_mode(self) -> FittedModel:
+        """The fitted model with its parameters, and offsets of groups, at the mode alone."""
+        offsets = {}
+        plan = self.posterior.plan
+        if plan:
+            mode = self.posterior.offsets(self.mode.u).mode
+            offsets = {name: mode[[k]] for k, name in enumerate(plan.names)}
+        return FittedModel(self.posterior, self.mode.u[None], offsets)
 
 
 def refit(
