@@ -123,7 +123,7 @@ def _read_by_volume(
         step[k] = 1e-4
         up, down = (_mean_log_friction(posterior, u + d, volumes) for d in (step, -step))
         x[:, c] = (up - down) / 2e-4
-    _, scatter = posterior.location_and_scatter(u, np.exp(volumes.log_volume))
+    _, scatter = posterior.location_and_scatter(u, volumes.volume)
     middle = np.exp(np.average(np.log(scatter), axis=1, weights=volumes.weight[0]))
     return (
         x,
@@ -342,7 +342,7 @@ def _law_design(
     volumes = posterior.volumes(at)
     other = law(name)
     n_old = len(posterior.layout.law.coordinates)
-    volume = np.exp(volumes.log_volume)
+    volume = volumes.volume
     weight = volumes.weight
     mu = np.exp(design.constant + design.x[:, :n_old] @ coefficients[:n_old])
     u = other.start(np.exp(volumes.mean), mu)
@@ -364,14 +364,14 @@ def _law_design(
 
 
 def _mean_log_friction(posterior: Posterior, u: Floats, volumes: VolumeNodes) -> Floats:
-    location, _ = posterior.location_and_scatter(u, np.exp(volumes.log_volume))
+    location, _ = posterior.location_and_scatter(u, volumes.volume)
     if not posterior.layout.log_scatter:
         location = np.log(np.maximum(location, 1e-3))
     return np.asarray(np.sum(location * volumes.weight, axis=1))
 
 
 def _volume_variance(posterior: Posterior, u: Floats, volumes: VolumeNodes) -> Floats:
-    location, _ = posterior.location_and_scatter(u, np.exp(volumes.log_volume))
+    location, _ = posterior.location_and_scatter(u, volumes.volume)
     weight = volumes.weight
     mean = np.sum(location * weight, axis=1, keepdims=True)
     return np.asarray(np.sum((location - mean) ** 2 * weight, axis=1))

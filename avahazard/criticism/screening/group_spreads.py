@@ -54,7 +54,7 @@ def _draws(posterior: Posterior, u: Floats, k: int) -> Floats:
     points = np.geomspace(max(slot.low, 0.02), min(slot.high, 5.0), N_POINTS)
     at = np.tile(u, (N_POINTS, 1))
     at[:, k] = points
-    log_density = np.array([posterior.log_density(v) for v in at])
+    log_density = posterior.log_densities(at)
     density = np.exp(log_density - np.max(log_density))
     level = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(points) * (density[1:] + density[:-1]))])
     even = (np.arange(N_DRAWS) + 0.5) / N_DRAWS

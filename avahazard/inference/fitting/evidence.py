@@ -93,9 +93,9 @@ def _densities(posterior: Posterior, u: Floats) -> Floats:
     layout = posterior.layout
     gridded = [k for k, slot in enumerate(layout.slots) if slot.grid]
     cells = [np.searchsorted(layout.slots[k].grid, u[:, k]) for k in gridded]
+    order = np.lexsort(cells) if cells else np.arange(len(u))
     density = np.empty(len(u))
-    for i in np.lexsort(cells) if cells else range(len(u)):
-        density[i] = posterior.log_density(u[i])
+    density[order] = posterior.log_densities(u[order])
     return density
 
 

@@ -12,9 +12,13 @@ from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
-STEP = 1e-3
-"""Step of the finite differences, in coordinates of order one."""
+STEP, GRADIENT_STEP = 1e-3, 1e-6
+"""Steps of the differences for curvature and gradient, in coordinates of order one."""
+ITERATIONS = 200
+REFUSED = 1e10
+"""Cost where the density is nought."""
 FIRST_SPREAD = 0.5
 """Coordinate from which spreads between groups are sought."""
 
@@ -71,38 +75,62 @@ def find_mode(
     """
     layout = posterior.layout
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
-    bounds = list(zip(layout.low, layout.high, strict=True))
-
-    def cost(v: Floats) -> float:
-        value = posterior.log_density(np.clip(v, layout.low, layout.high))
-        return -value if np.isfinite(value) else 1e10
-
+    cost = -np.inf
     for _ in range(2):
-        found = minimize(
-            cost, u, method="L-BFGS-B", bounds=bounds, options={"maxiter": 200, "eps": 1e-6}
-        )
-        u = np.clip(found.x, layout.low, layout.high)
+        u, cost = climb(posterior, u, np.arange(len(u)), ITERATIONS)
     if covariance is None:
-        covariance = _covariance(cost, u, layout.low, layout.high)
-    return Mode(u, -float(found.fun), covariance)
+        covariance = _covariance(posterior, u)
+    return Mode(u, -cost, covariance)
 
 
-def _covariance(cost, u: Floats, low: Floats, high: Floats) -> Floats:  # type: ignore[no-untyped-def]
+def climb(posterior: Posterior, u: Floats, free: Indices, iterations: int) -> tuple[Floats, float]:
+    """The best coordinates from u on with only the slots `free` moving, and the cost there.
+
+    The cost is minus the log density; gradients are differences over `GRADIENT_STEP`, forwards but
+    at an upper bound.
+    """
+    low, high = posterior.layout.low, posterior.layout.high
+    whole = u.copy()
+
+    def cost(v: Floats) -> tuple[float, Floats]:
+        whole[free] = v
+        at = np.clip(whole, low, high)
+        step = np.where(at + GRADIENT_STEP > high, -GRADIENT_STEP, GRADIENT_STEP)[free]
+        around = np.tile(at, (len(free) + 1, 1))
+        around[np.arange(len(free)) + 1, free] += step
+        values = costs(posterior, around)
+        return float(values[0]), (values[1:] - values[0]) / step
+
+    bounds = list(zip(low[free], high[free], strict=True))
+    found = minimize(
+        cost, u[free], method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": iterations}
+    )
+    whole[free] = found.x
+    return np.clip(whole, low, high), float(found.fun)
+
+
+def costs(posterior: Posterior, u: Floats) -> Floats:
+    """Minus the log densities `[n]` at u `[n, n_slots]`; `REFUSED` where there is none."""
+    values = -posterior.log_densities(u)
+    return np.where(np.isfinite(values), values, REFUSED)
+
+
+def _covariance(posterior: Posterior, u: Floats) -> Floats:
     """Inverse of the Hessian of the cost, kept positive and finite."""
     n = len(u)
     # At a bound the differences are taken one step inside.
+    low, high = posterior.layout.low, posterior.layout.high
     centre = np.clip(u, low + 2 * STEP, high - 2 * STEP)
     steps = STEP * np.eye(n)
-    middle = cost(centre)
-    ahead = np.array([cost(centre + step) for step in steps])
-    behind = np.array([cost(centre - step) for step in steps])
-    hessian = np.diag(ahead + behind - 2.0 * middle)
-    for i in range(n):
-        for j in range(i + 1, n):
-            # Both steps forwards and both back, less the steps by themselves.
-            both = cost(centre + steps[i] + steps[j]) + cost(centre - steps[i] - steps[j])
-            alone = ahead[i] + behind[i] + ahead[j] + behind[j]
-            hessian[i, j] = hessian[j, i] = 0.5 * (both - alone) + middle
+    i, j = np.triu_indices(n, 1)
+    moves = np.concatenate([np.zeros((1, n)), steps, -steps, steps[i] + steps[j]])
+    moves = np.concatenate([moves, -steps[i] - steps[j]])
+    parts = np.cumsum([1, n, n, len(i)])
+    middle, ahead, behind, forth, back = np.split(costs(posterior, centre + moves), parts)
+    alone = ahead + behind
+    hessian = np.diag(alone - 2.0 * middle)
+    # Both steps forwards and both back, less the steps by themselves.
+    hessian[i, j] = hessian[j, i] = 0.5 * (forth + back - alone[i] - alone[j]) + middle
     hessian /= STEP * STEP
     values, vectors = np.linalg.eigh(hessian)
     values = np.clip(values, 0.05, 1e8)

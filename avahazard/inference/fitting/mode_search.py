@@ -13,9 +13,8 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
-from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.fitting.mode import Mode, climb, find_mode
 from avahazard.inference.fitting.refinement import settled
 from avahazard.inference.likelihood.posterior import Posterior
 
@@ -35,10 +34,10 @@ def search_mode(posterior: Posterior, start: Floats | None = None) -> tuple[Post
     """
     climbs = _climbs(posterior, start)
     best = settled(posterior, climbs[0])
-    for climb in climbs[1:]:
-        if climb.log_density <= best[1].log_density:
+    for mode in climbs[1:]:
+        if mode.log_density <= best[1].log_density:
             break
-        other = settled(posterior, climb)
+        other = settled(posterior, mode)
         if other[1].log_density > best[1].log_density:
             best = other
     return best
@@ -74,22 +73,8 @@ def _held(
     posterior: Posterior, u: Floats, held: Sequence[int], corner: Sequence[float]
 ) -> tuple[float, Floats]:
     """Log density and coordinates of a short climb from u with slots `held` kept at `corner`."""
-    layout = posterior.layout
-    free = [k for k in range(len(u)) if k not in held]
-    whole = u.copy()
-    whole[list(held)] = corner
-
-    def cost(v: Floats) -> float:
-        whole[free] = v
-        value = posterior.log_density(np.clip(whole, layout.low, layout.high))
-        return -value if np.isfinite(value) else 1e10
-
-    found = minimize(
-        cost,
-        u[free],
-        method="L-BFGS-B",
-        bounds=[(layout.low[k], layout.high[k]) for k in free],
-        options={"maxiter": ITERATIONS, "eps": 1e-6},
-    )
-    whole[free] = found.x
-    return -float(found.fun), np.clip(whole, layout.low, layout.high)
+    free = np.array([k for k in range(len(u)) if k not in held])
+    start = u.copy()
+    start[list(held)] = corner
+    reached, cost = climb(posterior, start, free, ITERATIONS)
+    return -cost, reached

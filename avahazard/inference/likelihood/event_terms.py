@@ -52,6 +52,30 @@ def event_terms(
     return EventTerms(*event_terms_kernel(nodes, location, scatter, volume_weight, student, keep))
 
 
+def summed_terms(
+    nodes: Nodes,
+    locations: Floats,
+    scatters: Floats,
+    volume_weight: Floats,
+    student: bool,
+    keep: NDArray[np.bool_] | None = None,
+) -> Floats:
+    """Sums `[n]` of the events' log likelihoods at `[n, n_events, n_volumes]` of both."""
+    keep = np.ones(locations.shape[1], dtype=np.bool_) if keep is None else keep
+    return np.asarray(_sums(nodes, locations, scatters, volume_weight, student, keep))
+
+
+@kernel
+def _sums(nodes, locations, scatters, volume_weight, student, keep):  # type: ignore[no-untyped-def]
+    result = np.empty(len(locations))
+    for j in range(len(locations)):
+        value, _, _, _ = event_terms_kernel(
+            nodes, locations[j], scatters[j], volume_weight, student, keep
+        )
+        result[j] = np.sum(value)
+    return result
+
+
 @kernel
 def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep):  # type: ignore[no-untyped-def]
     """The arrays of `EventTerms`, 0 for events not in `keep` `[n_events]`."""

@@ -76,6 +76,11 @@ class NodeGrid:
         other._forget()
         return other
 
+    @property
+    def varies(self) -> bool:
+        """Whether nodes depend on the coordinates at all."""
+        return len(self._axes) > 0
+
     def at(self, u: Floats) -> Nodes:
         """Nodes at coordinates u, interpolated between those of the grid points."""
         lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]

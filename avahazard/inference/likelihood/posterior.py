@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.event_terms import EventTerms, event_terms
+from avahazard.inference.likelihood.event_terms import EventTerms, event_terms, summed_terms
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
+from avahazard.inference.likelihood.location_scatter import location_and_scatter
 from avahazard.inference.likelihood.node_grid import NodeGrid, make_room
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
 from avahazard.inference.likelihood.wrong_records import log_wrong
-from avahazard.inference.model.friction_scatter import shifted, volume_share, widened
+from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.offset_plan import offset_plan
@@ -27,6 +28,8 @@ Floats = NDArray[np.float64]
 
 KEPT_VOLUMES = 32
 """Factors of the volumes' errors for which the volumes are kept."""
+MOST_NUMBERS = 1_000_000
+"""Numbers of one array where many coordinates are taken at once."""
 
 
 class Posterior:
@@ -49,7 +52,7 @@ class Posterior:
         self.layout: Layout = build_layout(specification, effects, observations, grids or {})
         self._student = specification.tails == "student"
         self._in_log = specification.distribution == "lognormal"
-        self._design = [
+        self._designs = [
             (self.layout.places[e.key], e.design(observations.columns) * self._scales(e.key))
             for e in effects
             if e.design is not None
@@ -79,12 +82,26 @@ class Posterior:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
         return self.density_and_offsets(u)[0]
 
+    def log_densities(self, u: Floats) -> Floats:
+        """`log_density` `[n]` at many coordinates u `[n, n_slots]`: most of the work is shared."""
+        layout = self.layout
+        result = np.full(len(u), -np.inf)
+        inside = np.flatnonzero(np.all((u >= layout.low) & (u <= layout.high), axis=1))
+        if any(e.volume_scale for e in self.effects):
+            result[inside] = [self._log_likelihood(v, self._nodes(v))[0] for v in u[inside]]
+        else:
+            n_parts = -(-len(inside) * self.observations.volumes.volume.size // MOST_NUMBERS)
+            for part in np.array_split(inside, max(n_parts, 1)):
+                result[part] = self._log_likelihoods(u[part])
+        result[inside] += layout.log_prior(u[inside])
+        return result
+
     def density_and_offsets(self, u: Floats) -> tuple[float, Offsets | None]:
         """`log_density`, with the groups' offsets that it rests on where there are any."""
         if (u < self.layout.low).any() or (u > self.layout.high).any():
             return -np.inf, None
         value, offsets = self._log_likelihood(u, self._nodes(u))
-        return value + self.layout.log_prior(u), offsets
+        return value + float(self.layout.log_prior(u)), offsets
 
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, groups' offsets integrated out (Laplace's method)."""
@@ -95,7 +112,22 @@ class Posterior:
         return self._log_likelihood(u, self._or_wrong(self.nodes.exact(u), u))[0]
 
     def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, Offsets | None]:
+        return self._given(u, nodes, *self.location_and_scatter(u))
+
+    def _log_likelihoods(self, u: Floats) -> Floats:
+        """Log likelihoods `[n]` at u `[n, n_slots]`, within the bounds."""
         location, scatter = self.location_and_scatter(u)
+        if self.plan or self.nodes.varies or self.layout.wrong_share is not None:
+            each = zip(u, location, scatter, strict=True)
+            return np.array([self._given(v, self._nodes(v), m, s)[0] for v, m, s in each])
+        weight = self.observations.volumes.weight
+        nodes = self.nodes.point(())
+        return summed_terms(nodes, location, scatter, weight, self._student, self._keep)
+
+    def _given(
+        self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
+    ) -> tuple[float, Offsets | None]:
+        """Log likelihood with all that rests on u, offsets of groups integrated out."""
         tau = self.layout.spread_values(u)
         if not self.plan or not np.any(tau):
             value = self.terms(nodes, location, scatter).value
@@ -163,31 +195,14 @@ class Posterior:
     def location_and_scatter(
         self, u: Floats, volume: Floats | None = None
     ) -> tuple[Floats, Floats]:
-        """Location m (log μ, or μ for normal) and scatter σ, each `[n_events, n_volumes]`.
+        """Location m (log μ, or μ for normal) and scatter σ, each `[..., n_events, n_volumes]`.
 
-        They are given at the volume nodes, or at `volume` (m3) `[n_events, n_volumes]`. What
-        an event has for itself of a grouping is in its scatter.
+        At coordinates u `[..., n_slots]`; they are given at the volume nodes, or at `volume` (m3)
+        `[n_events, n_volumes]`. What an event has for itself of a grouping is in its scatter.
         """
-        layout = self.layout
-        volume = np.exp(self.volumes(u).log_volume) if volume is None else volume
-        law = layout.law
-        shape = volume.shape
-        location = law.log_friction(u[: len(law.coordinates)], volume.ravel()).reshape(shape)
-        for place, design in self._design:
-            location = location + (design @ u[place])[:, None]
-        log_scatter = np.full(shape, u[layout.scatter])
-        if layout.scatter_slope is not None:
-            share = volume_share(volume, layout.reference_volume)
-            log_scatter -= u[layout.scatter_slope] * share
-        if not self._in_log:
-            location = np.exp(location)
-        # Where it falls with volume it stops at the least that the nodes can bear.
-        least = layout.slots[layout.scatter].low if layout.scatter_slope is not None else -12.0
-        scatter = np.exp(np.clip(log_scatter, least, 4.0))
-        own = np.sum(self.plan.alone * layout.spread_values(u)[:, None] ** 2, axis=0)[:, None]
-        if np.any(own):
-            scatter = widened(scatter, own, location, self._in_log)
-        return location, scatter
+        volume = self.volumes(u).volume if volume is None else volume
+        own = self.layout.spread_values(u) ** 2 @ self.plan.alone
+        return location_and_scatter(self.layout, self._designs, u, volume, own)
 
     def locations_and_scatters(self, u: Floats, volume: Floats) -> tuple[Floats, Floats]:
         """`location_and_scatter` of many draws of what is to come, `[n_draws, n_events]`.
@@ -196,24 +211,12 @@ class Posterior:
 
         `u` is `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
         """
-        layout = self.layout
-        location = layout.law.log_friction(u[:, : len(layout.law.coordinates)], volume)
-        for place, design in self._design:
-            location = location + u[:, place] @ design.T
-        log_scatter = np.repeat(u[:, [layout.scatter]], len(volume), axis=1)
-        least = -12.0
-        if layout.scatter_slope is not None:
-            share = volume_share(volume, layout.reference_volume)
-            log_scatter -= u[:, [layout.scatter_slope]] * share
-            least = layout.slots[layout.scatter].low
-        if not self._in_log:
-            location = np.exp(location)
-        scatter = np.exp(np.clip(log_scatter, least, 4.0))
         passing = ~np.array(self.plan.lasting, dtype=np.bool_)
-        if np.any(passing):
-            own = np.sum(layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
-            scatter = widened(scatter, own, location, self._in_log)
-        return location, scatter
+        own = np.sum(self.layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
+        location, scatter = location_and_scatter(
+            self.layout, self._designs, u, volume[:, None], own
+        )
+        return location[..., 0], scatter[..., 0]
 
     def terms(
         self,

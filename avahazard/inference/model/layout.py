@@ -83,15 +83,14 @@ class Layout:
         """Upper bounds `[n_slots]`."""
         return np.array([s.high for s in self.slots])
 
-    def log_prior(self, u: Floats) -> float:
-        """Log density of the prior at coordinates u `[n_slots]`, up to a constant."""
+    def log_prior(self, u: Floats) -> Floats:
+        """Log density of the prior at coordinates u `[..., n_slots]`, up to a constant `[...]`."""
         z = (u - self._mean) / self._sd
-        return -0.5 * float(z @ z)
+        return np.asarray(-0.5 * np.sum(z * z, axis=-1))
 
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
-        slots = list(self.spreads.values())
-        return np.asarray(u[..., slots] * np.array([self.slots[k].scale for k in slots]))
+        return np.asarray(u[..., self._spread_slots] * self._spread_scales)
 
     def effect_values(self, u: Floats) -> dict[str, Floats]:
         """Parameter values by effect key; exactly neutral where the coordinate is."""
@@ -103,6 +102,14 @@ class Layout:
     def _value(self, k: int, u: float) -> float:
         slot = self.slots[k]
         return slot.neutral_value if u == slot.neutral else u * slot.scale
+
+    @cached_property
+    def _spread_slots(self) -> list[int]:
+        return list(self.spreads.values())
+
+    @cached_property
+    def _spread_scales(self) -> Floats:
+        return np.array([self.slots[k].scale for k in self._spread_slots])
 
     @cached_property
     def _mean(self) -> Floats:

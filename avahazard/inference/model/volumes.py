@@ -36,6 +36,8 @@ class VolumeRecords:
 class VolumeNodes:
     """Quadrature over log true volume: `log_volume`, `weight` `[n_events, n_nodes]`.
 
+    `volume` (m3) is the volume itself.
+
     Given its record, it is normal with `mean` and `sd` `[n_events]`.
 
     True volumes of a path are lognormal with mean `centre[path]` (log m3) and standard deviation
@@ -45,6 +47,7 @@ class VolumeNodes:
     """
 
     log_volume: Floats
+    volume: Floats
     weight: Floats
     mean: Floats
     sd: Floats
@@ -87,8 +90,10 @@ def _nodes(records: VolumeRecords, reference: VolumeRecords, factor: float) -> V
     mean = centre + trust * (np.where(have, recorded, centre) - centre)
     sd = np.sqrt(spread2 * (1.0 - trust))
     z, w = np.polynomial.hermite_e.hermegauss(N_NODES)
+    log_volume = np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG)
     return VolumeNodes(
-        log_volume=np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG),
+        log_volume=log_volume,
+        volume=np.exp(log_volume),
         weight=np.tile(w / np.sum(w), (len(recorded), 1)),
         mean=np.clip(mean, -MOST_LOG, MOST_LOG),
         sd=sd,

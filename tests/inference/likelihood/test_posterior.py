@@ -71,6 +71,17 @@ def test_the_density_is_the_likelihood_times_the_prior() -> None:
     )
 
 
+@pytest.mark.parametrize("effects", [(), ("turbulent-drag",), ("path-effect",), ("volume-error",)])
+@pytest.mark.parametrize("tails", ["normal", "student"])
+def test_many_densities_at_once_are_those_of_each(effects: tuple[str, ...], tails: str) -> None:
+    model = posterior(observations(), *effects, tails=tails)
+    u = np.array([near(model, 0.1, seed) for seed in range(5)])
+    u[3] = model.layout.low - 1.0
+    whole, part = model, model.restricted(np.arange(model.observations.n_events) % 2 == 0)
+    for one in (whole, part):
+        assert one.log_densities(u) == pytest.approx([one.log_density(v) for v in u], abs=1e-9)
+
+
 def test_out_of_bounds_there_is_no_density() -> None:
     model = posterior(observations(), "cohesion")
     u = _place(model, 0)

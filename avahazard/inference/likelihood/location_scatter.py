@@ -1,0 +1,46 @@
+"""Where a model expects each event's friction to lie, and how far it scatters about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.model.friction_scatter import volume_share, widened
+from avahazard.inference.model.layout import Layout
+
+Floats = NDArray[np.float64]
+Designs = Sequence[tuple[slice, Floats]]
+"""The slots of each effect that shifts log friction, and its design `[n_events, n_parameters]`."""
+
+MOST_LOG_SCATTER, LEAST_LOG_SCATTER = 4.0, -12.0
+
+
+def location_and_scatter(
+    layout: Layout, designs: Designs, u: Floats, volume: Floats, own: Floats
+) -> tuple[Floats, Floats]:
+    """Location m (log μ, or μ for normal) and scatter σ, each `[..., n_events, n_volumes]`.
+
+    At coordinates u `[..., n_slots]` and volumes (m3) `[n_events, n_volumes]`. `own`
+    `[..., n_events]` is the variance of log friction that events have besides.
+    """
+    law = layout.law
+    flat = law.log_friction(u[..., : len(law.coordinates)], volume.ravel())
+    location = flat.reshape(*u.shape[:-1], *volume.shape)
+    for place, design in designs:
+        location = location + (u[..., place] @ design.T)[..., None]
+    log_scatter = u[..., layout.scatter, None, None]
+    least = LEAST_LOG_SCATTER
+    if layout.scatter_slope is not None:
+        share = volume_share(volume, layout.reference_volume)
+        log_scatter = log_scatter - u[..., layout.scatter_slope, None, None] * share
+        # Where it falls with volume it stops at the least that the nodes can bear.
+        least = layout.slots[layout.scatter].low
+    if not layout.log_scatter:
+        location = np.exp(location)
+    scatter = np.exp(np.clip(log_scatter, least, MOST_LOG_SCATTER))
+    scatter = np.broadcast_to(scatter, location.shape)
+    if np.any(own):
+        return location, widened(scatter, own[..., None], location, layout.log_scatter)
+    return location, np.ascontiguousarray(scatter)
