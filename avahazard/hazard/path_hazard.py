@@ -27,6 +27,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
+from avahazard.records.lookup import of_path
 
 Floats = NDArray[np.float64]
 
@@ -111,7 +112,8 @@ def path_hazard(
     mixed = _mixed(volumes, () if volumes is not None else at)
     middle = float(np.exp(np.median(mixed.log_volume)))
     classes = classes_to_come(records, path_id, middle, event_columns=event_columns)
-    there = Records(records.paths, records.profiles, classes)
+    mine = of_path(records, path_id)
+    there = Records(mine.paths, mine.profiles, classes)
     here = model.on(build_observations(there, model.observations))
     found = hazard_of_classes(
         here,

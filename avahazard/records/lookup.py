@@ -42,6 +42,23 @@ def find_profile(records: Records, path: Path) -> Profile:
     )
 
 
+def of_path(records: Records, path_id: str) -> Records:
+    """A path with its profile and its events, without speeds; nothing of an unknown path."""
+    if "by_path" not in records.kept:
+        paths, profiles, events = {}, {}, {}
+        for path in records.paths:
+            paths[path.path_id] = (path,)
+        for profile in records.profiles:
+            profiles[profile.path_id] = (profile,)
+        for event in records.events:
+            events.setdefault(event.path_id, []).append(event)
+        records.kept["by_path"] = (paths, profiles, events)
+    paths, profiles, events = records.kept["by_path"]
+    return Records(
+        paths.get(path_id, ()), profiles.get(path_id, ()), tuple(events.get(path_id, ()))
+    )
+
+
 def only_paths(records: Records, paths: Sequence[str]) -> Records:
     """The records of these paths; all where none are named.
 
