@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +19,7 @@ from avahazard.hazard.avalanches import (
 )
 from avahazard.hazard.passing_kernel import Descent, exceeded_places, rates_at
 from avahazard.hazard.share_curves import share_curves
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 
@@ -75,12 +77,7 @@ class _ByFriction:
 
 def descent(avalanches: Avalanches) -> Descent:
     """The avalanches as the kernels take them."""
-    curves = [table.curve for table in avalanches.tables]
-    # Rounding may lift a value by an ulp over that of a lower friction.
-    falling = np.array(
-        [np.minimum.accumulate(np.where(c.left, np.inf, c.x), axis=1) for c in curves]
-    )
-    ends = _thresholds_between(falling)
+    falling, broken, ends = _stops(avalanches.tables)
     first, kind = _kinds(avalanches)
     shares = share_curves(
         np.ascontiguousarray(avalanches.location[:, first]),
@@ -92,7 +89,7 @@ def descent(avalanches: Avalanches) -> Descent:
     )
     return Descent(
         falling=falling,
-        broken=np.array([c.broken for c in curves]),
+        broken=broken,
         group=avalanches.group,
         class_share=avalanches.class_share,
         rate=avalanches.volumes.rate,
@@ -100,6 +97,20 @@ def descent(avalanches: Avalanches) -> Descent:
         shares=shares,
         in_log=avalanches.in_log,
     )
+
+
+@lru_cache(maxsize=4)
+def _stops(tables: tuple[Predicted, ...]) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
+    """`falling` and `broken` of `Descent`, and the ends of the frictions that are asked for.
+
+    Of the last tables they are kept: every row of a path takes the same.
+    """
+    curves = [table.curve for table in tables]
+    # Rounding may lift a value by an ulp over that of a lower friction.
+    falling = np.array(
+        [np.minimum.accumulate(np.where(c.left, np.inf, c.x), axis=1) for c in curves]
+    )
+    return falling, np.array([c.broken for c in curves]), _thresholds_between(falling)
 
 
 def _thresholds_between(falling: Floats) -> tuple[float, float]:
@@ -146,6 +157,7 @@ def _passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
 
     Stops are at the block's elevation + sigma z, at the first place so low (`scattered_stops`).
     """
+    assert avalanches.sigma_m is not None
     smooth = avalanches.site.smooth
     x = np.linspace(smooth.x_min, smooth.x_max, N_PLACES)
     lowest = np.minimum.accumulate(smooth.height(x))

@@ -149,11 +149,15 @@ def hazard_of_classes(
     mixed = _mixed(volumes, at)
     groups = group_runs(model)
     many = posterior_draws(model, groups, path_id, MAX_PARAMETERS)
+    avalanches = _avalanches(model, groups, path_id, mixed, seed)
+    # Runs know nothing of volumes; only how far the front is ahead may.
+    alike = all(effect.advance is None for effect in model.posterior.effects)
+    tables = avalanches.tables if alike else None
     return PathHazard(
         path_id=path_id,
-        avalanches=_avalanches(model, groups, path_id, mixed, seed),
+        avalanches=avalanches,
         draws=many,
-        at_volume={volume: _at_volume(model, groups, many.u, volume) for volume in at},
+        at_volume={volume: _at_volume(model, groups, many.u, volume, tables) for volume in at},
         rate_known=volumes is not None,
         varying=varying,
         offset_unknown=many.tau is not None and many.offset is None,
@@ -191,11 +195,17 @@ def _avalanches(
 
 
 def _at_volume(
-    model: FittedModel, groups: GroupRuns, u: Floats, volume_m3: float
+    model: FittedModel,
+    groups: GroupRuns,
+    u: Floats,
+    volume_m3: float,
+    tables: tuple[Predicted, ...] | None,
 ) -> VolumeFriction:
+    """`tables` are those of every volume, where they are the same."""
     one = np.array([volume_m3])
     location, scatter = _friction(model.posterior, u, one)
-    tables = group_tables(model, groups, at_volumes(model.observations, one))
+    if tables is None:
+        tables = group_tables(model, groups, at_volumes(model.observations, one))
     return VolumeFriction(location[:, :, 0], scatter[:, :, 0], tables)
 
 

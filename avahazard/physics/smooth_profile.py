@@ -58,7 +58,10 @@ class SmoothProfile:
 
     def height(self, x: Floats | float) -> Floats:
         """Elevation at x."""
-        return self.derivatives(np.asarray(x, dtype=float))[0]
+        place = np.asarray(x, dtype=float)
+        if isinstance(self.derivatives, Derivatives):
+            return self.derivatives.curve(place)
+        return self.derivatives(place)[0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

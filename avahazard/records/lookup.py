@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
 
@@ -45,7 +46,9 @@ def find_profile(records: Records, path: Path) -> Profile:
 def of_path(records: Records, path_id: str) -> Records:
     """A path with its profile and its events, without speeds; nothing of an unknown path."""
     if "by_path" not in records.kept:
-        paths, profiles, events = {}, {}, {}
+        paths: dict[str, tuple[Path, ...]] = {}
+        profiles: dict[str, tuple[Profile, ...]] = {}
+        events: dict[str | None, list[Event]] = {}
         for path in records.paths:
             paths[path.path_id] = (path,)
         for profile in records.profiles:

@@ -42,8 +42,7 @@ def revision(connection: Connection) -> str | None:
 def head() -> str | None:
     """Return the revision that this program works with."""
     revisions = _revisions()
-    (last,) = revisions.keys() - set(revisions.values()) or {None}
-    return last
+    return next((name for name in revisions if name not in revisions.values()), None)
 
 
 def _revisions() -> dict[str, str | None]:
