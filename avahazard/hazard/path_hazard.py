@@ -157,7 +157,7 @@ def hazard_of_classes(
         path_id=path_id,
         avalanches=avalanches,
         draws=many,
-        at_volume={volume: _at_volume(model, groups, many.u, volume, tables) for volume in at},
+        at_volume=_at_volumes(model, groups, many.u, tuple(dict.fromkeys(at)), tables),
         rate_known=volumes is not None,
         varying=varying,
         offset_unknown=many.tau is not None and many.offset is None,
@@ -194,19 +194,24 @@ def _avalanches(
     )
 
 
-def _at_volume(
+def _at_volumes(
     model: FittedModel,
     groups: GroupRuns,
     u: Floats,
-    volume_m3: float,
+    at: tuple[float, ...],
     tables: tuple[Predicted, ...] | None,
-) -> VolumeFriction:
-    """`tables` are those of every volume, where they are the same."""
-    one = np.array([volume_m3])
-    location, scatter = _friction(model.posterior, u, one)
-    if tables is None:
-        tables = group_tables(model, groups, at_volumes(model.observations, one))
-    return VolumeFriction(location[:, :, 0], scatter[:, :, 0], tables)
+) -> dict[float, VolumeFriction]:
+    """Friction of each of the volumes `at` (m3); `tables` are theirs, where all have the same."""
+    if not at:
+        return {}
+    location, scatter = _friction(model.posterior, u, np.array(at))
+    found = {}
+    for k, volume in enumerate(at):
+        own = tables
+        if own is None:
+            own = group_tables(model, groups, at_volumes(model.observations, np.array([volume])))
+        found[volume] = VolumeFriction(location[:, :, k], scatter[:, :, k], own)
+    return found
 
 
 def _rising(here: FittedModel, u: Floats, log_volume: Floats) -> RisingFriction | None:
