@@ -1,7 +1,7 @@
 """Measure ours against the rivals and write results.json and docs/benchmarks.md.
 
 make bench              all of them
-… benchmarks/run.py NAME…    some of them, printed only
+… benchmarks/run.py NAME…    some of them; the other rows stay as they were measured
 """
 
 from __future__ import annotations
@@ -12,29 +12,39 @@ import os
 import platform
 import sys
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
 HERE = Path(__file__).resolve().parent
+RESULTS, PROFILES = HERE / "results.json", HERE / "profiles.md"
 sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.measuring import Result  # noqa: E402
 
-NAMES = ("run", "run_limit", "mh_emcee", "gibbs_limit", "draws_limit", "help", "diagnose")
+NAMES = (
+    *("run", "run_limit", "run_effects", "run_speed", "run_limit_ground"),
+    *("mh_emcee", "gibbs_limit", "draws_limit", "help", "small", "import_rows"),
+    *("diagnose", "diagnose_speeds", "hazard_path", "compare_paths", "scaling", "events"),
+)
 
 
 def main(names: list[str]) -> None:
-    """Measure the named cases; write the files when all were measured."""
+    """Measure the named cases, each written down as soon as it is known."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # one core for everybody
-    results = {}
     for name in names or NAMES:
         case = importlib.import_module(f"benchmarks.cases.{name}")
-        results[name] = case.measure()
-        print(line(name, results[name]), flush=True)
-    if not names:
-        write(results)
+        found = case.measure()
+        print(line(name, found), flush=True)
+        write({**known(), name: found})
+
+
+def known() -> dict[str, Result]:
+    """The rows that were measured before."""
+    rows = json.loads(RESULTS.read_text(encoding="utf-8"))
+    return {name: Result(**row) for name, row in rows.items()}
 
 
 def line(name: str, result: Result) -> str:
@@ -52,11 +62,10 @@ def number(value: float) -> str:
 
 def write(results: dict[str, Result]) -> None:
     """Write benchmarks/results.json and docs/benchmarks.md."""
-    plain = {
-        name: {"ratio": r.ratio, "ours": r.ours, "theirs": r.theirs, "unit": r.unit}
-        for name, r in results.items()
-    }
-    (HERE / "results.json").write_text(json.dumps(plain, indent=2) + "\n", encoding="utf-8")
+    results = {name: results[name] for name in NAMES if name in results}
+    plain = {name: result._asdict() for name, result in results.items()}
+    words = json.dumps(plain, indent=2, ensure_ascii=False)
+    RESULTS.write_text(words + "\n", encoding="utf-8")
     rows = [
         f"| `{name}` | {number(r.ratio)} | {'≤' if r.at_most else '≥'} {r.target:g} "
         f"| {'yes' if r.reached else '**no**'} | {number(r.ours)} | {number(r.theirs)} "
@@ -80,6 +89,8 @@ def write(results: dict[str, Result]) -> None:
             "",
             f"Machine: {machine()}.",
             "",
+            PROFILES.read_text(encoding="utf-8").rstrip(),
+            "",
         ]
     )
     (HERE.parent / "docs" / "benchmarks.md").write_text(text, encoding="utf-8")
@@ -90,7 +101,11 @@ def machine() -> str:
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     models = [text.split(":")[1].strip() for text in lines if text.startswith("model name")]
-    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "emcee"))
+    packages = ", ".join(
+        f"{name} {version(name)}"
+        for name in ("numpy", "scipy", "numba", "emcee")
+        if find_spec(name) is not None
+    )
     processor = models[0] if models else platform.machine()
     return f"{processor}, {platform.system()}, Python {platform.python_version()}, {packages}"
 

@@ -121,8 +121,7 @@ def release_place(smooth: SmoothProfile, elevation: float | None) -> float:
     """
     if elevation is None:
         return smooth.x_min
-    x = np.linspace(smooth.x_min, smooth.x_max, 4001)
-    y = smooth.height(x)
+    x, y = smooth.sampled()
     below = np.flatnonzero(y <= elevation)
     if len(below) == 0:
         return float(x[np.argmin(y)])

@@ -8,22 +8,19 @@ threshold, and that is a sum of normal probabilities: no avalanche needs to be d
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.rate_kernel import normal_rates
 from avahazard.inference.likelihood.predicted import Predicted, Values
 from avahazard.inference.model.friction_scatter import below
 from avahazard.physics.resistance import Resistance
 
 Floats = NDArray[np.float64]
-Thresholds = Callable[[Floats], Floats]
-"""Maps a level `[n_parameters]` to the friction under which a block of each class exceeds it,
-`[n_parameters, n_classes]`."""
 
 LEAST_SCATTER = 1e-9
 HALVINGS = 24
@@ -38,7 +35,8 @@ class Avalanches:
     `scatter`, both `[n_parameters, n_classes, n_volumes]`; path offsets are in them. Draw p runs
     by `tables[group[p]]`, of which row c is that of class c; `values` are the effects' parameters
     there, and `ahead` `[n_groups][n_classes]` is how far (m) the front is ahead of the block.
-    `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis).
+    `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis). `kept` is for what
+    is made of these once.
     """
 
     site: Site
@@ -55,6 +53,7 @@ class Avalanches:
     in_log: bool
     student: bool
     sigma_m: Floats | None
+    kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def n_parameters(self) -> int:
@@ -67,8 +66,8 @@ class Avalanches:
         return len(self.class_share)
 
 
-def _scatter(avalanches: Avalanches) -> Floats:
-    """The scatter of friction, which a model with scatter in metres has none of."""
+def least_scatter(avalanches: Avalanches) -> Floats:
+    """The scatter of friction, never quite nought; nought for one with scatter in metres."""
     whole = (
         np.zeros_like(avalanches.scatter) if avalanches.sigma_m is not None else avalanches.scatter
     )
@@ -81,7 +80,7 @@ def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
     The chance is `[n_parameters, n_classes, n_volumes]`; friction that is normal is taken given
     that it is over 0.
     """
-    scatter = _scatter(avalanches)
+    scatter = least_scatter(avalanches)
     mu = np.maximum(mu, 0.0)[:, :, None]
     if avalanches.in_log:
         with np.errstate(divide="ignore"):
@@ -89,22 +88,6 @@ def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
     impossible = below(-avalanches.location / scatter, avalanches.student)
     under = below((mu - avalanches.location) / scatter, avalanches.student)
     return np.asarray((under - impossible) / np.maximum(1.0 - impossible, 1e-300))
-
-
-def rate_below(avalanches: Avalanches, mu: Floats) -> Floats:
-    """Yearly rate `[n_parameters]` of avalanches with friction under `mu`, by class.
-
-    `mu` is `[n_parameters, n_classes]`: 0 for a class that never counts, inf for one that
-    always does.
-    """
-    if avalanches.student:
-        return yearly_rate(avalanches, friction_below(avalanches, mu))
-    volumes = avalanches.volumes
-    rates = normal_rates(
-        *(mu, avalanches.in_log, avalanches.location, _scatter(avalanches)),
-        *(volumes.share, avalanches.class_share, volumes.rate),
-    )
-    return np.asarray(rates)
 
 
 def yearly_rate(avalanches: Avalanches, chance: Floats) -> Floats:

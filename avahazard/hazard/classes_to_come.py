@@ -12,6 +12,7 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
+from avahazard.records.lookup import of_path
 
 Floats = NDArray[np.float64]
 
@@ -21,12 +22,9 @@ MAX_CLASSES = 24
 
 def path_release_zone(records: Records, path_id: str) -> ReleaseZone | None:
     """The release zone of a path from its records, None where they tell of one place only."""
-    recorded = [
-        event.release_elevation_m
-        for event in records.events
-        if event.path_id == path_id and event.release_elevation_m is not None
-    ]
-    (top,) = (float(np.max(p.y_m)) for p in records.profiles if p.path_id == path_id)
+    mine = of_path(records, path_id)
+    recorded = [e.release_elevation_m for e in mine.events if e.release_elevation_m is not None]
+    (top,) = (float(np.max(profile.y_m)) for profile in mine.profiles)
     return release_zone(np.array(recorded, np.float64), top)
 
 
@@ -42,7 +40,7 @@ def classes_to_come(
     zone = path_release_zone(records, path_id)
     models: list[Event] = []
     if event_columns:
-        models = [e for e in records.events if e.path_id == path_id]
+        models = list(of_path(records, path_id).events)
         models = models or [e for e in records.events if e.path_id is not None]
         kept = np.linspace(0, len(models) - 1, min(len(models), MAX_CLASSES)).round().astype(int)
         models = [models[k] for k in np.unique(kept)]

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded
+from avahazard.hazard.avalanches import Avalanches, annual_rate
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.passing import passing_rate
+from avahazard.hazard.passing import passing, path_ends
 from avahazard.hazard.runout_bounds import QUANTILES, spread
 from avahazard.results.hazard import RunoutInterval
 
@@ -38,36 +38,19 @@ def exceeded_runout(avalanches: Avalanches, return_period_years: float) -> Float
     All volumes, frictions and releases are mixed, at the rate of the path, within each draw of
     the parameters: λ P(X > x) = -log(1 - 1/T).
     """
-    return exceeded(
-        passing_rate(avalanches),
-        annual_rate(return_period_years),
-        *_ends(avalanches),
-        avalanches.n_parameters,
-    )
+    return passing(avalanches).exceeded(annual_rate(return_period_years))
 
 
 def middle_runout(avalanches: Avalanches) -> Floats:
     """The median runout x (m) `[n_parameters]` of the avalanches of each draw of the parameters."""
-    rate = passing_rate(avalanches)
-    return exceeded(
-        lambda x: rate(x) / avalanches.volumes.rate,
-        0.5,
-        *_ends(avalanches),
-        avalanches.n_parameters,
-    )
+    return passing(avalanches).exceeded(0.5 * avalanches.volumes.rate)
 
 
 def natural_runouts(avalanches: Avalanches) -> Floats:
     """Runouts x (m) `[n_levels]` at even probabilities, all parameters at their middle."""
     middle = at_the_middle(avalanches, N_LEVELS)
-    rate = passing_rate(middle)
     level = 1.0 - (np.arange(N_LEVELS) + 0.5) / N_LEVELS
-    return exceeded(
-        lambda x: rate(x) / middle.volumes.rate,
-        level,
-        *_ends(avalanches),
-        N_LEVELS,
-    )
+    return passing(middle).exceeded(level * middle.volumes.rate)
 
 
 def reach(avalanches: Avalanches, n_places: int = N_PLACES) -> Reach:
@@ -75,9 +58,8 @@ def reach(avalanches: Avalanches, n_places: int = N_PLACES) -> Reach:
 
     1 - exp(-λ P(X > x)), x evenly from the highest release to the end of the profile.
     """
-    rate = passing_rate(avalanches)
-    x = np.linspace(*_ends(avalanches), n_places)
-    rates = np.array([rate(np.full(avalanches.n_parameters, place)) for place in x])
+    x = np.linspace(*path_ends(avalanches), n_places)
+    rates = passing(avalanches).rates(x)
     found = np.quantile(-np.expm1(-rates), QUANTILES, axis=1).T
     return Reach(x, np.asarray(avalanches.site.smooth.height(x)), found)
 
@@ -136,8 +118,3 @@ def runout_interval(avalanches: Avalanches, x: Floats, interval: str) -> RunoutI
     inside = np.isfinite(x)
     height = np.where(inside, smooth.height(np.where(inside, x, smooth.x_max)), -np.inf)
     return RunoutInterval(spread(x), spread(height), interval)
-
-
-def _ends(avalanches: Avalanches) -> tuple[float, float]:
-    """The highest release and the end of the profile, x in m."""
-    return float(avalanches.site.release_x.min()), float(avalanches.site.smooth.x_max)

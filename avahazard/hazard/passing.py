@@ -1,32 +1,155 @@
-"""How often avalanches run past a place."""
+"""How often avalanches run past a place, and the place that they pass at a given rate."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from avahazard.hazard.avalanches import Avalanches, rate_below, yearly_rate
-from avahazard.hazard.thresholds import stop_thresholds
+from avahazard.hazard.avalanches import (
+    HALVINGS,
+    Avalanches,
+    exceeded,
+    least_scatter,
+    yearly_rate,
+)
+from avahazard.hazard.passing_kernel import Descent, exceeded_places, rates_at
+from avahazard.hazard.share_curves import share_curves
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 
 N_PLACES = 4001
 
 
-def passing_rate(avalanches: Avalanches) -> Callable[[Floats], Floats]:
-    """A function of x (m) `[n_parameters]`: the yearly rate of avalanches that stop beyond.
+class Passing(Protocol):
+    """The yearly rates of avalanches of a path that stop beyond places, by posterior draw.
 
     What leaves the profile passes its end.
     """
-    if avalanches.sigma_m is not None:
-        chance = _passing_in_metres(avalanches)
-        return lambda x: yearly_rate(avalanches, chance(x))
-    find = stop_thresholds(avalanches)
-    return lambda x: rate_below(avalanches, find(x))
+
+    def rates(self, x: Floats) -> Floats:
+        """The rates `[n_places, n_parameters]` past places x (m) `[n_places]`."""
+
+    def exceeded(self, rate: Floats | float) -> Floats:
+        """x (m) `[n_parameters]` that is passed at a yearly `rate` (`[n_parameters]`, or one).
+
+        inf where even the end of the profile is passed more often; the highest release where that
+        is passed less often.
+        """
+
+
+def passing(avalanches: Avalanches) -> Passing:
+    """What passes places by these avalanches; kept with them."""
+    if "passing" not in avalanches.kept:
+        metres = avalanches.sigma_m is not None
+        avalanches.kept["passing"] = (_InMetres if metres else _ByFriction)(avalanches)
+    found: Passing = avalanches.kept["passing"]
+    return found
+
+
+def path_ends(avalanches: Avalanches) -> tuple[float, float]:
+    """The highest release and the end of the profile, x in m."""
+    return float(avalanches.site.release_x.min()), float(avalanches.site.smooth.x_max)
+
+
+class _ByFriction:
+    """Friction scatters: the share of it under what the place asks for, from curves."""
+
+    def __init__(self, avalanches: Avalanches) -> None:
+        self._ends = path_ends(avalanches)
+        self._n = avalanches.n_parameters
+        self._descent = descent(avalanches)
+
+    def rates(self, x: Floats) -> Floats:
+        return np.asarray(rates_at(self._descent, np.ascontiguousarray(x, np.float64)))
+
+    def exceeded(self, rate: Floats | float) -> Floats:
+        levels = np.broadcast_to(np.asarray(rate, np.float64), (self._n,)).copy()
+        return np.asarray(exceeded_places(self._descent, levels, *self._ends, HALVINGS))
+
+
+def descent(avalanches: Avalanches) -> Descent:
+    """The avalanches as the kernels take them."""
+    falling, broken, ends = _stops(avalanches.tables)
+    first, kind = _kinds(avalanches)
+    shares = share_curves(
+        np.ascontiguousarray(avalanches.location[:, first]),
+        np.ascontiguousarray(least_scatter(avalanches)[:, first]),
+        avalanches.volumes.share,
+        (float(np.log(ends[0])), float(np.log(ends[1]))) if avalanches.in_log else ends,
+        in_log=avalanches.in_log,
+        student=avalanches.student,
+    )
+    return Descent(
+        falling=falling,
+        broken=broken,
+        group=avalanches.group,
+        class_share=avalanches.class_share,
+        rate=avalanches.volumes.rate,
+        kind=kind,
+        shares=shares,
+        in_log=avalanches.in_log,
+    )
+
+
+@lru_cache(maxsize=4)
+def _stops(tables: tuple[Predicted, ...]) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
+    """`falling` and `broken` of `Descent`, and the ends of the frictions that are asked for.
+
+    Of the last tables they are kept: every row of a path takes the same.
+    """
+    curves = [table.curve for table in tables]
+    # Rounding may lift a value by an ulp over that of a lower friction.
+    falling = np.array(
+        [np.minimum.accumulate(np.where(c.left, np.inf, c.x), axis=1) for c in curves]
+    )
+    return falling, np.array([c.broken for c in curves]), _thresholds_between(falling)
+
+
+def _thresholds_between(falling: Floats) -> tuple[float, float]:
+    """The ends of the frictions under which a block passes places where some stop."""
+    left = np.sum(np.isinf(falling), axis=2).min()
+    held = np.argmax(falling <= falling[:, :, -1:], axis=2).max()
+    return float(MU[max(int(left) - 1, 0)]), float(MU[int(held)])
+
+
+def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """A class of each kind of friction `[n_kinds]`, and the kind of each class `[n_classes]`."""
+    location, scatter = avalanches.location, avalanches.scatter
+    rows = np.hstack([location[0], scatter[0]])
+    _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    kind = kind.ravel()
+    alike = first[kind]
+    if np.array_equal(location, location[:, alike]) and np.array_equal(scatter, scatter[:, alike]):
+        return first, kind
+    every = np.arange(avalanches.n_classes)
+    return every, every
+
+
+class _InMetres:
+    """Stops scatter by σ metres of elevation: at the block's + σ z (`elevation_scatter`)."""
+
+    def __init__(self, avalanches: Avalanches) -> None:
+        self._avalanches = avalanches
+        self._chance = _passing_in_metres(avalanches)
+
+    def rates(self, x: Floats) -> Floats:
+        n = self._avalanches.n_parameters
+        return np.array([self._rate(np.full(n, place)) for place in x])
+
+    def exceeded(self, rate: Floats | float) -> Floats:
+        avalanches = self._avalanches
+        return exceeded(self._rate, rate, *path_ends(avalanches), avalanches.n_parameters)
+
+    def _rate(self, x: Floats) -> Floats:
+        return yearly_rate(self._avalanches, self._chance(x))
 
 
 def _passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:

@@ -27,6 +27,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
+from avahazard.records.lookup import of_path
 
 Floats = NDArray[np.float64]
 
@@ -111,7 +112,8 @@ def path_hazard(
     mixed = _mixed(volumes, () if volumes is not None else at)
     middle = float(np.exp(np.median(mixed.log_volume)))
     classes = classes_to_come(records, path_id, middle, event_columns=event_columns)
-    there = Records(records.paths, records.profiles, classes)
+    mine = of_path(records, path_id)
+    there = Records(mine.paths, mine.profiles, classes)
     here = model.on(build_observations(there, model.observations))
     found = hazard_of_classes(
         here,
@@ -147,11 +149,15 @@ def hazard_of_classes(
     mixed = _mixed(volumes, at)
     groups = group_runs(model)
     many = posterior_draws(model, groups, path_id, MAX_PARAMETERS)
+    avalanches = _avalanches(model, groups, path_id, mixed, seed)
+    # Runs know nothing of volumes; only how far the front is ahead may.
+    alike = all(effect.advance is None for effect in model.posterior.effects)
+    tables = avalanches.tables if alike else None
     return PathHazard(
         path_id=path_id,
-        avalanches=_avalanches(model, groups, path_id, mixed, seed),
+        avalanches=avalanches,
         draws=many,
-        at_volume={volume: _at_volume(model, groups, many.u, volume) for volume in at},
+        at_volume=_at_volumes(model, groups, many.u, tuple(dict.fromkeys(at)), tables),
         rate_known=volumes is not None,
         varying=varying,
         offset_unknown=many.tau is not None and many.offset is None,
@@ -188,13 +194,24 @@ def _avalanches(
     )
 
 
-def _at_volume(
-    model: FittedModel, groups: GroupRuns, u: Floats, volume_m3: float
-) -> VolumeFriction:
-    one = np.array([volume_m3])
-    location, scatter = _friction(model.posterior, u, one)
-    tables = group_tables(model, groups, at_volumes(model.observations, one))
-    return VolumeFriction(location[:, :, 0], scatter[:, :, 0], tables)
+def _at_volumes(
+    model: FittedModel,
+    groups: GroupRuns,
+    u: Floats,
+    at: tuple[float, ...],
+    tables: tuple[Predicted, ...] | None,
+) -> dict[float, VolumeFriction]:
+    """Friction of each of the volumes `at` (m3); `tables` are theirs, where all have the same."""
+    if not at:
+        return {}
+    location, scatter = _friction(model.posterior, u, np.array(at))
+    found = {}
+    for k, volume in enumerate(at):
+        own = tables
+        if own is None:
+            own = group_tables(model, groups, at_volumes(model.observations, np.array([volume])))
+        found[volume] = VolumeFriction(location[:, :, k], scatter[:, :, k], own)
+    return found
 
 
 def _rising(here: FittedModel, u: Floats, log_volume: Floats) -> RisingFriction | None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from avahazard.effects.site import stop_place
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.collection import Records
+from avahazard.records.lookup import of_path
 from avahazard.records.path import Profile
 from avahazard.results.hazard import FarthestRecord, MapPoint
 
@@ -54,12 +55,12 @@ class RecordedStops:
 
 def recorded_stops_of(records: Records, path_id: str, smooth: SmoothProfile) -> RecordedStops:
     """What is recorded on a path whose regularised profile is `smooth`."""
-    events = [event for event in records.events if event.path_id == path_id]
-    places = [stop_place(smooth, event) for event in events]
-    (profile,) = (p for p in records.profiles if p.path_id == path_id)
+    mine = of_path(records, path_id)
+    places = [stop_place(smooth, event) for event in mine.events]
+    (profile,) = mine.profiles
     return RecordedStops(
         np.array([np.inf if x is None else x for x in places], np.float64),
-        tuple(event.date for event in events),
+        tuple(event.date for event in mine.events),
         *_line(profile),
     )
 

@@ -6,7 +6,7 @@ paths serves as a prior where a path has too few records of its own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.special import gamma, logsumexp
 
 from avahazard.hazard.gev import Gev
+from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -41,33 +42,58 @@ def shape_prior(centre: float = SHAPE_CENTRE, sd: float = SHAPE_SD) -> Floats:
     return np.asarray(row + np.zeros((len(LOG_SCALES), 1)))
 
 
-def regional_prior(likelihoods: Sequence[Floats]) -> Floats:
+def regional_prior(others: Floats) -> Floats:
     """Log prior `[n_scales, n_shapes]` of a path in the light of other paths.
 
-    `likelihoods` are their log likelihoods over the grid. Their common scale and shape are known
-    from all together; the path's own differ from these by `BETWEEN_SCALE` and `BETWEEN_SHAPE`.
+    `others` is the sum of their log likelihoods over the grid. Their common scale and shape are
+    known from all together; the path's own differ from these by `BETWEEN_SCALE` and
+    `BETWEEN_SHAPE`.
     """
-    together = shape_prior() + np.sum(likelihoods, axis=0)
+    together = shape_prior() + others
     density = np.exp(together - logsumexp(together))
     steps = (BETWEEN_SCALE / np.diff(LOG_SCALES)[0], BETWEEN_SHAPE / np.diff(SHAPES)[0])
     blurred = gaussian_filter(density, steps, mode="nearest")
     return np.asarray(np.log(np.maximum(blurred, 1e-300)))
 
 
-def gev_likelihood(sample: Floats) -> Floats:
-    """Log likelihood `[n_scales, n_shapes, n_locations]` of maxima `[n]`."""
-    scale = np.exp(LOG_SCALES)[:, None, None]
-    centred = (sample - sample.mean()) / scale
-    result = np.empty((len(LOG_SCALES), len(SHAPES), len(DEVIATIONS)))
-    for k, shape in enumerate(SHAPES):
-        inside = 1.0 - shape * (centred - _locations(len(sample))[k][:, None])
-        possible = (inside > 0.0).all(axis=-1)
-        log_inside = np.log(np.where(inside > 0.0, inside, 1.0))
-        density = (1.0 / shape - 1.0) * log_inside - np.exp(np.minimum(log_inside / shape, 700.0))
-        total = density.sum(axis=-1) - len(sample) * LOG_SCALES[:, None]
-        result[:, k] = np.where(possible, total, -np.inf)
-    # A flat prior of the location in log m3 is one of the grid's times the scale.
-    return np.asarray(result + LOG_SCALES[:, None, None])
+def gev_likelihood(sample: Floats, least: float = -np.inf) -> Floats:
+    """Log likelihood `[n_scales, n_shapes, n_locations]` of maxima `[n]`.
+
+    It is -inf where it is under `least`.
+    """
+    centred = sample - sample.mean()
+    grids = (LOG_SCALES, SHAPES, _locations(len(sample)))
+    return np.asarray(_gev_likelihood(centred, *grids, least))
+
+
+@kernel
+def _gev_likelihood(centred, log_scales, shapes, locations, least):  # type: ignore[no-untyped-def]
+    n = len(centred)
+    result = np.full((len(log_scales), len(shapes), locations.shape[1]), -np.inf)
+    for i in range(len(log_scales)):
+        scaled = centred * math.exp(-log_scales[i])
+        # A flat prior of the location in log m3 is one of the grid's times the scale.
+        norm = (n - 1) * log_scales[i]
+        for k in range(len(shapes)):
+            shape = shapes[k]
+            for m in range(locations.shape[1]):
+                total = 0.0
+                possible = True
+                for j in range(n):
+                    inside = 1.0 - shape * (scaled[j] - locations[k, m])
+                    if inside <= 0.0:
+                        possible = False
+                        break
+                    log_inside = math.log(inside)
+                    total += (1.0 / shape - 1.0) * log_inside
+                    total -= math.exp(min(log_inside / shape, 700.0))
+                    # Every maximum takes off: the largest that it can add is under nought.
+                    if total - norm < least:
+                        possible = False
+                        break
+                if possible:
+                    result[i, k, m] = total - norm
+    return result
 
 
 def gev_draws(
@@ -101,8 +127,22 @@ def gpd_draws(
 
 def over_locations(likelihood: Floats) -> Floats:
     """The log likelihood of scale and shape alone `[n_scales, n_shapes]`."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(logsumexp(likelihood, axis=2))
+    return np.asarray(_over_locations(likelihood))
+
+
+@kernel
+def _over_locations(likelihood):  # type: ignore[no-untyped-def]
+    n_scales, n_shapes, n_locations = likelihood.shape
+    result = np.full((n_scales, n_shapes), -np.inf)
+    for i in range(n_scales):
+        for k in range(n_shapes):
+            largest = np.max(likelihood[i, k])
+            if largest > -np.inf:
+                total = 0.0
+                for m in range(n_locations):
+                    total += math.exp(likelihood[i, k, m] - largest)
+                result[i, k] = largest + math.log(total)
+    return result
 
 
 def _locations(n: int) -> Floats:

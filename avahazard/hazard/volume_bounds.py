@@ -36,33 +36,36 @@ def volume_bounds(
     if draws.sigma_m is not None:
         scatter = np.zeros(n_draws)
     xs, ys, held = [], [], 0
-    kinds = _kinds(here.tables)
-    group = draws.group[parameter]
-    for g, tables in enumerate(here.tables):
-        for kind in np.unique(kinds):
-            mine = (group == g) & (kinds[event] == kind)
-            if not mine.any():
-                continue
-            x, y, counts = draw_runouts(
-                tables.curve[int(event[mine][0])],
-                friction[mine],
-                scatter[mine],
-                "lognormal" if avalanches.in_log else "normal",
-                int(mine.sum()),
-                rng,
-            )
-            if draws.sigma_m is not None:
-                site = avalanches.site
-                release_x = float(site.release_x[avalanches.release[0]])
-                sigma = draws.sigma_m[parameter[mine]]
-                x, y, counts[NOT_RELEASED] = scattered_stops(site.smooth, release_x, y, sigma, rng)
-            xs.append(x)
-            ys.append(y)
-            held += int(counts[NOT_RELEASED])
+    for mine in _alike(draws.group[parameter], _kinds(here.tables)[event]):
+        curve = here.tables[int(draws.group[parameter[mine[0]]])].curve
+        x, y, counts = draw_runouts(
+            curve[int(event[mine[0]])],
+            friction[mine],
+            scatter[mine],
+            "lognormal" if avalanches.in_log else "normal",
+            len(mine),
+            rng,
+        )
+        if draws.sigma_m is not None:
+            site = avalanches.site
+            release_x = float(site.release_x[avalanches.release[0]])
+            sigma = draws.sigma_m[parameter[mine]]
+            x, y, counts[NOT_RELEASED] = scattered_stops(site.smooth, release_x, y, sigma, rng)
+        xs.append(x)
+        ys.append(y)
+        held += int(counts[NOT_RELEASED])
     return bounds_of_stops(np.concatenate(xs), np.concatenate(ys), held, n_draws)
+
+
+def _alike(group: Indices, kind: Indices) -> list[Indices]:
+    """Draws that run by the same tables, group by group and in each kind by kind."""
+    key = group * (int(kind.max()) + 1) + kind
+    order = np.argsort(key, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
 
 
 def _kinds(tables: tuple[Predicted, ...]) -> Indices:
     """A number for each class: those with one number have the same tables."""
-    _, kinds = np.unique(tables[len(tables) // 2].x, axis=0, return_inverse=True)
-    return np.asarray(kinds.ravel(), np.int64)
+    rows = [tuple(row) for row in tables[len(tables) // 2].x.tolist()]
+    number = {row: k for k, row in enumerate(sorted(set(rows)))}
+    return np.array([number[row] for row in rows], np.int64)

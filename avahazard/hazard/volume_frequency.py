@@ -29,6 +29,10 @@ Family = Literal["gev", "gpd"]
 
 ENOUGH_MAXIMA = 30
 """Maxima, or excesses over the threshold, from which a path stands alone."""
+FEWEST_TELLING = 3
+"""Maxima, or excesses, from which a path tells others of scale and shape."""
+IMPOSSIBLE = -1e6
+"""A log likelihood under this is one of nought: sums keep their digits."""
 N_DRAWS = 400
 USE_VOLUME = "Give the volume itself with --volume."
 
@@ -65,13 +69,42 @@ class VolumeFrequency:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Together:
+    """Sum of the log likelihoods of paths over the grid: of `n_paths` with `n_values` in all.
+
+    `possible` sums those that are not nought, `n_impossible` counts the paths whose is, both
+    `[n_scales, n_shapes]`: so one can be taken away again.
+    """
+
+    n_paths: int = 0
+    n_values: int = 0
+    possible: Floats | float = 0.0
+    n_impossible: NDArray[np.int64] | int = 0
+
+    def plus(self, likelihood: Floats, n_values: int, sign: int) -> Together:
+        """With one path more (`sign` 1) or less (-1)."""
+        impossible = likelihood < IMPOSSIBLE
+        return Together(
+            self.n_paths + sign,
+            self.n_values + sign * n_values,
+            self.possible + sign * np.where(impossible, 0.0, likelihood),
+            self.n_impossible + sign * impossible,
+        )
+
+    @property
+    def likelihood(self) -> Floats:
+        """The sum, -inf where a path has nought."""
+        return np.where(self.n_impossible == 0, self.possible, -np.inf)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Region:
     """Volume records of all paths, free of their errors, and what they say of scale and shape."""
 
     records: dict[str, VolumeRecord]
     family: Family
     threshold_m3: float | None
-    likelihoods: dict[str, Floats] = field(default_factory=dict)
+    kept: dict[str, Together] = field(default_factory=dict, init=False)
 
     def sample(self, path_id: str) -> Floats:
         """The yearly maxima of a path, or the excesses over its threshold, of log volume."""
@@ -89,16 +122,37 @@ class Region:
         return float(np.median(values)) if len(values) else 0.0
 
     def likelihood(self, path_id: str) -> Floats:
-        """Log likelihood over the grid of `shape_grid`; kept."""
-        if path_id not in self.likelihoods:
-            fit = gev_likelihood if self.family == "gev" else gpd_likelihood
-            self.likelihoods[path_id] = fit(self.sample(path_id))
-        return self.likelihoods[path_id]
+        """Log likelihood over the grid of `shape_grid`, as far as it is not nought."""
+        sample = self.sample(path_id)
+        if self.family == "gpd":
+            return gpd_likelihood(sample)
+        return gev_likelihood(sample, least=IMPOSSIBLE)
 
-    def scale_and_shape(self, path_id: str) -> Floats:
+    def scale_and_shape(self, likelihood: Floats) -> Floats:
         """The same of scale and shape alone `[n_scales, n_shapes]`."""
-        likelihood = self.likelihood(path_id)
         return over_locations(likelihood) if self.family == "gev" else likelihood
+
+    def tells(self, path_id: str) -> bool:
+        """Whether a path has enough to tell others of scale and shape."""
+        return len(self.sample(path_id)) >= FEWEST_TELLING
+
+    @property
+    def together(self) -> Together:
+        """What all paths that tell say together; kept."""
+        if "" not in self.kept:
+            telling = [path_id for path_id in self.records if self.tells(path_id)]
+            total = Together()
+            for path_id in telling:
+                own = self.scale_and_shape(self.likelihood(path_id))
+                total = total.plus(own, len(self.sample(path_id)), 1)
+            self.kept[""] = total
+        return self.kept[""]
+
+    def others(self, path_id: str, likelihood: Floats) -> Together:
+        """The same without a path, whose `likelihood` is given."""
+        if not self.tells(path_id):
+            return self.together
+        return self.together.plus(self.scale_and_shape(likelihood), len(self.sample(path_id)), -1)
 
 
 def region_of(
@@ -138,9 +192,10 @@ def fit_volume_frequency(
         raise AvahazardError(
             f"Path {path_id} has no volume over the threshold.", "Give a smaller --threshold."
         )
-    others = [k for k in region.records if k != path_id and len(region.sample(k)) >= 3]
-    pooled = len(own) < ENOUGH_MAXIMA and bool(others)
-    if len(own) < 3 and not pooled:
+    likelihood = region.likelihood(path_id)
+    others = region.others(path_id, likelihood) if len(own) < ENOUGH_MAXIMA else Together()
+    pooled = others.n_paths > 0
+    if len(own) < FEWEST_TELLING and not pooled:
         raise AvahazardError(
             f"Too few {what} for a return period: path {path_id} has {len(own)}, "
             "and no path has 3.",
@@ -150,8 +205,7 @@ def fit_volume_frequency(
         raise AvahazardError(f"All {what} of path {path_id} are equal.", USE_VOLUME)
     prior = shape_prior()
     if pooled:
-        prior = regional_prior([region.scale_and_shape(k) for k in others])
-    likelihood = region.likelihood(path_id)
+        prior = regional_prior(others.likelihood)
     draws: FrequencyDraws
     if region.family == "gev":
         gev = gev_draws(own, prior, likelihood, n_draws, rng)
@@ -163,7 +217,7 @@ def fit_volume_frequency(
     return VolumeFrequency(
         path_id=path_id,
         draws=draws,
-        method=_words(region, record, own, others if pooled else []),
+        method=_words(region, record, own, others),
         pooled=pooled,
         record=record,
         longest_years=record.n_years,
@@ -208,7 +262,7 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
     )
 
 
-def _words(region: Region, record: VolumeRecord, own: Floats, others: list[str]) -> str:
+def _words(region: Region, record: VolumeRecord, own: Floats, others: Together) -> str:
     """How the volume of a return period is found, in one sentence."""
     if region.family == "gev":
         text = f"GEV of log annual maxima, {len(own)} maxima"
@@ -220,9 +274,10 @@ def _words(region: Region, record: VolumeRecord, own: Floats, others: list[str])
             f"{len(own)} excesses"
         )
     text += ", posterior"
-    if others:
-        n = sum(len(region.sample(k)) for k in others)
-        text += f"; scale and shape with a prior from {len(others)} other paths ({n})"
+    if others.n_paths:
+        text += (
+            f"; scale and shape with a prior from {others.n_paths} other paths ({others.n_values})"
+        )
     text += (
         f"; {record.n_events} records over {record.window} "
         f"({record.first_year} to {record.last_year}"

@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 Floats = NDArray[np.float64]
 Source = Literal["given", "estimated", "assumed"]
@@ -98,9 +98,12 @@ def _best(x: Floats, y: Floats, sigma: Floats | None) -> tuple[float, float]:
     def at(log_wavelength: float) -> tuple[float, float, float]:
         """Minus the log likelihood, penalty, error."""
         penalty = density * (np.exp(log_wavelength) / (2.0 * np.pi)) ** 4
-        factor = cholesky_banded(errors + ground / penalty)
+        # LAPACK itself: SciPy's checks of each call take longer than the band of a profile.
+        factor, failed = dpbtrf(errors + ground / penalty, lower=0)
+        if failed:
+            raise np.linalg.LinAlgError("The covariance of the points is not positive.")
         determinant = 2.0 * float(np.sum(np.log(factor[-1])))
-        square = float(z @ cho_solve_banded((factor, False), z))
+        square = float(z @ dpbtrs(factor, z, lower=0)[0])
         if sigma is not None:
             return 0.5 * (determinant + square), penalty, 1.0
         variance = square / len(z) + tiny

@@ -33,6 +33,7 @@ MU_STEP = 0.0025
 """Spacing of the friction grid, as in the paper."""
 MU = np.arange(0.02, 1.6 + MU_STEP / 2, MU_STEP)
 """Frictions at which runouts are tabulated, `[n_friction]`."""
+MU_MIN = float(MU[0])
 JUMP_FACTOR = 5.0
 """A cell is a jump where the stop moves this many times as far as in the wider cell beside it."""
 
@@ -150,21 +151,29 @@ def nearest(status: NDArray[np.int8], cell: NDArray[np.int64], share: Floats) ->
     return np.take_along_axis(status, cell + (share >= 0.5), axis=-1)
 
 
-def inverse(values: Floats, broken: Bools | None, level: Floats) -> Floats:
-    """Friction `[n]` under which `values` `[n_friction]` over `MU` exceed `level` `[n]`.
+@kernel(forceinline=True)
+def inverse(values, broken, level):  # type: ignore[no-untyped-def]
+    """Friction under which `values` `[n_friction]` over `MU` exceed a level.
 
-    `values` fall, as stops and speeds do; they are inf where the profile was left. The friction is
-    0 where none exceeds the level, inf where all do, and the middle of a cell that is broken.
+    `values` fall, as stops do; they are inf where the profile was left. The friction is 0 where
+    none exceeds the level, inf where all do, and the middle of a cell that is broken.
     """
-    # The first friction of the grid at which the level is not exceeded.
-    first = np.searchsorted(-values, -level, side="left")
-    cell = np.clip(first - 1, 0, len(values) - 2)
-    above, under = values[cell], values[cell + 1]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        part = (above - level) / (above - under)
-    flat = ~np.isfinite(part) if broken is None else ~np.isfinite(part) | broken[cell]
-    mu = MU[0] + MU_STEP * (cell + np.where(flat, 0.5, part))
-    return np.where(first == 0, 0.0, np.where(first == len(values), np.inf, mu))
+    first, end = 0, len(values)
+    while first < end:
+        middle = (first + end) // 2
+        if values[middle] > level:
+            first = middle + 1
+        else:
+            end = middle
+    if first == 0:
+        return 0.0
+    if first == len(values):
+        return np.inf
+    above, under = values[first - 1], values[first]
+    part = (above - level) / (above - under)
+    if broken[first - 1] or not np.isfinite(part):
+        part = 0.5
+    return MU_MIN + MU_STEP * (first - 1 + part)
 
 
 def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -19,6 +19,7 @@ Method = Literal["auto", "legendre", "spline"]
 
 DEGREE = 8
 PENALTY = 1e-4
+N_SAMPLED = 4001
 POINTS_A_TERM = 2
 """With fewer points for each of its terms a polynomial cannot show that it misses them."""
 
@@ -46,10 +47,21 @@ class SmoothProfile:
     sigma_m: float = 0.0
     sigma_source: Source | None = None
     posterior: GroundPosterior | None = None
+    kept: list[tuple[Floats, Floats]] = field(default_factory=list, init=False, repr=False)
+
+    def sampled(self) -> tuple[Floats, Floats]:
+        """Places x, and elevations there, evenly along the path, `[N_SAMPLED]`; kept."""
+        if not self.kept:
+            x = np.linspace(self.x_min, self.x_max, N_SAMPLED)
+            self.kept.append((x, self.height(x)))
+        return self.kept[0]
 
     def height(self, x: Floats | float) -> Floats:
         """Elevation at x."""
-        return self.derivatives(np.asarray(x, dtype=float))[0]
+        place = np.asarray(x, dtype=float)
+        if isinstance(self.derivatives, Derivatives):
+            return self.derivatives.curve(place)
+        return self.derivatives(place)[0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

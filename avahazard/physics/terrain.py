@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +123,12 @@ def _split(nodes: Floats, pieces: NDArray[np.int_]) -> Floats:
 
 def _partial_lengths(stretch: Floats, half: Floats) -> Floats:
     """Arc length from each cell's start to its Gauss points, `[n_cells, 6]`."""
+    return np.asarray(half * (stretch @ _to_partial_lengths().T))
+
+
+@cache
+def _to_partial_lengths() -> Floats:
+    """The matrix that makes them of a function's values at the Gauss points."""
     order = len(GAUSS_X)
     vandermonde = np.polynomial.legendre.legvander(GAUSS_X, order - 1)
     to_coefficients = np.linalg.inv(vandermonde)
@@ -129,4 +136,4 @@ def _partial_lengths(stretch: Floats, half: Floats) -> Floats:
     for k in range(order):
         antiderivative = np.polynomial.legendre.legint(np.eye(order)[k], lbnd=-1.0)
         integrals[:, k] = np.polynomial.legendre.legval(GAUSS_X, antiderivative)
-    return half * (stretch @ (integrals @ to_coefficients).T)
+    return np.asarray(integrals @ to_coefficients)

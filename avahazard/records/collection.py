@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
@@ -10,9 +11,13 @@ from avahazard.records.path import Path, Profile
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """Paths, their profiles, events and speeds, in the order in which they were read."""
+    """Paths, their profiles, events and speeds, in the order in which they were read.
+
+    `kept` is for what is made of them once (`lookup.of_path`).
+    """
 
     paths: tuple[Path, ...] = ()
     profiles: tuple[Profile, ...] = ()
     events: tuple[Event, ...] = ()
     speeds: tuple[Speed, ...] = ()
+    kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
 
@@ -39,6 +40,25 @@ def find_profile(records: Records, path: Path) -> Profile:
     raise AvahazardError(
         f"No profile is stored for path {path.path_id}.",
         "Import a profiles.csv with the points of this path.",
+    )
+
+
+def of_path(records: Records, path_id: str) -> Records:
+    """A path with its profile and its events, without speeds; nothing of an unknown path."""
+    if "by_path" not in records.kept:
+        paths: dict[str, tuple[Path, ...]] = {}
+        profiles: dict[str, tuple[Profile, ...]] = {}
+        events: dict[str | None, list[Event]] = {}
+        for path in records.paths:
+            paths[path.path_id] = (path,)
+        for profile in records.profiles:
+            profiles[profile.path_id] = (profile,)
+        for event in records.events:
+            events.setdefault(event.path_id, []).append(event)
+        records.kept["by_path"] = (paths, profiles, events)
+    paths, profiles, events = records.kept["by_path"]
+    return Records(
+        paths.get(path_id, ()), profiles.get(path_id, ()), tuple(events.get(path_id, ()))
     )
 
 

@@ -18,6 +18,9 @@ RISE_SD = 3.0
 # Elevations read from another map than the profile differ by about this much.
 MAP_TOLERANCE_M = 30.0
 
+# Profiles that are looked at once: events come in any order of a region's paths.
+KEPT = 20_000
+
 
 def stop_fault(event: Event, profile: Profile) -> Fault | None:
     """Return what is wrong with the stop of `event`, None when it is one place on `profile`.
@@ -41,7 +44,7 @@ def stop_fault(event: Event, profile: Profile) -> Fault | None:
                 elevation,
                 "runout_x_m too: the profile rises again, and reaches this elevation at two places",
             )
-        low, high = float(profile.y_m.min()), float(profile.y_m.max())
+        low, high, *_ = _heights(profile)
         if not low - slack <= elevation <= high + slack:
             accepted = f"{low:g} to {high:g} (the profile), or left_profile 1"
             return "runout_elevation_m", elevation, accepted
@@ -53,7 +56,7 @@ def release_fault(record: Event | Path, profile: Profile) -> Fault | None:
     release = record.release_elevation_m
     if release is None:
         return None
-    low, high = float(profile.y_m.min()), float(profile.y_m.max())
+    low, high, *_ = _heights(profile)
     if not low - MAP_TOLERANCE_M <= release <= high + MAP_TOLERANCE_M:
         return "release_elevation_m", release, f"{low:g} to {high:g} (the profile)"
     if isinstance(record, Event) and record.runout_x_m is None and not record.left_profile:
@@ -76,7 +79,7 @@ def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
                 speed.elevation_m,
                 "x_m too: the profile rises again, and reaches this elevation at two places",
             )
-        low, high = float(profile.y_m.min()), float(profile.y_m.max())
+        low, high, *_ = _heights(profile)
         if not low - MAP_TOLERANCE_M <= speed.elevation_m <= high + MAP_TOLERANCE_M:
             return "elevation_m", speed.elevation_m, f"{low:g} to {high:g} (the profile)"
     return None
@@ -87,12 +90,19 @@ def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
 
     Points that rise by no more than their error make no counter-slope.
     """
+    lowest, _, beyond = _heights(profile)
+    return lowest < elevation_m <= beyond and _rises(profile)
+
+
+@lru_cache(maxsize=KEPT)
+def _heights(profile: Profile) -> tuple[float, float, float]:
+    """The lowest and the highest point, and the highest beyond the lowest (m)."""
     lowest = int(np.argmin(profile.y_m))
-    beyond = float(profile.y_m[lowest:].max())
-    return float(profile.y_m[lowest]) < elevation_m <= beyond and _rises(profile)
+    y = profile.y_m
+    return float(y[lowest]), float(y.max()), float(y[lowest:].max())
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=KEPT)
 def _rises(profile: Profile) -> bool:
     """Whether the ground rises beyond its lowest place by more than its error allows."""
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)

@@ -72,7 +72,7 @@ class HeldOutScores(Result):
     """Scores of what was held out `by` path or fold; `elpd_loo` (nats) is given the others.
 
     `runout.crps_m` is the error of the model, `groups` that of each group. `runout_x` as in
-    `Scores`.
+    `Scores`. `n_fits` fits each held out one group, or, of many paths, a part of them.
     """
 
     by: str
@@ -82,6 +82,7 @@ class HeldOutScores(Result):
     elpd_loo_se: float | None
     runout_x: RunoutScores | None = None
     groups: Rows[GroupError] = field(default_factory=Rows)
+    n_fits: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,10 +54,10 @@ def load_records(session: Session) -> Records:
 
 def save_records(session: Session, records: Records) -> None:
     """Store `records`; one that is there already (the same id) is replaced whole."""
-    _save(session, PathTable, "path_id", [_values(p) for p in records.paths])
+    _save(session, PathTable, "path_id", _values(records.paths, PATH_COLUMNS))
     _save_covariates(session, PathCovariateTable, "path_id", records.paths)
     _save_profiles(session, records.profiles)
-    _save(session, EventTable, "event_id", [_values(e) for e in records.events])
+    _save(session, EventTable, "event_id", _values(records.events, EVENT_COLUMNS))
     _save_covariates(session, EventCovariateTable, "event_id", records.events)
     _save_speeds(session, records.speeds)
 
@@ -110,8 +110,17 @@ def _array(values: tuple[Any, ...]) -> Floats | None:
     return None if None in values else np.array(values, dtype=np.float64)
 
 
-def _values(record: Path | Event | Speed) -> dict[str, Any]:
-    return {f.name: getattr(record, f.name) for f in fields(record) if f.name != "covariates"}
+def _values(
+    records: Sequence[Path | Event | Speed], columns: Sequence[str]
+) -> list[dict[str, Any]]:
+    read = attrgetter(*columns)
+    return [dict(zip(columns, read(record), strict=True)) for record in records]
+
+
+def _insert(session: Session, table: type[Base], rows: Sequence[dict[str, Any]]) -> None:
+    """Insert rows, all with the same keys: past the mapper, which would take them one by one."""
+    if rows:
+        session.connection().execute(insert(table.__table__), rows)  # type: ignore[arg-type]
 
 
 def _save(session: Session, table: Any, key: str, rows: Sequence[dict[str, Any]]) -> None:
@@ -125,8 +134,7 @@ def _save(session: Session, table: Any, key: str, rows: Sequence[dict[str, Any]]
         )
     new = [row for row in rows if row[key] not in ids]
     old = [{**row, "id": ids[row[key]]} for row in rows if row[key] in ids]
-    if new:
-        session.execute(insert(table), new)
+    _insert(session, table, new)
     if old:
         session.execute(update(table), old)
 
@@ -143,8 +151,7 @@ def _save_covariates(
         for record in records
         for i, (name, value) in enumerate(record.covariates.items())
     ]
-    if rows:
-        session.execute(insert(table), rows)
+    _insert(session, table, rows)
 
 
 def _covariate(value: Covariate) -> Mapping[str, Covariate | None]:
@@ -160,7 +167,7 @@ def _save_profiles(session: Session, profiles: Sequence[Profile]) -> None:
         rows = [
             {"point": i, **{name: column[i] for name, column in columns.items()}} for i in range(n)
         ]
-        session.execute(insert(ProfilePointTable), rows)
+        _insert(session, ProfilePointTable, rows)
 
 
 def _column(value: Floats | tuple[str, ...] | str | None, n: int) -> Sequence[float | str | None]:
@@ -180,14 +187,13 @@ def _save_speeds(session: Session, speeds: Sequence[Speed]) -> None:
             ids[event_id, x_m, elevation_m] = id_
     new: list[dict[str, Any]] = []
     old: list[dict[str, Any]] = []
-    for speed in speeds:
+    for speed, values in zip(speeds, _values(speeds, SPEED_COLUMNS), strict=True):
         place = (speed.event_id, speed.x_m, speed.elevation_m)
         if place in ids:
-            old.append({**_values(speed), "id": ids[place]})
+            old.append({**values, "id": ids[place]})
         else:
-            new.append(_values(speed))
-    if new:
-        session.execute(insert(SpeedTable), new)
+            new.append(values)
+    _insert(session, SpeedTable, new)
     if old:
         session.execute(update(SpeedTable), old)
 

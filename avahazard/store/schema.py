@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from importlib.resources import files
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from alembic import command
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
-from alembic.script import ScriptDirectory
-from sqlalchemy import Connection, inspect
+from sqlalchemy import Connection, inspect, text
 
 from avahazard.records.errors import AvahazardError
 
+if TYPE_CHECKING:
+    from alembic.config import Config
+
 State = Literal["empty", "foreign", "old", "current", "newer"]
+_REVISION = re.compile(r"^(revision|down_revision) = (?:None|[\"'](.+)[\"'])$", re.MULTILINE)
 
 
 def state(connection: Connection) -> State:
@@ -25,20 +26,37 @@ def state(connection: Connection) -> State:
     current = revision(connection)
     if current is None:
         return "foreign" if inspect(connection).get_table_names() else "empty"
-    script = ScriptDirectory.from_config(_config())
-    if current == script.get_current_head():
+    if current == head():
         return "current"
-    return "old" if current in {r.revision for r in script.walk_revisions()} else "newer"
+    return "old" if current in _revisions() else "newer"
 
 
 def revision(connection: Connection) -> str | None:
     """Return the revision of a database, None where it has none."""
-    return MigrationContext.configure(connection).get_current_revision()
+    if not inspect(connection).has_table("alembic_version"):
+        return None
+    found: str | None = connection.scalar(text("SELECT version_num FROM alembic_version"))
+    return found
 
 
 def head() -> str | None:
     """Return the revision that this program works with."""
-    return ScriptDirectory.from_config(_config()).get_current_head()
+    revisions = _revisions()
+    return next((name for name in revisions if name not in revisions.values()), None)
+
+
+def _revisions() -> dict[str, str | None]:
+    """Each revision and the one before it, read off the migrations' files.
+
+    Alembic would run them all, and takes longer to load than most commands to run.
+    """
+    found: dict[str, str | None] = {}
+    for file in (files("avahazard.migrations") / "versions").iterdir():
+        if file.name.endswith(".py"):
+            names = dict(_REVISION.findall(file.read_text(encoding="utf-8")))
+            if names.get("revision"):
+                found[names["revision"]] = names.get("down_revision") or None
+    return found
 
 
 def require_current(connection: Connection) -> None:
@@ -70,12 +88,16 @@ def require_current(connection: Connection) -> None:
 
 def upgrade(connection: Connection) -> None:
     """Run the migrations that `connection`'s database lacks."""
+    from alembic import command  # noqa: PLC0415 (slow, and rarely needed)
+
     config = _config()
     config.attributes["connection"] = connection
     command.upgrade(config, "head")
 
 
 def _config() -> Config:
+    from alembic.config import Config  # noqa: PLC0415 (slow, and rarely needed)
+
     config = Config()
     # A percent sign in the folder's name would be taken for an interpolation.
     folder = str(files("avahazard.migrations")).replace("%", "%%")

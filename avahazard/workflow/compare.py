@@ -130,7 +130,7 @@ def comparison(
     loo = leave_one_out(model)
     progress(0.4)
     held = choose_groups(observations)
-    others = held_out_predictions(model, held.groups, lambda share: progress(0.4 + 0.6 * share))
+    others = held_out_predictions(model, held.fits, lambda share: progress(0.4 + 0.6 * share))
     axes = event_axes(observations, np.median(expected.x, axis=1))
     return Comparison(
         model=name,
@@ -175,6 +175,7 @@ def _held_out_scores(
         elpd_loo_se=float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
         runout_x=x_scores(others.records, observations, budget),
         groups=group_errors(held, others, observations),
+        n_fits=len(np.unique(held.fits)),
     )
 
 

@@ -46,6 +46,7 @@ CONSTANTS = [
     ("hazard", "flattens to 10°", "hazard.alpha_beta", "BETA_SLOPE_DEG", 10.0),
     ("criticism", "k > 0.7", "criticism.scoring.loo", "BAD_K", 0.7),
     ("criticism", "three or more", "criticism.scoring.held_out", "MIN_PATHS", 3),
+    ("criticism", "more than 24 paths", "criticism.scoring.held_out", "MAX_FITS", 24),
     ("criticism", "at least 20 m", "criticism.scoring.speed_misfit", "MIN_PIECE_M", 20.0),
     ("criticism", "p ≤ 0.03", "criticism.screening.significance", "LEVEL", 0.03),
     ("criticism", "p ≤ 0.03", "report.diagnosis_figure", "SIGNIFICANT", 0.03),

@@ -1,8 +1,11 @@
 """Slow, obvious twins of the kernels of avahazard.hazard."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from avahazard.physics.runout_curve import RunoutCurve
+from avahazard.hazard.avalanches import Avalanches, friction_below, yearly_rate
+from avahazard.physics.runout_curve import MU, MU_STEP, RunoutCurve
 
 
 def naive_stop(curve: RunoutCurve, mu: float, jumps: set[int]) -> tuple[float, float]:
@@ -19,3 +22,39 @@ def naive_stop(curve: RunoutCurve, mu: float, jumps: set[int]) -> tuple[float, f
     if curve.status[nearest] == 1:
         return np.inf, -np.inf
     return curve.x[nearest], curve.y[nearest]
+
+
+def naive_inverse(curve: RunoutCurve, level: float) -> float:
+    """Friction under which the block of one curve runs past x = `level` (m)."""
+    x = np.minimum.accumulate(np.where(curve.left, np.inf, curve.x))
+    over = np.flatnonzero(x > level)
+    if not len(over):
+        return 0.0
+    if len(over) == len(x):
+        return np.inf
+    k = len(over) - 1
+    part = 0.5
+    if not curve.broken[k] and np.isfinite(x[k]) and x[k] != x[k + 1]:
+        part = (x[k] - level) / (x[k] - x[k + 1])
+    return float(MU[k] + MU_STEP * part)
+
+
+def rate_below(avalanches: Avalanches, mu: np.ndarray) -> np.ndarray:
+    """Yearly rate `[n_parameters]` of friction under `mu` `[n_parameters, n_classes]`."""
+    return yearly_rate(avalanches, friction_below(avalanches, mu))
+
+
+def naive_passing_rate(avalanches: Avalanches) -> Callable[[np.ndarray], np.ndarray]:
+    """A function of x (m) `[n_parameters]`: the yearly rate of avalanches that stop beyond."""
+
+    def rate(x: np.ndarray) -> np.ndarray:
+        mu = [
+            [
+                naive_inverse(avalanches.tables[g].curve[c], place)
+                for c in range(avalanches.n_classes)
+            ]
+            for g, place in zip(avalanches.group, x, strict=True)
+        ]
+        return rate_below(avalanches, np.array(mu))
+
+    return rate

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -12,13 +10,11 @@ from avahazard.effects.catalogue import definition
 from avahazard.hazard.avalanches import (
     annual_rate,
     exceeded,
-    friction_below,
-    rate_below,
-    yearly_rate,
 )
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
-from avahazard.hazard.passing import passing_rate
+from avahazard.hazard.passing import passing
 from avahazard.inference.model.specification import Specification
+from tests.hazard.naive import rate_below
 from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, stops
 
 VOLUMES = EventVolumes(
@@ -48,28 +44,16 @@ def test_the_rate_under_a_friction_is_that_of_drawn_avalanches() -> None:
 
 def test_the_rate_past_a_place_is_that_of_drawn_avalanches() -> None:
     avalanches = avalanches_of(draws(0.1, 2), VOLUMES, RELEASES)
-    rate = passing_rate(avalanches)
+    places = np.array([2000.0, 2400.0, 2800.0])
+    rates = passing(avalanches).rates(places)
     rng = np.random.default_rng(2)
-    for x in (2000.0, 2400.0, 2800.0):
-        found = rate(np.full(2, x))
+    for x, found in zip(places, rates, strict=True):
         for p in range(2):
             passed = []
             for z in RELEASES:
                 mu = drawn_friction(p, 200_000, rng, 0.1)
                 passed.append(np.mean(stops(mu, z) > x))
             assert found[p] == pytest.approx(VOLUMES.rate[p] * np.mean(passed), abs=0.001)
-
-
-@pytest.mark.parametrize("distribution", ["lognormal", "normal"])
-def test_the_sum_in_one_pass_is_that_of_the_chances(
-    distribution: Literal["lognormal", "normal"],
-) -> None:
-    specification = Specification(distribution=distribution)
-    avalanches = avalanches_of(draws(0.2, 2), VOLUMES, RELEASES, specification=specification)
-    for mu in ([0.0, np.inf], [0.3, 0.5], [1e-9, 0.9]):
-        under = np.tile(mu, (2, 1))
-        expected = yearly_rate(avalanches, friction_below(avalanches, under))
-        np.testing.assert_allclose(rate_below(avalanches, under), expected, rtol=1e-12)
 
 
 def test_friction_that_is_normal_is_over_nought() -> None:

@@ -35,6 +35,14 @@ def test_the_gev_grid_is_scipys_density() -> None:
         assert found[i, k, m] == pytest.approx(expected + LOG_SCALES[i])
 
 
+def test_what_is_nought_may_be_left_out() -> None:
+    sample = stats.genextreme.rvs(0.1, 9.0, 1.1, size=12, random_state=1)
+    whole = gev_likelihood(sample)
+    found = gev_likelihood(sample, least=-1e6)
+    assert np.any(np.isfinite(whole) & (whole < -1e6))
+    np.testing.assert_array_equal(found, np.where(whole < -1e6, -np.inf, whole))
+
+
 def test_the_pareto_grid_is_scipys_density() -> None:
     excess = stats.genpareto.rvs(-0.1, scale=0.8, size=20, random_state=2)
     found = gpd_likelihood(excess)
@@ -60,7 +68,7 @@ def test_draws_gather_about_the_truth_of_a_long_record() -> None:
 def test_other_paths_narrow_the_prior_but_not_to_a_point() -> None:
     rng = np.random.default_rng(4)
     samples = [stats.genextreme.rvs(0.1, k, 0.7, size=120, random_state=rng) for k in range(4)]
-    prior = regional_prior([over_locations(gev_likelihood(s)) for s in samples])
+    prior = regional_prior(np.sum([over_locations(gev_likelihood(s)) for s in samples], axis=0))
     density = np.exp(prior - logsumexp(prior))
     scales, shapes = density.sum(axis=1), density.sum(axis=0)
     mean = float(scales @ LOG_SCALES)

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.hazard.shape_grid import gev_likelihood, over_locations
 from avahazard.hazard.volume_frequency import (
     Family,
     ReturnLevel,
@@ -160,3 +161,23 @@ def test_coverage_of_the_interval(n_years: int, family: Family) -> None:
         found = return_volume(fitted([drawn], rng, family), 100)
         covered.append(np.log(found.q05_m3) < truth < np.log(found.q95_m3))
     assert 0.86 < np.mean(covered) < 0.97
+
+
+def test_the_others_are_all_but_the_path() -> None:
+    """What other paths say is the sum over them, however it is come by."""
+    rng = np.random.default_rng(8)
+    records = [
+        record(f"P{k}", TRUTH.rvs(n, random_state=rng), 60) for k, n in enumerate((12, 5, 3, 2, 25))
+    ]
+    region = region_of(records)
+    for path_id in ("P1", "P3"):
+        told = [k for k in region.records if k != path_id and len(region.sample(k)) >= 3]
+        expected = np.sum([over_locations(gev_likelihood(region.sample(k))) for k in told], axis=0)
+        found = region.others(path_id, region.likelihood(path_id))
+        assert (found.n_paths, found.n_values) == (
+            len(told),
+            sum(len(region.sample(k)) for k in told),
+        )
+        near = expected > expected.max() - 100.0
+        np.testing.assert_allclose(found.likelihood[near], expected[near], rtol=1e-9)
+        assert np.all(found.likelihood[~near] < expected.max() - 99.0)

@@ -56,6 +56,8 @@ def compare(
             f"The error of {name}, as add and ladder give it: CRPS where {whole} were held out, "
             f"{held.runout.crps_m:.1f} {unit_words(found.coordinate)}."
         )
+        if held.n_fits is not None and held.n_fits < len(held.groups):
+            console.print(f"{len(held.groups)} {whole} were held out in {held.n_fits} parts.")
         console.print(CRPS_WORDS)
         console.print(f"bias: predicted mean less recorded. {error_words(found)}")
         console.print(

@@ -81,7 +81,7 @@ def held_out_gains(
     """What each of these gains on records kept back (nats)."""
     if not asked:
         return {}
-    groups = choose_groups(base.posterior.observations).groups
+    groups = choose_groups(base.posterior.observations).fits
     before = held_out_log_density(base.posterior, groups, base.mode)
     return {
         key: float(

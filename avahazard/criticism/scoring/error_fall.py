@@ -17,7 +17,7 @@ FEWEST_GROUPS = 3
 def group_errors(
     held: HeldOut, others: HeldOutPredictions, observations: Observations
 ) -> Rows[GroupError]:
-    """Mean CRPS (m) of each group that was held out together."""
+    """Mean CRPS (m) of each path or fold, held out."""
     error = crps(others.records.draws, others.records.observed)
     rows = []
     for group in np.unique(held.groups):

@@ -25,16 +25,22 @@ Floats = NDArray[np.float64]
 Groups = NDArray[np.int64]
 
 MIN_PATHS = 3
+MAX_FITS = 24
+"""Paths are held out one by one up to this many, then in this many parts."""
 N_FOLDS = 5
 DENSITY_DRAWS = 240
 RECORD_DRAWS = 300
 
 
 class HeldOut(NamedTuple):
-    """What is held out together: a group for each event `[n_events]`, made by path or fold."""
+    """What is held out together: a group for each event `[n_events]`, made by path or fold.
+
+    `fits` `[n_events]` gathers groups: those of one fit are held out of it together.
+    """
 
     by: Literal["path", "fold"]
     groups: Groups
+    fits: Groups
 
 
 class HeldOutPredictions(NamedTuple):
@@ -50,14 +56,36 @@ class HeldOutPredictions(NamedTuple):
 
 
 def choose_groups(observations: Observations) -> HeldOut:
-    """Whole paths where there are three or more, else five folds of events drawn at random."""
+    """Whole paths where there are three or more, else five folds of events drawn at random.
+
+    Of more than `MAX_FITS` paths several are held out together, in parts of like many events: each
+    path is still predicted by a fit that has seen nothing of it, and hardly less of the others.
+    """
     path = observations.columns.path_index
     if len(np.unique(path[path >= 0])) >= MIN_PATHS:
-        return HeldOut("path", path)
+        return HeldOut("path", path, gathered(path))
     order = generator(0, "folds").permutation(observations.n_events)
     groups = np.empty(observations.n_events, dtype=np.int64)
     groups[order] = np.arange(observations.n_events) % min(N_FOLDS, observations.n_events)
-    return HeldOut("fold", groups)
+    return HeldOut("fold", groups, groups)
+
+
+def gathered(groups: Groups, n_parts: int = MAX_FITS) -> Groups:
+    """Part `[n_events]` of each event: whole `groups`, in `n_parts` of like many events.
+
+    Groups come in random order, the largest first, each to the part that has fewest events. No
+    more groups than parts stay as they are.
+    """
+    names, of, count = np.unique(groups, return_inverse=True, return_counts=True)
+    if len(names) <= n_parts:
+        return groups
+    mixed = generator(0, "parts").permutation(len(names))
+    part = np.empty(len(names), dtype=np.int64)
+    size = np.zeros(n_parts, dtype=np.int64)
+    for k in mixed[np.argsort(-count[mixed], kind="stable")]:
+        part[k] = np.argmin(size)
+        size[part[k]] += count[k]
+    return np.asarray(part[of])
 
 
 def held_out_log_density(

@@ -43,7 +43,8 @@ class VolumeNodes:
     True volumes of a path are lognormal with mean `centre[path]` (log m3) and standard deviation
     `spread`; the record adds its own error, so large records are on average overestimates and
     are drawn towards the centre. `known` is False where no event has a volume. `records` are what
-    they are read from, `reference` those that centre and spread come from.
+    they are read from, `reference` those that centre and spread come from, with `factor` times
+    their stated errors.
     """
 
     log_volume: Floats
@@ -56,6 +57,7 @@ class VolumeNodes:
     known: bool
     records: VolumeRecords
     reference: VolumeRecords
+    factor: float = 1.0
 
 
 def volume_nodes(
@@ -68,7 +70,10 @@ def volume_nodes(
         tuple(columns.paths[k] if k >= 0 else "" for k in columns.path_index),
         columns.paths,
     )
-    return _nodes(records, records if population is None else population.reference, 1.0)
+    if population is None:
+        return _nodes(records, records, 1.0)
+    known = None if population.factor != 1.0 else population
+    return _nodes(records, population.reference, 1.0, known)
 
 
 def rescaled(volumes: VolumeNodes, factor: float) -> VolumeNodes:
@@ -79,10 +84,19 @@ def rescaled(volumes: VolumeNodes, factor: float) -> VolumeNodes:
     return _nodes(volumes.records, volumes.reference, factor)
 
 
-def _nodes(records: VolumeRecords, reference: VolumeRecords, factor: float) -> VolumeNodes:
+def _nodes(
+    records: VolumeRecords,
+    reference: VolumeRecords,
+    factor: float,
+    alike: VolumeNodes | None = None,
+) -> VolumeNodes:
+    """Nodes by the population of `reference`, which `alike` has already."""
     recorded, sigma = records.log_volume, factor * records.sigma
     have = np.isfinite(recorded)
-    centres, spread, known = _population(reference, factor * reference.sigma)
+    if alike is None:
+        centres, spread, known = _population(reference, factor * reference.sigma)
+    else:
+        centres, spread, known = alike.centre, alike.spread, alike.known
     overall = float(np.mean(list(centres.values())))
     centre = np.array([centres.get(name, overall) for name in records.path])
     spread2 = spread**2
@@ -102,6 +116,7 @@ def _nodes(records: VolumeRecords, reference: VolumeRecords, factor: float) -> V
         known=known,
         records=records,
         reference=reference,
+        factor=factor,
     )
 
 

@@ -54,9 +54,11 @@ class DepositRow(Row):
     def _deposit_complete(self) -> Self:
         # A length alone is a measurement of its own (the leading edge); a width or a
         # thickness alone was meant for the volume.
+        if self.volume_m3 is not None:
+            return self
         sides = ("deposit_length_m", "deposit_width_m", "deposit_thickness_m")
         missing = [name for name in sides if getattr(self, name) is None]
         alone = missing == list(sides[1:])
-        if self.volume_m3 is None and 0 < len(missing) < 3 and not alone:
+        if 0 < len(missing) < 3 and not alone:
             raise wrong(missing[0], "length, width and thickness of the deposit, or volume_m3")
         return self

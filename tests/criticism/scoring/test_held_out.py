@@ -11,6 +11,7 @@ from scipy.stats import norm
 from avahazard.criticism.scoring.fit_draws import fit_draws
 from avahazard.criticism.scoring.held_out import (
     choose_groups,
+    gathered,
     held_out_log_density,
     held_out_predictions,
     left_out_log_density,
@@ -31,6 +32,26 @@ def test_whole_paths_or_five_folds() -> None:
         counts = np.bincount(folds.groups)
         assert len(counts) == 5
         assert np.ptp(counts) <= 1
+
+
+def test_many_paths_are_held_out_in_parts_of_like_size() -> None:
+    rng = np.random.default_rng(3)
+    groups = rng.permutation(np.repeat(np.arange(60), rng.integers(1, 30, 60)))
+    parts = gathered(groups, 24)
+    counts = np.bincount(parts)
+    assert len(counts) == 24
+    assert np.ptp(counts) <= 8
+    for group in range(60):
+        assert len(np.unique(parts[groups == group])) == 1
+    assert list(gathered(groups, 60)) == list(groups)
+    np.testing.assert_array_equal(gathered(groups, 24), parts)
+
+
+def test_each_of_many_paths_is_held_out_whole() -> None:
+    held = choose_groups(build_observations(slopes(n_paths=26, n_each=2)))
+    assert (held.by, len(np.unique(held.groups)), len(np.unique(held.fits))) == ("path", 26, 24)
+    for path in range(26):
+        assert len(np.unique(held.fits[held.groups == path])) == 1
 
 
 def test_density_of_a_record_left_out() -> None:

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import Avalanches, rate_below
+from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
 from avahazard.inference.model.specification import Specification
+from tests.hazard.naive import rate_below
 from tests.hazard.zones.parabola import RATES, SHARES, VOLUMES, avalanches_of, one
 
 RELEASES = (2450.0, 2300.0)

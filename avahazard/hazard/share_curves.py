@@ -1,0 +1,198 @@
+"""The share of a path's avalanches with friction under ν, by posterior draw, as curves.
+
+Everything that is asked of a path (runouts of return periods, chances along it) asks for this share
+again and again, a sum of normal probabilities over all volumes. It is smooth over a scatter: from
+its density and two derivatives of that at nodes, five to a scatter, its value anywhere follows by
+quintic Hermite interpolation within 1e-8 (docs/theory/hazard.md).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.model.friction_scatter import (
+    normal_below,
+    normal_density,
+    student_below,
+    student_density,
+)
+from avahazard.kernels import kernel
+
+Floats = NDArray[np.float64]
+
+PER_SCATTER = 5.0
+"""Nodes to the smallest scatter of a curve."""
+MAX_NODES = 1024
+"""Curves that need more are not tabulated: every share is then summed anew."""
+NOTHING = 1e-8
+"""A share of avalanches that does not count."""
+FAR = 8.5
+"""Standard scatters past which the normal distribution is 0 or 1 to the last bit."""
+
+
+class ShareCurves(NamedTuple):
+    """Shares of avalanches, by draw and kind (classes of like friction).
+
+    ν is log μ, or μ. Share = Σ_v `weight` P(z < (ν - `location`) / `scatter`) - `none`, with
+    `location`, `scatter`, `weight` `[n_parameters, n_kinds, n_volumes]` and `none` (of a friction
+    under 0) `[n_parameters, n_kinds]`. Node k of a curve lies at ν = `low` + k / `per_step`, both
+    `[n_parameters, n_kinds]`; `nodes` `[n_parameters, n_kinds, n_nodes, 3]` hold the share there,
+    its density and the derivative of that in steps, and are empty where nothing is tabulated.
+    """
+
+    location: Floats
+    scatter: Floats
+    weight: Floats
+    none: Floats
+    low: Floats
+    per_step: Floats
+    n_nodes: NDArray[np.int64]
+    nodes: Floats
+    student: bool
+
+
+def share_curves(
+    location: Floats,
+    scatter: Floats,
+    share: Floats,
+    ends: tuple[float, float],
+    *,
+    in_log: bool,
+    student: bool,
+) -> ShareCurves:
+    """Tabulate shares between two frictions ν (`ends`).
+
+    `location`, `scatter` `[n_parameters, n_kinds, n_volumes]`; of the avalanches of draw p
+    `share` `[n_parameters, n_volumes]` have each volume. Friction that is normal (not `in_log`) is
+    taken given that it is over 0.
+    """
+    weight = np.broadcast_to(np.where(share < NOTHING, 0.0, share)[:, None], location.shape)
+    weight = np.ascontiguousarray(weight)
+    none = np.zeros(location.shape[:2])
+    if not in_log:
+        _given_over_nought(location, scatter, weight, none, student)
+    reach = np.inf if student else FAR
+    low = np.maximum(np.min(location - reach * scatter, axis=2), ends[0])
+    high = np.minimum(np.max(location + reach * scatter, axis=2), ends[1])
+    step = np.min(scatter, axis=2) / PER_SCATTER
+    n_nodes = np.ceil(np.maximum(high - low, 0.0) / step) + 1.0
+    n_nodes = np.maximum(n_nodes, 2.0)
+    whole = int(min(n_nodes.max(), MAX_NODES + 1))
+    nodes = np.zeros((*low.shape, 0 if whole > MAX_NODES else whole, 3))
+    curves = ShareCurves(
+        *(location, scatter, weight, none, low, 1.0 / step),
+        *(np.minimum(n_nodes, whole).astype(np.int64), nodes, student),
+    )
+    if nodes.size:
+        _tabulate(curves)
+    return curves
+
+
+@kernel
+def _given_over_nought(location, scatter, weight, none, student):  # type: ignore[no-untyped-def]
+    """Divide weights by the chance that friction is over 0, and sum up what is taken off."""
+    for p in range(location.shape[0]):
+        for k in range(location.shape[1]):
+            for v in range(location.shape[2]):
+                impossible = below(-location[p, k, v] / scatter[p, k, v], student)
+                weight[p, k, v] /= max(1.0 - impossible, 1e-300)
+                none[p, k] += weight[p, k, v] * impossible
+
+
+@kernel(forceinline=True)
+def below(z, student):  # type: ignore[no-untyped-def]
+    """The chance under z."""
+    if student:
+        return student_below(z)
+    if z < -FAR:
+        return 0.0
+    if z > FAR:
+        return 1.0
+    return normal_below(z)
+
+
+@kernel(forceinline=True)
+def summed_share(curves, p, k, nu):  # type: ignore[no-untyped-def]
+    """The share of draw p and kind k with friction under ν, by its definition."""
+    total = -curves.none[p, k]
+    for v in range(curves.location.shape[2]):
+        if curves.weight[p, k, v] > 0.0:
+            z = (nu - curves.location[p, k, v]) / curves.scatter[p, k, v]
+            total += curves.weight[p, k, v] * below(z, curves.student)
+    return total
+
+
+@kernel
+def _tabulate(curves):  # type: ignore[no-untyped-def]
+    for p in range(curves.low.shape[0]):
+        for k in range(curves.low.shape[1]):
+            step = 1.0 / curves.per_step[p, k]
+            n = curves.n_nodes[p, k]
+            before = np.zeros(3)
+            for j in range(n):
+                nu = curves.low[p, k] + j * step
+                here = _density(curves, p, k, nu, step)
+                node = curves.nodes[p, k, j]
+                if j == 0:
+                    node[0] = summed_share(curves, p, k, nu)
+                else:
+                    # The integral of the quintic through density and derivatives at both ends.
+                    node[0] = curves.nodes[p, k, j - 1, 0] + (
+                        (before[0] + here[0]) / 2.0
+                        + (before[1] - here[1]) / 10.0
+                        + (before[2] + here[2]) / 120.0
+                    )
+                node[1], node[2] = here[0], here[1]
+                before[0], before[1], before[2] = here
+
+
+@kernel(forceinline=True)
+def _density(curves, p, k, nu, step):  # type: ignore[no-untyped-def]
+    """Density of ν and its first two derivatives, in steps."""
+    zeroth, first, second = 0.0, 0.0, 0.0
+    for v in range(curves.location.shape[2]):
+        weight = curves.weight[p, k, v]
+        if weight == 0.0:
+            continue
+        scale = step / curves.scatter[p, k, v]
+        z = (nu - curves.location[p, k, v]) / curves.scatter[p, k, v]
+        if curves.student:
+            density, pull, bend = student_density(z)
+        else:
+            if abs(z) > FAR:
+                continue
+            density, pull, bend = normal_density(z), z, z * z - 1.0
+        density *= weight * scale
+        zeroth += density
+        first -= density * pull * scale
+        second += density * bend * scale * scale
+    return zeroth, first, second
+
+
+@kernel(forceinline=True)
+def share_under(curves, p, k, nu):  # type: ignore[no-untyped-def]
+    """The share of draw p and kind k with friction under ν, by its curve; 0 to 1."""
+    if curves.nodes.size == 0:
+        return summed_share(curves, p, k, nu)
+    nodes = curves.nodes
+    t = (nu - curves.low[p, k]) * curves.per_step[p, k]
+    last = curves.n_nodes[p, k] - 1
+    if t <= 0.0:
+        return max(nodes[p, k, 0, 0], 0.0)
+    if t >= last:
+        return nodes[p, k, last, 0]
+    j = int(t)
+    t -= j
+    near, steep, bent = nodes[p, k, j, 0], nodes[p, k, j, 1], nodes[p, k, j, 2]
+    # What share, density and its derivative at the far end differ by from a parabola.
+    rise = nodes[p, k, j + 1, 0] - near - steep - 0.5 * bent
+    slope = nodes[p, k, j + 1, 1] - steep - bent
+    bend = 0.5 * (nodes[p, k, j + 1, 2] - bent)
+    third = 10.0 * rise - 4.0 * slope + bend
+    fourth = -15.0 * rise + 7.0 * slope - 2.0 * bend
+    fifth = 6.0 * rise - 3.0 * slope + bend
+    value = near + t * (steep + t * (0.5 * bent + t * (third + t * (fourth + t * fifth))))
+    return max(value, 0.0)

@@ -1,0 +1,52 @@
+"""`calibrate` and `diagnose` on ten times as many events: time and peak memory of a process."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+
+from benchmarks.cases.made_region import region
+from benchmarks.measuring import Result
+
+N_EVENTS, TIMES, A_PATH = 2000, 10, 20
+MOST_MB = 4096
+PROCESS = """
+import json, resource, sys, time
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.diagnose import diagnose_model
+calibrate(sys.argv[2], "m", draws=100)
+diagnose_model(sys.argv[2], "m", n_worlds=3)
+times = []
+for work in (lambda: calibrate(sys.argv[1], "m"), lambda: diagnose_model(sys.argv[1], "m")):
+    begun = time.process_time()
+    work()
+    times.append(time.process_time() - begun)
+print(json.dumps([*times, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024]))
+"""
+
+
+def measure() -> Result:
+    """Each size in a process of its own, compiled on a small world."""
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for n in (N_EVENTS, TIMES * N_EVENTS):
+            small, database = region(folder, 4, 40 + len(found)), region(folder, n // A_PATH, n)
+            command = [sys.executable, "-c", PROCESS, database, small]
+            done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
+            found.append(json.loads(done.stdout))
+    few, many = found
+    ours, theirs = sum(many[:2]), sum(few[:2])
+    return Result(
+        ours / theirs,
+        ours,
+        theirs,
+        "CPU-s",
+        11.0,
+        True,
+        f"time of {TIMES * N_EVENTS} events over that of {N_EVENTS}",
+        f"`calibrate` {many[0]:.0f} against {few[0]:.0f} s, `diagnose` {many[1]:.0f} against "
+        f"{few[1]:.0f} s; {A_PATH} events a path, nothing hidden. Peak memory {many[2]:.0f} MB "
+        f"(wanted: {MOST_MB}).",
+    )
