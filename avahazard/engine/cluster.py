@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from importlib.metadata import version
@@ -51,7 +52,9 @@ def map_dask(
 
     client = _connected(choice, n)
     name, data = pack(function, shared)
-    held = client.submit(bytes, data, key=f"shared-{name}")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Sending large graph")  # it is sent once
+        held = client.submit(bytes, data, key=f"shared-{name}")
     del data
     ahead = AHEAD * max(sum(client.nthreads().values()), n)
     waiting: deque[Any] = deque()

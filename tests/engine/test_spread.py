@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -50,6 +51,10 @@ def test_functions_made_inside_functions_reach_a_process() -> None:
     set_engine("processes", workers=1)
     factor = 3
     assert list(spread_map(lambda shared, k: factor * shared * k, 2, range(4))) == [0, 6, 12, 18]
+    # As the effects of a user's file are made.
+    module: dict[str, Any] = {"__name__": "effect_file"}
+    exec("import math\ndef root(shared, k):\n    return math.sqrt(shared * k)", module)
+    assert list(spread_map(module["root"], 4.0, [1, 4])) == [2.0, 4.0]
 
 
 @pytest.mark.parametrize("engine", ["local", "processes"])
