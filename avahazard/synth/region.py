@@ -68,7 +68,9 @@ def write_region(
                 if name not in writers:
                     handle = (folder / name).open("w", newline="", encoding="utf-8")
                     stack.enter_context(handle)
-                    writers[name] = csv.DictWriter(handle, columns, restval="", lineterminator="\n")
+                    # Another part may fill what is empty in the first.
+                    whole = list(dict.fromkeys([*FORMS.get(name, ()), *columns]))
+                    writers[name] = csv.DictWriter(handle, whole, restval="", lineterminator="\n")
                     writers[name].writeheader()
                 writers[name].writerows(rows)
                 counts[name] += len(rows)
