@@ -86,6 +86,7 @@ $(BENCH)/.installed: requirements-bench.lock pyproject.toml
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
   --no-emit-find-links --no-header
 lock:
-	$(COMPILE) --extra dev --extra gis --extra docs --output-file requirements.lock pyproject.toml
+	$(COMPILE) --extra dev --extra gis --extra cluster --extra parquet --extra docs \
+	  --output-file requirements.lock pyproject.toml
 	$(COMPILE) --extra dev --constraint requirements.lock \
 	  --output-file requirements-bench.lock pyproject.toml benchmarks/requirements.in

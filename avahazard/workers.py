@@ -10,6 +10,7 @@ import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -29,9 +30,23 @@ def set_workers(n: int | None) -> None:
 
 def n_workers() -> int:
     """How many calls of `ordered_map` run side by side from here: one inside a worker."""
-    if getattr(_inside, "worker", False):
-        return 1
-    return _chosen or _cores()
+    return 1 if inside_worker() else _chosen or _cores()
+
+
+def inside_worker() -> bool:
+    """Whether this is the work of a worker, which does its own parts by itself."""
+    return getattr(_inside, "worker", False)
+
+
+@contextmanager
+def one_worker() -> Iterator[None]:
+    """Let what runs inside do its own parts by itself, as the worker of another process."""
+    before = inside_worker()
+    _inside.worker = True
+    try:
+        yield
+    finally:
+        _inside.worker = before
 
 
 def ordered_map(function: Callable[..., T], *items: Iterable[Any]) -> Iterator[T]:
@@ -39,12 +54,17 @@ def ordered_map(function: Callable[..., T], *items: Iterable[Any]) -> Iterator[T
 
     `function` must not care for who else runs, so that any number of workers gives the same.
     """
-    global _pool  # noqa: PLW0603
     if n_workers() == 1:
         return map(function, *items)
+    return pool().map(function, *items)
+
+
+def pool() -> ThreadPoolExecutor:
+    """The threads."""
+    global _pool  # noqa: PLW0603
     if _pool is None:
         _pool = ThreadPoolExecutor(n_workers(), "avahazard", _mark)
-    return _pool.map(function, *items)
+    return _pool
 
 
 def _mark() -> None:

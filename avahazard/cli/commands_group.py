@@ -11,8 +11,8 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from avahazard.cli.workers_option import COMMANDS as WORKING
-from avahazard.cli.workers_option import workers_option
+from avahazard.cli.engine_options import COMMANDS as WORKING
+from avahazard.cli.engine_options import add_engine_options
 from avahazard.records.errors import AvahazardError
 
 
@@ -77,5 +77,5 @@ def load(entry: Entry) -> Any:
         command = get_command(single)
     command.name = entry.name
     if entry.name in WORKING:
-        command.params.append(workers_option())
+        add_engine_options(command)
     return command

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from rich.console import Console
 
 from avahazard.cli.output import table
-from avahazard.results.hazard import Design, HazardRow, PlaceQuantiles, Spread
+from avahazard.results.hazard import Design, HazardPlan, HazardRow, PlaceQuantiles, Spread
 
 BEYOND, FAR = "beyond", "*"
 DESIGN_COLUMNS = ("path", ">T yr", ">x m", ">x 5–95 %", ">z m", ">z 5–95 %", ">p beyond")
 
 
-def show_bounds(console: Console, rows: Sequence[HazardRow]) -> None:
-    """Print the rows of `hazard`: design runouts, those of one volume, and what intervals mean."""
+def show_bounds(
+    console: Console, rows: Sequence[HazardRow], failed: Mapping[str, str] = MappingProxyType({})
+) -> None:
+    """Print the rows of `hazard`: design runouts, those of one volume, and what intervals mean.
+
+    Last, the reasons of the paths that `failed`.
+    """
     designed = [(row, row.design) for row in rows if row.return_period_years is not None]
     if designed:
         _show_design(console, designed)
@@ -27,6 +33,30 @@ def show_bounds(console: Console, rows: Sequence[HazardRow]) -> None:
         console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
     if any(row.extrapolated for row in rows):
         console.print(f"{FAR}: an extrapolation, as the record is under half of T (or see fit).")
+    if failed:
+        console.print(table("Left out", ("path", "why"), list(failed.items())))
+
+
+def show_plan(console: Console, plan: HazardPlan) -> None:
+    """Print what a run of `hazard` will take."""
+    done = f", {plan.n_done} of them done already" if plan.n_done else ""
+    console.print(f"{plan.n_paths} paths{done}, {plan.n_rows} rows, {plan.n_runs:.3g} runs.")
+    console.print(
+        f"About {_duration(plan.seconds)} by {plan.engine} with {plan.workers} workers "
+        f"({plan.seconds_per_path:.2g} s a path, measured on {plan.measured_paths})."
+    )
+    for what, need, free in (
+        ("Memory", plan.memory_bytes, plan.memory_free_bytes),
+        ("Database", plan.stored_bytes, plan.disk_free_bytes),
+    ):
+        there = "" if free is None else f" of {free / 1e9:.2g} GB free"
+        console.print(f"{what}: about {need / 1e9:.2g} GB{there}.")
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def _show_design(console: Console, rows: Sequence[tuple[HazardRow, Design | None]]) -> None:

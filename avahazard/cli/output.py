@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 from operator import attrgetter
+from textwrap import indent
 from typing import Any
 
 import typer
@@ -28,6 +29,21 @@ def emit(context: typer.Context, document: Any, render: Callable[[Console], None
         typer.echo(safe_json(text))
     else:
         render(output())
+
+
+def emit_rows(
+    context: typer.Context, documents: Iterable[Any], render: Callable[[Console], None]
+) -> None:
+    """As `emit` of a list, one document at a time, so that it may be long."""
+    if not settings(context).as_json:
+        render(output())
+        return
+    before = "["
+    for document in documents:
+        text = json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2)
+        typer.echo(f"{before}\n{indent(safe_json(text), '  ')}", nl=False)
+        before = ","
+    typer.echo("[]" if before == "[" else "\n]")
 
 
 def output() -> Console:

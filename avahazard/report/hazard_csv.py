@@ -31,7 +31,7 @@ def write_hazard(file: FilePath, rows: Sequence[HazardRow]) -> None:
 
 def hazard_table(rows: Sequence[HazardRow]) -> tuple[list[str], list[dict[str, Any]]]:
     """The columns of a table of `rows`, and the cells of each row by column."""
-    flat = [_flat(row) for row in rows]
+    flat = [hazard_cells(row) for row in rows]
     return list(dict.fromkeys(name for row in flat for name in row)), flat
 
 
@@ -41,7 +41,8 @@ def is_own_csv(file: FilePath) -> bool:
         return handle.read(len(FIRST_COLUMNS)) == FIRST_COLUMNS.encode()
 
 
-def _flat(row: HazardRow) -> dict[str, Any]:
+def hazard_cells(row: HazardRow) -> dict[str, Any]:
+    """The cells of a row by column."""
     cells = {
         "path_id": row.path_id,
         "return_period_years": row.return_period_years,

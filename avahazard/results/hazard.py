@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from avahazard.results.base import ABSENT, Result, Rows
 
@@ -149,6 +150,47 @@ class HazardRow(Result):
     parameters: RunoutInterval | None = field(default=None, metadata=ABSENT)
     reach: ReachChance | None = field(default=None, metadata=ABSENT)
     notes: tuple[str, ...] = ()
+
+
+def failed_document(path_id: str, reason: str) -> dict[str, Any]:
+    """What stands in the place of the rows of a path that failed: its reason, and no numbers."""
+    none = dict.fromkeys(("mean", "q05", "q50", "q95"))
+    return {
+        "path_id": path_id,
+        "return_period_years": None,
+        "volume_m3": None,
+        "runout_x_m": none,
+        "runout_elevation_m": none,
+        "interval": None,
+        "p_left_profile": None,
+        "n_draws": 0,
+        "failed": reason,
+        "notes": [f"left out: {reason}"],
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class HazardPlan(Result):
+    """What a run of `hazard` will take, from a short measurement; nothing is computed or stored.
+
+    `n_runs` are draws of friction over all rows. Memory is that of all processes on this machine;
+    None where another machine does the work, or it cannot be told. `stored_bytes` is what the
+    database grows by.
+    """
+
+    n_paths: int
+    n_done: int
+    n_rows: int
+    n_runs: int
+    engine: str
+    workers: int
+    measured_paths: int
+    seconds_per_path: float
+    seconds: float
+    memory_bytes: int
+    memory_free_bytes: int | None
+    stored_bytes: int
+    disk_free_bytes: int | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -77,13 +77,35 @@ class DiagnosisTable(ResultTable):
     __tablename__ = "diagnoses"
 
 
-class HazardTable(ResultTable):
-    """Bounds of the runout by a model, by `hazard`."""
+class PathRunTable(Base):
+    """One run of `hazard` or `zones` (`kind`) over paths; not `finished`: it was interrupted.
 
-    __tablename__ = "hazard_results"
+    `key` is that of all that the result hangs on, which `settings` tell.
+    """
+
+    __tablename__ = "path_runs"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    kind: Mapped[str] = mapped_column(String(20))
+    model: Mapped[str] = mapped_column(
+        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+    )
+    key: Mapped[str] = mapped_column(String(64))
+    settings: Mapped[dict[str, Any]] = mapped_column(JSON)
+    created: Mapped[dt.datetime] = mapped_column(DateTime)
+    finished: Mapped[dt.datetime | None] = mapped_column(DateTime)
 
 
-class ZoneTable(ResultTable):
-    """Speeds, pressures and zones by a model, by `zones`."""
+class PathResultTable(Base):
+    """What was found on one path of a run, a list of documents, with notes; or why nothing was."""
 
-    __tablename__ = "zone_results"
+    __tablename__ = "path_results"
+
+    run: Mapped[int] = mapped_column(
+        ForeignKey("path_runs.id", ondelete="CASCADE"), primary_key=True
+    )
+    position: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    path_id: Mapped[str] = mapped_column(Name)
+    result: Mapped[list[Any]] = mapped_column(JSON)
+    notes: Mapped[list[Any]] = mapped_column(JSON)
+    failed: Mapped[str | None] = mapped_column(Text)

@@ -10,13 +10,7 @@ from sqlalchemy.orm import Session
 
 from avahazard.records.plain import plain
 from avahazard.store.models import load_model, now
-from avahazard.store.result_tables import (
-    ComparisonTable,
-    DiagnosisTable,
-    HazardTable,
-    ResultTable,
-    ZoneTable,
-)
+from avahazard.store.result_tables import ComparisonTable, DiagnosisTable, ResultTable
 
 Document = TypeVar("Document")
 
@@ -30,8 +24,6 @@ class Kind(Generic[Document]):
 
 COMPARISON: Kind[dict[str, Any]] = Kind(ComparisonTable)
 DIAGNOSIS: Kind[dict[str, Any]] = Kind(DiagnosisTable)
-BOUNDS: Kind[list[dict[str, Any]]] = Kind(HazardTable)
-ZONES: Kind[list[dict[str, Any]]] = Kind(ZoneTable)
 
 
 def save_result(session: Session, kind: Kind[Document], model: str, document: Document) -> None:

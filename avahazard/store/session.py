@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store.engine import database_name, make_engine
+from avahazard.store.engine import database_name, database_url, make_engine, sqlite_file
 from avahazard.store.schema import require_current
 
 
@@ -36,6 +37,12 @@ def writing(database: str) -> Iterator[Session]:
     with _session(database, writes=True) as session:
         yield session
         session.commit()
+
+
+def database_file(database: str) -> Path | None:
+    """The file of a database, None for one on a server."""
+    name = sqlite_file(database_url(database))
+    return None if name is None else Path(name).absolute()
 
 
 @contextmanager

@@ -39,23 +39,29 @@ def refuse_full(folder: FilePath) -> None:
 
 def write_records(folder: FilePath, records: Records) -> tuple[FilePath, ...]:
     """Write the records alone as CSV files, over what is there; returns the files."""
-    tables = {
-        "paths.csv": _rows(records.paths),
-        "profiles.csv": _profile_rows(records),
-        "events.csv": _rows(records.events),
-        "velocities.csv": _rows(records.speeds),
-    }
     files = []
-    for name, rows in tables.items():
-        if not rows:
-            continue
-        columns = list(dict.fromkeys(column for row in rows for column in row))
+    for name, (columns, rows) in record_tables(records).items():
         with (folder / name).open("w", newline="", encoding="utf-8") as handle:
             writer = csv.DictWriter(handle, columns, restval="", lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)
         files.append(folder / name)
     return tuple(files)
+
+
+def record_tables(records: Records) -> dict[str, tuple[list[str], list[dict[str, object]]]]:
+    """Columns and rows by the name of the file; those that would be empty are left out."""
+    tables = {
+        "paths.csv": _rows(records.paths),
+        "profiles.csv": _profile_rows(records),
+        "events.csv": _rows(records.events),
+        "velocities.csv": _rows(records.speeds),
+    }
+    return {
+        name: (list(dict.fromkeys(column for row in rows for column in row)), rows)
+        for name, rows in tables.items()
+        if rows
+    }
 
 
 def _rows(items: Sequence[Path | Event | Speed]) -> list[dict[str, object]]:

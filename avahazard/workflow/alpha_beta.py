@@ -18,8 +18,8 @@ from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow
 from avahazard.results.terrain import TerrainRunout
 from avahazard.store.models import load_model
+from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.records import load_records
-from avahazard.store.results import BOUNDS, latest_result
 from avahazard.store.session import reading
 
 
@@ -44,7 +44,7 @@ def alpha_beta_paths(
         bounds: list[dict[str, Any]] | None = []
         if model is not None:
             load_model(session, model)
-            bounds = latest_result(session, BOUNDS, model)
+            bounds = latest_documents(session, BOUNDS, model)
     if bounds is None:
         raise AvahazardError(
             f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +19,8 @@ from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
 from avahazard.store.models import load_model, now
+from avahazard.store.path_results import BOUNDS, ZONES, latest_documents, latest_run, read_run
 from avahazard.store.records import load_records
-from avahazard.store.results import BOUNDS, ZONES, latest_result
 from avahazard.store.session import reading
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from avahazard.gis.path_line import PathLine
 
 Rows = Sequence[Mapping[str, Any]]
-ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx")
+ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx", ".parquet")
 TABLES = {
     ".csv": (is_own_csv, write_hazard),
     ".xlsx": (is_own_workbook, write_hazard_workbook),
@@ -41,7 +41,8 @@ def export(database: str, name: str, file: FilePath) -> Export:
 
     `.gpkg`: paths, releases, recorded stops, runouts and zones as layers with their styles, in
     the paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`, `.xlsx`: the rows of
-    `hazard`. A file that an export made before is replaced, no other one.
+    `hazard`; `.parquet`: the same, with the place of design runouts on the map. A file that an
+    export made before is replaced, no other one.
 
     Raises:
         AvahazardError: there is no such model, no bounds are stored by it, `file` has another
@@ -53,14 +54,15 @@ def export(database: str, name: str, file: FilePath) -> Export:
             f"{file} does not end in {', '.join(ENDINGS)}.",
             "The ending says what is written: GeoPackage, GeoJSON or a table.",
         )
+    if ending == ".parquet":
+        return _parquet(database, name, file)
     with reading(database) as session:
         load_model(session, name)
-        rows, zones = latest_result(session, BOUNDS, name), latest_result(session, ZONES, name)
+        rows = latest_documents(session, BOUNDS, name)
+        zones = latest_documents(session, ZONES, name)
         records = load_records(session)
     if not rows:
-        raise AvahazardError(
-            f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
-        )
+        raise _no_bounds(name)
     if ending in TABLES:
         is_own, write = TABLES[ending]
         bounds = [HazardRow.from_dict(dict(row)) for row in rows]
@@ -72,6 +74,38 @@ def export(database: str, name: str, file: FilePath) -> Export:
     _write_map(file, made)
     layers = Results(Layer(m.name, len(m.features), m.code) for m in made)
     return Export(name, str(file), layers, tuple(notes))
+
+
+def _parquet(database: str, name: str, file: FilePath) -> Export:
+    """Write the rows as Parquet, a few in memory at a time."""
+    from avahazard.report import hazard_parquet  # noqa: PLC0415 (only here)
+
+    hazard_parquet.require_parquet()
+    with reading(database) as session:
+        load_model(session, name)
+        run = latest_run(session, BOUNDS, name)
+        if run is None:
+            raise _no_bounds(name)
+
+        def rows() -> Iterator[HazardRow]:
+            for found in read_run(session, run):
+                yield from (HazardRow.from_dict(row) for row in found.documents)
+
+        n_rows = n_places = 0
+
+        def write(part: FilePath) -> None:
+            nonlocal n_rows, n_places
+            n_rows, n_places = hazard_parquet.write_hazard_parquet(part, rows)
+
+        _replace(file, hazard_parquet.is_own_parquet, write)
+    notes = () if n_places else ("no design runout has a place on the map: there is no geometry.",)
+    return Export(name, str(file), Results([Layer("hazard", n_rows, None)]), notes)
+
+
+def _no_bounds(name: str) -> AvahazardError:
+    return AvahazardError(
+        f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
+    )
 
 
 def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], list[str]]:

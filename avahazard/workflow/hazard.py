@@ -2,35 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
-from avahazard.hazard.notes import stale_words, unconverged_words
-from avahazard.hazard.path_rows import path_rows
-from avahazard.hazard.scenario import Scenario
-from avahazard.hazard.volume_frequency import return_volume
-from avahazard.inference.prediction.extrapolation import extrapolation
+from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import paths_to_run
-from avahazard.records.plain import plain
 from avahazard.results.base import Rows
-from avahazard.results.hazard import Hazard, HazardRow
-from avahazard.store.results import BOUNDS, save_result
-from avahazard.store.session import writing
+from avahazard.results.hazard import Hazard, HazardRow, failed_document
+from avahazard.store.path_results import BOUNDS, read_run
+from avahazard.store.session import reading
+from avahazard.workflow.hazard_notes import RowNotes, model_notes
+from avahazard.workflow.hazard_unit import HazardUnit, hazard_of_path
+from avahazard.workflow.stored.by_path import PathRun, PathWork, run_paths, went_on
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import ignores_volume, stored_path_hazard
 
 N_DRAWS = 20_000
 DEFAULT_RETURN_PERIOD = 100.0
 
 
-def hazard(
+@dataclass(frozen=True, slots=True)
+class HazardRun:
+    """A run of `hazard` that is stored, with notes for people; `failed` are reasons by path."""
+
+    database: str
+    stored: PathRun
+    n_rows: int
+    notes: tuple[str, ...]
+    failed: dict[str, str]
+
+    def rows(self) -> Iterator[HazardRow]:
+        """Its rows as the database has them, a few in memory at a time."""
+        with reading(self.database) as session:
+            for found in read_run(session, self.stored.run):
+                yield from (HazardRow.from_dict(row) for row in found.documents)
+
+    def documents(self) -> Iterator[dict[str, Any]]:
+        """What `--json` prints: its rows, and in their place why a path failed."""
+        with reading(self.database) as session:
+            for found in read_run(session, self.stored.run):
+                if found.failed is None:
+                    yield from found.documents
+                else:
+                    yield failed_document(found.path_id, found.failed)
+
+
+def hazard(database: str, name: str, **asked: Any) -> Hazard:
+    """Compute and store the runout of paths; all rows at once (see `run_hazard`)."""
+    run = run_hazard(database, name, **asked)
+    return Hazard(Rows(run.rows()), run.notes)
+
+
+def run_hazard(
     database: str,
     name: str,
     *,
@@ -42,41 +71,93 @@ def hazard(
     seed: int = 0,
     effect_files: Sequence[FilePath] = (),
     report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
-) -> Hazard:
+) -> HazardRun:
     """Compute and store the runout of paths.
 
     One row for each path and each return period (years), with its design runout, or volume (m3),
     sorted by path; with neither given, a return period of 100 years. Paths are those named, or
-    all with a profile; among the latter those without what a return period needs are left out
-    with a note. `source` says where the frequency of volumes comes from.
+    all with a profile; those without what a return period needs are left out with their reason.
+    `source` says where the frequency of volumes comes from. Rows are stored as they come; the same
+    call goes on where it was interrupted.
 
     Raises:
         AvahazardError: there is no such model or path, `effect_files` are not those that the
             model was made with, a volume is not over 0 or a return period not over 1 year, a
             file of `source` cannot be read, or no path has what a return period needs.
     """
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
+    path_ids, work = hazard_work(
+        stored,
+        return_periods=return_periods,
+        volumes=volumes,
+        paths=paths,
+        source=source or VolumeSource(),
+        n_draws=n_draws,
+        seed=seed,
+    )
+    run = run_paths(database, stored, path_ids, work, report)
+    of_model = model_notes(stored)
+    told = RowNotes(of_model)
+    failed: dict[str, str] = {}
+    beyond: list[str] = []
+    n_rows = 0
+    with reading(database) as session:
+        for found in read_run(session, run.run):
+            beyond += found.notes
+            if found.failed is not None:
+                failed[found.path_id] = found.failed
+            n_rows += len(found.documents)
+            for row in found.documents:
+                told.add(row)
+    notes = [*of_model, *beyond, *(f"left out: {reason}" for reason in failed.values())]
+    if run.n_before:
+        notes.insert(0, went_on(run))
+    return HazardRun(database, run, n_rows, (*notes, *told.in_short()), failed)
+
+
+def hazard_work(
+    stored: StoredFit,
+    *,
+    return_periods: Sequence[float],
+    volumes: Sequence[float],
+    paths: Sequence[str],
+    source: VolumeSource,
+    n_draws: int,
+    seed: int,
+) -> tuple[list[str], PathWork[HazardUnit]]:
+    """The paths to run, and what is done on each. Raises as `run_hazard`."""
     _check(volumes, "volume", "m3", 0.0)
     _check(return_periods, "return period", "years", 1.0)
     if not return_periods and not volumes:
         return_periods = (DEFAULT_RETURN_PERIOD,)
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    frequencies = volume_frequencies(stored.records, seed, source) if return_periods else None
-    scenarios, notes = _scenarios(stored, return_periods, volumes, paths, frequencies)
-    n_rows = sum(len(of_path) for of_path in scenarios.values())
-    report("Runout", 0.0, n_rows)
-    rows: list[HazardRow] = []
-    of_model = _model_notes(stored)
-    for path_id, of_path in scenarios.items():
-        rate = _volumes(stored, of_path, frequencies)
-        at = [scenario.any_volume_m3 for scenario in of_path]
-        path = stored_path_hazard(stored, path_id, rate, at, seed=seed)
-        mine = path_rows(path, of_path, n_draws, seed)
-        rows += [replace(row, notes=(*row.notes, *of_model)) for row in mine]
-        report("Runout", float(len(rows)), n_rows)
-    with writing(database) as session:
-        save_result(session, BOUNDS, name, plain(rows))
-    beyond = _extrapolated(stored, rows)
-    return Hazard(Rows(rows), (*of_model, *beyond, *notes, *_in_short(rows, of_model)))
+    path_ids = paths_to_run(stored.records, paths)
+    periods, sizes = tuple(dict.fromkeys(return_periods)), tuple(dict.fromkeys(volumes))
+    unit = HazardUnit.of(
+        stored,
+        volume_frequencies(stored.records, seed, source) if periods else None,
+        periods,
+        sizes,
+        n_draws,
+        seed,
+    )
+    settings = {
+        "return_periods": [float(period) for period in periods],
+        "volumes": [float(volume) for volume in sizes],
+        "n_draws": n_draws,
+        "seed": seed,
+        "source": source_settings(source),
+    }
+    return path_ids, PathWork(BOUNDS, "Runout", hazard_of_path, unit, settings)
+
+
+def source_settings(source: VolumeSource) -> dict[str, Any]:
+    """Where volumes come from, files by what they hold."""
+    settings = asdict(source)
+    for key in ("table", "snowfall"):
+        file = settings[key]
+        if file is not None:
+            settings[key] = hashlib.sha256(file.read_bytes()).hexdigest()
+    return settings
 
 
 def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
@@ -85,90 +166,3 @@ def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
             raise AvahazardError(
                 f"The {what} is {value:g}.", f"It must be a number of {unit} over {least:g}."
             )
-
-
-def _scenarios(
-    stored: StoredFit,
-    return_periods: Sequence[float],
-    volumes: Sequence[float],
-    paths: Sequence[str],
-    frequencies: Frequencies | None,
-) -> tuple[dict[str, list[Scenario]], list[str]]:
-    """The rows to compute by path, and why paths that nobody named are left out."""
-    found: dict[str, list[Scenario]] = {}
-    notes, refusals = [], []
-    for path_id in paths_to_run(stored.records, paths):
-        mine = []
-        for period in dict.fromkeys(return_periods):
-            assert frequencies is not None
-            try:
-                frequency = frequencies.of(path_id)
-                returned = return_volume(frequency, period)
-                mine.append(Scenario(path_id, returned.volume_m3, period, returned, frequency))
-            except AvahazardError as error:
-                if ignores_volume(stored):
-                    mine.append(Scenario(path_id, None, period))
-                elif paths:
-                    raise
-                else:
-                    refusals.append(error)
-                    notes.append(f"left out: {error.message}")
-        mine += [Scenario(path_id, volume) for volume in dict.fromkeys(volumes)]
-        if mine:
-            found[path_id] = mine
-    if not found:
-        raise refusals[0]
-    return found, notes
-
-
-def _volumes(
-    stored: StoredFit, scenarios: Sequence[Scenario], frequencies: Frequencies | None
-) -> EventVolumes | None:
-    """Rate and volumes of a path; None where nothing is known, or no return period is asked."""
-    for scenario in scenarios:
-        if scenario.frequency is not None:
-            return scenario.frequency.volumes()
-    if frequencies is None or not ignores_volume(stored):
-        return None
-    return frequencies.rate_alone(scenarios[0].path_id)
-
-
-def _extrapolated(stored: StoredFit, rows: Sequence[HazardRow]) -> list[str]:
-    """What volumes of the rows lie beyond the records, and where friction goes there."""
-    if ignores_volume(stored):
-        return []
-    asked = dict.fromkeys((row.path_id, row.volume_m3) for row in rows)
-    return [
-        note
-        for path_id, volume in asked
-        if volume is not None
-        for note in extrapolation(stored.model, path_id, volume).notes()
-    ]
-
-
-def _model_notes(stored: StoredFit) -> list[str]:
-    """What goes with every row of a model."""
-    spread = stored.result.path_spread
-    notes = [] if spread is None else [spread.note(stored.name)]
-    if stored.records_changed:
-        notes.append(stale_words(stored.name))
-    if not stored.result.diagnostics.converged:
-        notes.append(unconverged_words(stored.name))
-    if ignores_volume(stored):
-        notes.append("this model's friction is the same for every volume.")
-    return notes
-
-
-def _in_short(rows: Sequence[HazardRow], of_model: Sequence[str]) -> list[str]:
-    """The notes of single rows, each once, with the paths that it is on where not on all."""
-    paths = list(dict.fromkeys(row.path_id for row in rows))
-    where: dict[str, list[str]] = {}
-    for row in rows:
-        for note in (note for note in row.notes if note not in of_model):
-            mine = where.setdefault(note, [])
-            if row.path_id not in mine:
-                mine.append(row.path_id)
-    return [
-        note if len(mine) == len(paths) > 1 else f"{', '.join(mine)}: {note}"
-        for note, mine in where.items()
-    ]

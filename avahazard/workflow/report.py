@@ -11,7 +11,8 @@ from avahazard.report.html.content import ReportContent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import list_models
-from avahazard.store.results import BOUNDS, COMPARISON, DIAGNOSIS, ZONES, latest_result
+from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
+from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
 from avahazard.workflow.alpha_beta import alpha_beta_paths
@@ -100,8 +101,8 @@ def gather(
             for model in models
         }
         diagnosis = latest_result(session, DIAGNOSIS, name)
-        rows = latest_result(session, BOUNDS, name) or []
-        zones = latest_result(session, ZONES, name) or []
+        rows = latest_documents(session, BOUNDS, name) or []
+        zones = latest_documents(session, ZONES, name) or []
         grounds = {
             profile.path_id: ground
             for profile in everything.profiles

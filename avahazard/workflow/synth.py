@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from avahazard.results.made import MadeWorld
 from avahazard.synth.making import make_world
+from avahazard.synth.region import PART_PATHS, write_region
 from avahazard.synth.settings import Settings
 from avahazard.synth.writing import refuse_full, write_world
 
@@ -25,12 +26,31 @@ def synthesise(
     """Write a world into `folder` and return what was made; all effects have one strength.
 
     `speeds` is the share of events with measured speeds; None gives them where an effect
-    needs them.
+    needs them. Many paths are made and written in parts (`synth.region`).
 
     Raises:
         AvahazardError: the folder is not empty, an effect is unknown, or nothing runs.
     """
     refuse_full(folder)
+    if n_paths > PART_PATHS:
+        made = write_region(
+            folder,
+            seed,
+            n_events,
+            n_paths,
+            dict.fromkeys(effects, strength),
+            Settings(speeds=speeds),
+        )
+        return MadeWorld(
+            folder=str(folder),
+            files=tuple(str(file) for file in made.files),
+            seed=seed,
+            effects=made.effects,
+            n_paths=made.n_paths,
+            n_events=made.n_events,
+            n_left_profile=made.n_left_profile,
+            n_speeds=made.n_speeds,
+        )
     records, truth = make_world(
         seed, n_events, n_paths, dict.fromkeys(effects, strength), Settings(speeds=speeds)
     )

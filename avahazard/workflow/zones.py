@@ -8,24 +8,26 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from avahazard.effects.catalogue import catalogue
-from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
 from avahazard.hazard.notes import stale_words, unconverged_words
-from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
 from avahazard.hazard.zones.pressure import DENSITY_KG_M3, DENSITY_SD_KG_M3
+from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import paths_to_run
 from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
 from avahazard.results.zones import Density, ZonedPath, Zones
-from avahazard.store.results import ZONES, save_result
-from avahazard.store.session import writing
+from avahazard.store.path_results import ZONES, read_run
+from avahazard.store.session import reading
+from avahazard.workflow.hazard import source_settings
+from avahazard.workflow.stored.by_path import PathWork, run_paths, went_on
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import ignores_volume, stored_path_hazard
+from avahazard.workflow.stored.path_hazard import applied_model
+from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
 
 
 def zones(
@@ -65,29 +67,48 @@ def zones(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
             "Calibrate with the method marginal or gibbs.",
         )
-    frequencies = volume_frequencies(stored.records, seed, source)
-    rates, notes = _rates(stored, frequencies, paths)
-    periods = sorted({*return_periods, *wanted.return_periods})
-    of_flow = Density(density, density_sd)
-    report("Zones", 0.0, len(rates))
-    entries, smooth = [], {}
-    for path_id, rate in rates.items():
-        path = stored_path_hazard(stored, path_id, rate, seed=seed)
-        far = {period for period in periods if frequencies.extrapolated(path_id, period)}
-        entries.append(path_zones(path, wanted, periods, of_flow, far, seed))
-        smooth[path_id] = path.avalanches.site.smooth
-        report("Zones", float(len(entries)), len(rates))
-    with writing(database) as session:
-        save_result(session, ZONES, name, plain(entries))
+    source = source or VolumeSource()
+    periods = tuple(sorted({*return_periods, *wanted.return_periods}))
+    unit = ZonesUnit(
+        applied_model(stored),
+        volume_frequencies(stored.records, seed, source),
+        wanted,
+        periods,
+        Density(density, density_sd),
+        seed,
+    )
+    settings = {
+        "limits": plain(wanted),
+        "return_periods": periods,
+        "density": density,
+        "density_sd": density_sd,
+        "seed": seed,
+        "source": source_settings(source),
+    }
+    work = PathWork(ZONES, "Zones", zones_of_path, unit, settings)
+    run = run_paths(database, stored, paths_to_run(stored.records, paths), work, report)
+    with reading(database) as session:
+        found = list(read_run(session, run.run))
+    entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
+    notes = [f"left out: {one.failed}" for one in found if one.failed is not None]
+    if run.n_before:
+        notes.insert(0, went_on(run))
     if plot is not None:
-        from avahazard.report.zones_figure import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
-
-        names = {path.path_id: path.name or path.path_id for path in stored.records.paths}
-        drawn = [
-            DrawnZones(names[key], smooth[key], e) for key, e in zip(smooth, entries, strict=True)
-        ]
-        draw_zones(plot, f"Zones by {name}, limits '{wanted.name}'", drawn)
+        _draw(plot, stored, entries, f"Zones by {name}, limits '{wanted.name}'")
     return Zones(Rows(entries), (*notes, *wanted.notes, *_notes(stored, entries)))
+
+
+def _draw(plot: FilePath, stored: StoredFit, entries: Sequence[ZonedPath], title: str) -> None:
+    from avahazard.report.zones_figure import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
+
+    names = {path.path_id: path.name or path.path_id for path in stored.records.paths}
+    profiles = {profile.path_id: profile for profile in stored.records.profiles}
+    drawn = []
+    for entry in entries:
+        profile = profiles[entry.path_id]
+        smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+        drawn.append(DrawnZones(names[entry.path_id], smooth, entry))
+    draw_zones(plot, title, drawn)
 
 
 def load_limits(limits: str) -> Limits:
@@ -118,25 +139,6 @@ def _check(density: float, density_sd: float, return_periods: Sequence[float]) -
             raise AvahazardError(
                 f"The return period is {period:g}.", "It must be a number of years over 1."
             )
-
-
-def _rates(
-    stored: StoredFit, frequencies: Frequencies, paths: Sequence[str]
-) -> tuple[dict[str, EventVolumes], list[str]]:
-    """Rate and volumes by path, and why paths that nobody named are left out."""
-    found, notes, refusals = {}, [], []
-    for path_id in paths_to_run(stored.records, paths):
-        rate = frequencies.rate_alone(path_id) if ignores_volume(stored) else None
-        try:
-            found[path_id] = rate or frequencies.of(path_id).volumes()
-        except AvahazardError as error:
-            if paths:
-                raise
-            refusals.append(error)
-            notes.append(f"left out: {error.message}")
-    if not found:
-        raise refusals[0]
-    return found, notes
 
 
 def _notes(stored: StoredFit, entries: Sequence[ZonedPath]) -> list[str]:

@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 from avahazard.cli.main import COMMANDS, app
 from avahazard.records.plain import plain
-from avahazard.store.results import BOUNDS, COMPARISON, ZONES, latest_result
+from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
+from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from tests.criticism.lengths import as_csv, lengths
 
@@ -102,8 +103,8 @@ def test_the_loop(database: str, write: Callable[[str, str], Path], on: Any) -> 
 def test_a_path_and_its_bounds(report_database: str, tmp_path: Path, on: Any) -> None:
     file = str(shutil.copy(report_database, tmp_path / "copy.db"))
     with reading(file) as session:
-        rows = latest_result(session, BOUNDS, "m")
-        zones = latest_result(session, ZONES, "m")
+        rows = latest_documents(session, BOUNDS, "m")
+        zones = latest_documents(session, ZONES, "m")
         compared = latest_result(session, COMPARISON, "m")
     assert rows
     assert zones

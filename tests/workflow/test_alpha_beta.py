@@ -15,7 +15,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import Spread
 from avahazard.store.models import save_model
-from avahazard.store.results import BOUNDS, save_result
+from avahazard.store.path_results import BOUNDS, save_documents
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files
@@ -67,7 +67,7 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
     spread = Spread(1700.0, 1500.0, 1700.0, 1900.0)
     row = replace(HAZARD_ROW, path_id="bowl", runout_x_m=spread, volume_m3=1e4)
     with writing(mine) as session:
-        save_result(session, BOUNDS, "m", [row.to_dict()])
+        save_documents(session, BOUNDS, "m", [row.to_dict()])
     alpha_beta_paths(mine, "bowl", model="m", plot=tmp_path / "a.svg")
     assert "avalanches of the volume V" in (tmp_path / "a.svg").read_text()
 

@@ -7,9 +7,12 @@ import json
 from pathlib import Path as FilePath
 
 import numpy as np
+import pandas as pd
 import pyogrio
+import pyproj
 import pytest
 import shapely
+from pyarrow import parquet
 
 from avahazard.gis import packages
 from avahazard.records.collection import Records
@@ -19,8 +22,8 @@ from avahazard.records.path import Path
 from avahazard.results.database import Layer
 from avahazard.store import upkeep
 from avahazard.store.models import save_model
+from avahazard.store.path_results import BOUNDS, ZONES, latest_documents, save_documents
 from avahazard.store.records import load_records, save_records
-from avahazard.store.results import BOUNDS, ZONES, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.export import export
 from avahazard.workflow.import_files import import_files
@@ -48,8 +51,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> str:
         save_records(session, records)
         save_model(session, "base", {})
         save_model(session, "bare", {})
-        save_result(session, BOUNDS, "base", [bounds("P"), bounds("Q"), bounds("R")])
-        save_result(session, ZONES, "base", [zones("P"), zones("Q")])
+        save_documents(session, BOUNDS, "base", [bounds("P"), bounds("Q"), bounds("R")])
+        save_documents(session, ZONES, "base", [zones("P"), zones("Q")])
     return file
 
 
@@ -130,7 +133,7 @@ def test_no_coordinates_at_all(database: str, tmp_path: FilePath) -> None:
     with writing(database) as session:
         save_records(session, Records((Path("P"), Path("Q")), (profile("P", crs=None),)))
         save_model(session, "base", {})
-        save_result(session, BOUNDS, "base", [bounds("P")])
+        save_documents(session, BOUNDS, "base", [bounds("P")])
     with pytest.raises(
         AvahazardError, match="P: coordinates without a crs; Q: no profile"
     ) as caught:
@@ -163,8 +166,8 @@ def test_the_tyrol_profiles_go_through_to_a_map(
     assert len(names) == 9
     with writing(database) as session:
         save_model(session, "base", {})
-        save_result(session, BOUNDS, "base", [bounds(name) for name in names])
-        save_result(session, ZONES, "base", [zones(name) for name in names])
+        save_documents(session, BOUNDS, "base", [bounds(name) for name in names])
+        save_documents(session, ZONES, "base", [zones(name) for name in names])
     done = export(database, "base", tmp_path / "tyrol.gpkg")
     found = layers(tmp_path / "tyrol.gpkg")
     assert {crs for crs, _ in found.values()} == {"EPSG:31287"}
@@ -177,3 +180,37 @@ def test_the_tyrol_profiles_go_through_to_a_map(
     ]
     assert 150_000 < west < east < 350_000
     assert 330_000 < south < north < 420_000
+
+
+def test_parquet_has_the_rows_and_their_places(stored: str, tmp_path: FilePath) -> None:
+    file = tmp_path / "bounds.parquet"
+    for _ in range(2):  # its own file is replaced
+        found = export(stored, "base", file)
+    assert found.layers == (Layer("hazard", 3, None),)
+    table = pd.read_parquet(file)
+    export(stored, "base", tmp_path / "bounds.csv")
+    same = pd.read_csv(tmp_path / "bounds.csv")
+    assert [*table.columns] == [*same.columns, "geometry"]
+    assert [*table.path_id] == ["P", "Q", "R"]
+    numbers = table.select_dtypes("number").columns
+    assert len(numbers) > 20
+    assert np.allclose(table[numbers], same[numbers].astype(float), atol=1e-4, equal_nan=True)
+    about = json.loads(parquet.read_schema(file).metadata[b"geo"])
+    column = about["columns"][about["primary_column"]]
+    place = shapely.from_wkb(table.geometry[0])
+    assert column["encoding"] == "WKB"
+    with reading(stored) as session:
+        point = latest_documents(session, BOUNDS, "base")[0]["design"]["point"]
+    assert pyproj.CRS.from_json_dict(column["crs"]) == pyproj.CRS(point["crs"])
+    assert (place.x, place.y) == (point["x"], point["y"])
+
+
+def test_parquet_of_somebody_else_stays(stored: str, tmp_path: FilePath) -> None:
+    file = tmp_path / "mine.parquet"
+    pd.DataFrame({"a": [1]}).to_parquet(file)
+    before = file.read_bytes()
+    with pytest.raises(AvahazardError, match="no export made it"):
+        export(stored, "base", file)
+    assert file.read_bytes() == before
+    with pytest.raises(AvahazardError, match="No bounds are stored by bare"):
+        export(stored, "bare", tmp_path / "bare.parquet")

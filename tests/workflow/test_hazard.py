@@ -26,7 +26,7 @@ from avahazard.report.hazard_picture import draw_hazard
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow, Spread
 from avahazard.store import upkeep
-from avahazard.store.results import BOUNDS, latest_result
+from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
@@ -77,7 +77,7 @@ def test_hundred_years_for_every_path_by_default(mine: str) -> None:
         if middle is not None:
             assert crossing == pytest.approx(middle, abs=60.0)
     with reading(mine) as session:
-        assert latest_result(session, BOUNDS, "gibbs") == plain(rows)
+        assert latest_documents(session, BOUNDS, "gibbs") == plain(rows)
 
 
 def check_apart(row: HazardRow) -> None:

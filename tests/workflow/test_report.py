@@ -13,7 +13,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.page import render
-from avahazard.store.results import BOUNDS, latest_result
+from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
@@ -53,7 +53,7 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
 def test_it_shows_what_is_stored(report_database: str) -> None:
     content = gather(report_database, "m")
     with reading(report_database) as session:
-        assert content.rows == latest_result(session, BOUNDS, "m")
+        assert content.rows == latest_documents(session, BOUNDS, "m")
     assert content.comparison is not None
     assert content.diagnosis is not None
     paths = {view.path.path_id: view for view in content.paths}

@@ -16,7 +16,7 @@ from avahazard.records.plain import plain
 from avahazard.results.base import Rows
 from avahazard.results.zones import ZonedPath
 from avahazard.store import upkeep
-from avahazard.store.results import ZONES, latest_result
+from avahazard.store.path_results import ZONES, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
@@ -91,7 +91,7 @@ def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
 
 def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
     with reading(french.database) as session:
-        assert latest_result(session, ZONES, "gibbs") == plain(french.entries)
+        assert latest_documents(session, ZONES, "gibbs") == plain(french.entries)
     assert french.picture.count("<!-- yellow zone -->") == 1
     assert [e.path_id for e in french.entries] == ["saugy", "scey"]
     assert any("no drag" in note for note in french.notes)

@@ -20,7 +20,9 @@ def export(
     ],
     output: Annotated[
         Path,
-        output_file("Ends in .gpkg, .geojson, .csv or .xlsx. An export that is there is replaced."),
+        output_file(
+            "Ends in .gpkg, .geojson, .csv, .xlsx or .parquet. An export that is there is replaced."
+        ),
     ],
 ) -> None:
     """Write the bounds and zones of a model for a GIS or a spreadsheet.
@@ -31,6 +33,7 @@ def export(
       avahazard export first -o first.geojson
       avahazard export first -o first.csv
       avahazard export first -o first.xlsx
+      avahazard export first -o first.parquet
     """
     from avahazard.workflow.export import export as run  # noqa: PLC0415
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.screening.group_spreads import GroupSpreads, group_spreads
 from avahazard.effects.effect import Definition, Facts
+from avahazard.engine import spread_map
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode
 from avahazard.inference.fitting.mode_search import search_mode
@@ -19,7 +20,6 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
 
@@ -85,15 +85,18 @@ def refit_each(
     progress: Callable[[float], None],
 ) -> dict[str, Refit]:
     """The base model with each effect by itself, fitted in full."""
-
-    def one(key: str) -> Refit:
-        return refit(observations, base.specification, base.facts, (key,), own, base)
-
     fits: dict[str, Refit] = {}
-    for key, fit in zip(effects, ordered_map(one, effects), strict=True):
+    for key, fit in zip(
+        effects, spread_map(_refit_with, (observations, own, base), effects), strict=True
+    ):
         fits[key] = fit
         progress(len(fits) / len(effects))
     return fits
+
+
+def _refit_with(shared: tuple[Observations, Sequence[Definition], Refit], key: str) -> Refit:
+    observations, own, base = shared
+    return refit(observations, base.specification, base.facts, (key,), own, base)
 
 
 def without_groups(

@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
+from avahazard.engine import spread_map
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
@@ -142,23 +143,35 @@ def held_out_predictions(
     left = np.empty((n, RECORD_DRAWS), dtype=np.bool_)
     speeds = None
     names = np.unique(groups)
-    for done, group in enumerate(names):
+    # The fits share the tables of one posterior, which fill up as they go.
+    fits = spread_map(_predict_left_out, (posterior, around, start, groups), names, threads=False)
+    for done, (group, found) in enumerate(zip(names, fits, strict=True)):
         out = groups == group
-        rest = posterior.restricted(~out)
-        fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out), around), RECORD_DRAWS)
-        rng = generator(0, "held out records", _key(out))
-        fitted = FittedModel(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
-        found = expected_records(fitted, RECORD_DRAWS, rng)
-        draws[out], left[out], x[out] = found.draws[out], found.left[out], found.x[out]
-        log_density[out] = mean_log_density(rest, fit, out)[out]
-        tracks = matched_speeds(fitted, rng)
+        records, tracks = found.records, found.speeds
+        draws[out], left[out], x[out] = records.draws[out], records.left[out], records.x[out]
+        log_density[out] = found.log_density[out]
         if tracks is not None:
             speeds = tracks if speeds is None else speeds
             mine = out[speeds.event]
             speeds.draws[mine] = tracks.draws[mine]
         progress((done + 1) / len(names))
-    records = ExpectedRecords(found.observed, found.sigma, draws, left, x, found.sign)
-    return HeldOutPredictions(log_density, records, speeds)
+    merged = ExpectedRecords(records.observed, records.sigma, draws, left, x, records.sign)
+    return HeldOutPredictions(log_density, merged, speeds)
+
+
+def _predict_left_out(
+    shared: tuple[Posterior, Floats, Mode, Groups], group: int
+) -> HeldOutPredictions:
+    """What the fit without a group says of all events."""
+    posterior, around, start, groups = shared
+    out = groups == group
+    rest = posterior.restricted(~out)
+    fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out), around), RECORD_DRAWS)
+    rng = generator(0, "held out records", _key(out))
+    fitted = FittedModel(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
+    records = expected_records(fitted, RECORD_DRAWS, rng)
+    log_density = mean_log_density(rest, fit, out)
+    return HeldOutPredictions(log_density, records, matched_speeds(fitted, rng))
 
 
 def offsets_by_group(posterior: Posterior, offsets: Floats | None) -> dict[str, Floats]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -37,10 +36,10 @@ from avahazard.criticism.screening.significance import (
     judge,
 )
 from avahazard.effects.effect import Definition
+from avahazard.engine import spread_map
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, predict_records, run_blocks
 from avahazard.inference.seeds import generator
-from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
 
@@ -172,11 +171,12 @@ def _gains_on(
 
 def _gains_by_chance(tested: _Tested, seed: int, worlds: Iterable[int]) -> list[_WorldGains]:
     """Gains on worlds in which the model is true, each by its own seed."""
-    return list(ordered_map(partial(_gains_on_made_world, tested, seed), worlds))
+    return list(spread_map(_gains_on_made_world, (tested, seed), worlds))
 
 
-def _gains_on_made_world(tested: _Tested, seed: int, world: int) -> _WorldGains:
+def _gains_on_made_world(shared: tuple[_Tested, int], world: int) -> _WorldGains:
     """Gains in one made world; that of each grouping where its groups do not differ."""
+    tested, seed = shared
     rng = generator(seed, "screening", world)
     spreads = tested.spreads
 

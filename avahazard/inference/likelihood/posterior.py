@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,13 @@ class Posterior:
         part = copy(self)
         part._keep = keep
         return part
+
+    def bare(self, sites: tuple[Site, ...] = ()) -> Posterior:
+        """The same without tables, on these sites only: small, to be put on other events."""
+        other = copy(self)
+        other.observations = replace(self.observations, sites=sites)
+        other.__dict__.pop("nodes", None)
+        return other
 
     def regridded(self, grids: Grids) -> Posterior:
         """The same posterior with other grids, and so ranges, of parameters by name."""

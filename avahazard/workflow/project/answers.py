@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path as FilePath
+from typing import Any
 
 from avahazard.results.project import Step
-from avahazard.store.results import BOUNDS, ZONES
+from avahazard.store.path_results import BOUNDS, ZONES, RunKind, latest_documents
+from avahazard.store.session import reading
 from avahazard.workflow.export import export
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState, stored_result
+from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState
 from avahazard.workflow.report import write_report
 from avahazard.workflow.zones import zones
 
@@ -41,7 +43,7 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
 
 def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     wanted = run.project.hazard
-    rows = stored_result(run, BOUNDS, model)
+    rows = _found(run, BOUNDS, model)
     asked = {("T", float(t)) for t in wanted.return_periods}
     asked |= {("V", float(v)) for v in wanted.volumes}
     there = {
@@ -69,12 +71,17 @@ def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     limits = run.project.zones.limits
     file = run.folder / limits
     name = str(file) if file.is_file() else limits
-    stored = stored_result(run, ZONES, model)
+    stored = _found(run, ZONES, model)
     if stored and not run.fresh and all(path["limits"] == name for path in stored):
         return Step("zones", UP_TO_DATE, f"{len(stored)} paths"), [], []
     found = zones(run.database, model, limits=name, paths=run.project.hazard.paths)
     run.fresh = True
     return Step("zones", DONE, f"{len(found.rows)} paths"), list(found.notes), []
+
+
+def _found(run: ProjectState, kind: RunKind, model: str) -> list[dict[str, Any]] | None:
+    with reading(run.database) as session:
+        return latest_documents(session, kind, model)
 
 
 def _outdated(run: ProjectState, file: FilePath) -> bool:

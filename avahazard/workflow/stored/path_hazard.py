@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
+from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.path_hazard import PathHazard, path_hazard
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.records.collection import Records
 from avahazard.workflow.stored.model import StoredFit
 
 
@@ -24,22 +28,45 @@ def ignores_volume(stored: StoredFit) -> bool:
     )
 
 
-def stored_path_hazard(
-    stored: StoredFit,
-    path_id: str,
-    volumes: EventVolumes | None,
-    at: Sequence[float] = (),
-    *,
-    seed: int,
-) -> PathHazard:
-    """What comes down a path by a stored model (`path_hazard`)."""
-    return path_hazard(
-        stored.model,
-        stored.records,
-        path_id,
-        volumes,
-        at,
-        event_columns=takes_event_columns(stored),
-        volume_matters=not ignores_volume(stored),
-        seed=seed,
+@dataclass(frozen=True, slots=True, eq=False)
+class AppliedModel:
+    """A stored model to be applied to paths, without what its own events were run on: small."""
+
+    fitted: FittedModel
+    event_columns: bool
+    volume_matters: bool
+
+    def path(
+        self,
+        records: Records,
+        site: Site | None,
+        path_id: str,
+        volumes: EventVolumes | None,
+        at: Sequence[float] = (),
+        *,
+        seed: int,
+    ) -> PathHazard:
+        """What comes down a path (`path_hazard`).
+
+        `records` are those of the path, `site` its own of the calibration, None where it had none.
+        """
+        bare = self.fitted.posterior.bare(() if site is None else (site,))
+        return path_hazard(
+            replace(self.fitted, posterior=bare),
+            records,
+            path_id,
+            volumes,
+            at,
+            event_columns=self.event_columns,
+            volume_matters=self.volume_matters,
+            seed=seed,
+        )
+
+
+def applied_model(stored: StoredFit) -> AppliedModel:
+    """A stored model without its sites and tables."""
+    return AppliedModel(
+        replace(stored.model, posterior=stored.model.posterior.bare()),
+        takes_event_columns(stored),
+        not ignores_volume(stored),
     )

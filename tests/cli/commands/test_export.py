@@ -11,7 +11,7 @@ import pytest
 from typer.testing import Result
 
 from avahazard.store.models import save_model
-from avahazard.store.results import BOUNDS, save_result
+from avahazard.store.path_results import BOUNDS, save_documents
 from avahazard.store.session import writing
 from tests.gis.results import bounds
 from tests.gis.surface import BOTTOM, TOP, write_dem, write_lines
@@ -33,7 +33,7 @@ def test_from_a_line_to_a_map(avahazard: Run, database: str, lines: Path, tmp_pa
     assert json.loads(done.stdout)["records"]["profiles"]["new"] == 1
     with writing(database) as session:
         save_model(session, "base", {})
-        save_result(session, BOUNDS, "base", [bounds()])
+        save_documents(session, BOUNDS, "base", [bounds()])
     file = tmp_path / "map.gpkg"
     done = avahazard("export", "base", "-o", str(file))
     assert done.exit_code == 0, done.output

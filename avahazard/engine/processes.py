@@ -1,0 +1,77 @@
+"""Processes of this machine, by loky: each does one item at a time."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+from loky import get_reusable_executor
+from loky.process_executor import BrokenProcessPool
+
+from avahazard.engine.packed import call_packed, pack
+from avahazard.records.errors import AvahazardError
+
+AHEAD = 4
+"""Items under way for each process."""
+MAX_DEATHS = 4
+"""Times that processes may die on one item before it is given up."""
+IDLE_S = 600
+"""Idle processes end after this time."""
+
+
+def map_processes(
+    function: Callable[[Any, Any], Any], shared: object, items: Iterable[Any], n: int
+) -> Iterator[Any]:
+    """`spread_map` by `n` processes. What is shared reaches them through a file.
+
+    Raises `AvahazardError` where processes die again and again.
+    """
+    name, data = pack(function, shared)
+    with tempfile.TemporaryDirectory(prefix="avahazard-") as folder:
+        file = Path(folder) / "shared"
+        file.write_bytes(data)
+        del data
+        waiting: deque[tuple[Any, Future[Any]]] = deque()
+
+        def submit(item: object) -> Future[Any]:
+            pool = get_reusable_executor(max_workers=n, timeout=IDLE_S)
+            future: Future[Any] = pool.submit(call_packed, name, file, item)
+            return future
+
+        def first() -> Any:
+            for _ in range(MAX_DEATHS):
+                try:
+                    return waiting[0][1].result()
+                except BrokenProcessPool:
+                    # One death breaks the whole pool: all that was under way is done again.
+                    again = [(item, submit(item)) for item, _ in waiting]
+                    waiting.clear()
+                    waiting.extend(again)
+            raise AvahazardError(
+                f"Worker processes were ended {MAX_DEATHS} times on the same work.",
+                "Most often memory is short: give fewer --workers.",
+            )
+
+        try:
+            for item in items:
+                waiting.append((item, submit(item)))
+                if len(waiting) >= AHEAD * n:
+                    found = first()
+                    waiting.popleft()
+                    yield found
+            while waiting:
+                found = first()
+                waiting.popleft()
+                yield found
+        finally:
+            for _, future in waiting:
+                future.cancel()
+
+
+def close() -> None:
+    """End the processes."""
+    get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)

@@ -1,0 +1,51 @@
+"""What goes with the rows of `hazard`: of the model, and of single rows in short."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from avahazard.hazard.notes import stale_words, unconverged_words
+from avahazard.workflow.stored.model import StoredFit
+from avahazard.workflow.stored.path_hazard import ignores_volume
+
+
+def model_notes(stored: StoredFit) -> list[str]:
+    """What goes with every row of a model."""
+    spread = stored.result.path_spread
+    notes = [] if spread is None else [spread.note(stored.name)]
+    if stored.records_changed:
+        notes.append(stale_words(stored.name))
+    if not stored.result.diagnostics.converged:
+        notes.append(unconverged_words(stored.name))
+    if ignores_volume(stored):
+        notes.append("this model's friction is the same for every volume.")
+    return notes
+
+
+class RowNotes:
+    """The notes of single rows, each once, with the paths that it is on."""
+
+    def __init__(self, of_model: Sequence[str]) -> None:
+        self._of_model = of_model
+        self._where: dict[str, dict[str, None]] = {}
+        self._paths: dict[str, None] = {}
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Take the notes of a row's document."""
+        self._paths[row["path_id"]] = None
+        for note in row["notes"]:
+            if note not in self._of_model:
+                self._where.setdefault(note, {})[row["path_id"]] = None
+
+    def in_short(self) -> list[str]:
+        """Each note, with its paths where it is not on all."""
+        return [
+            note if len(mine) == len(self._paths) > 1 else f"{_listed(list(mine))}: {note}"
+            for note, mine in self._where.items()
+        ]
+
+
+def _listed(paths: list[str], most: int = 20) -> str:
+    more = f" and {len(paths) - most} more" if len(paths) > most else ""
+    return f"{', '.join(paths[:most])}{more}"

@@ -1,0 +1,111 @@
+"""What a run of `hazard` will take, from a short measurement on a few paths."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+from statistics import mean
+from typing import Any
+
+import numpy as np
+
+from avahazard.engine.choice import chosen
+from avahazard.engine.memory import free_bytes, peak_bytes
+from avahazard.hazard.frequencies import VolumeSource
+from avahazard.records.errors import AvahazardError
+from avahazard.results.hazard import HazardPlan
+from avahazard.store.path_results import interrupted_run
+from avahazard.store.session import database_file, reading
+from avahazard.workers import n_workers
+from avahazard.workflow.hazard import N_DRAWS, hazard_work
+from avahazard.workflow.stored.by_path import path_answer, path_tasks, run_key
+from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.own_effects import own_effects
+
+MEASURED = 4
+"""Paths that are measured, evenly over all; one more is run first, unmeasured."""
+
+
+def plan_hazard(
+    database: str,
+    name: str,
+    *,
+    return_periods: Sequence[float] = (),
+    volumes: Sequence[float] = (),
+    paths: Sequence[str] = (),
+    source: VolumeSource | None = None,
+    n_draws: int = N_DRAWS,
+    seed: int = 0,
+    effect_files: Sequence[FilePath] = (),
+) -> HazardPlan:
+    """Say what `run_hazard` will take with the same arguments; nothing is stored.
+
+    Raises `AvahazardError` as that does, and where memory or disk will not do.
+    """
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
+    path_ids, work = hazard_work(
+        stored,
+        return_periods=return_periods,
+        volumes=volumes,
+        paths=paths,
+        source=source or VolumeSource(),
+        n_draws=n_draws,
+        seed=seed,
+    )
+    with reading(database) as session:
+        key = run_key(stored, path_ids, work)
+        _, done = interrupted_run(session, work.kind, name, key) or (0, set[str]())
+    chosen_ids = {path_ids[k] for k in np.linspace(0, len(path_ids) - 1, MEASURED).astype(int)}
+    tasks = [task for task in path_tasks(stored, path_ids) if task.path_id in chosen_ids]
+    before = peak_bytes()
+    path_answer((work.function, work.shared), tasks[0])
+    seconds, sizes = [], []
+    for task in tasks:
+        began = time.perf_counter()
+        found = path_answer((work.function, work.shared), task)
+        seconds.append(time.perf_counter() - began)
+        sizes.append(len(json.dumps(found.documents)))
+    peak, workers, engine = peak_bytes(), n_workers(), chosen()
+    elsewhere = engine.scheduler is not None
+    memory = peak + (workers - 1) * (peak - before)
+    if engine.name != "local":
+        # Each process holds about what this one does.
+        memory = peak * (1 if elsewhere else workers + 1)
+    rows = max(1, len(work.settings["return_periods"]) + len(work.settings["volumes"]))
+    file = database_file(database)
+    n_left = len(path_ids) - len(done)
+    plan = HazardPlan(
+        n_paths=len(path_ids),
+        n_done=len(done),
+        n_rows=rows * len(path_ids),
+        n_runs=rows * len(path_ids) * n_draws,
+        engine=engine.name,
+        workers=workers,
+        measured_paths=len(tasks),
+        seconds_per_path=mean(seconds),
+        seconds=mean(seconds) * n_left / workers,
+        memory_bytes=memory,
+        memory_free_bytes=free_bytes(),
+        stored_bytes=int(mean(sizes) * n_left),
+        disk_free_bytes=None if file is None else shutil.disk_usage(file.parent).free,
+    )
+    _refuse(plan, peak)
+    return plan
+
+
+def _refuse(plan: HazardPlan, taken: int) -> None:
+    """Raise `AvahazardError` for what cannot fit; `taken` bytes are this process's already."""
+    needs: list[tuple[str, int, int | None, Any]] = [
+        ("memory", plan.memory_bytes - taken, plan.memory_free_bytes, "Take fewer --workers."),
+        ("disk", plan.stored_bytes, plan.disk_free_bytes, "Put the database elsewhere (--db)."),
+    ]
+    for what, need, free, hint in needs:
+        if free is not None and need > free:
+            raise AvahazardError(
+                f"This needs about {need / 1e9:.2g} GB more of {what}, and {free / 1e9:.2g} GB are "
+                "free.",
+                hint,
+            )

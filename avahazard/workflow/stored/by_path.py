@@ -1,0 +1,204 @@
+"""Work path by path: cut into tasks, done by the engine, stored as it comes, taken up again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from avahazard.effects.site import Site
+from avahazard.engine import spread_map
+from avahazard.hazard.classes_to_come import MAX_CLASSES
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.plain import plain
+from avahazard.store.path_results import (
+    PathResult,
+    RunKind,
+    any_found,
+    begin_run,
+    drop_run,
+    finish_run,
+    save_paths,
+)
+from avahazard.store.session import writing
+from avahazard.workflow.stored.model import StoredFit
+from avahazard.workflow.stored.path_hazard import takes_event_columns
+
+Report = Callable[[str, float, float], None]
+Shared = TypeVar("Shared")
+
+BATCH = 50
+"""Paths that are stored together, at most."""
+BATCH_S = 10.0
+"""Seconds of work that an interruption may lose, about."""
+FAILURES = (ArithmeticError, ValueError, LookupError)
+"""What ends the work on one path only, besides `AvahazardError`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathTask:
+    """A path as one unit of work: its own records only, and its site where it is regularised."""
+
+    position: int
+    path_id: str
+    records: Records
+    site: Site | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathAnswer:
+    """The documents of a path, and notes for people that are in none of them."""
+
+    documents: Sequence[object]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathWork(Generic[Shared]):
+    """What is done on every path, by `function(shared, task)`.
+
+    `settings` are all that the result hangs on besides the model and the records.
+    """
+
+    kind: RunKind
+    what: str
+    function: Callable[[Shared, PathTask], PathAnswer]
+    shared: Shared
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class PathRun:
+    """A run that is stored: its number, how many paths it has, and how many it had before."""
+
+    run: int
+    n_paths: int
+    n_before: int
+
+
+def went_on(run: PathRun) -> str:
+    """That a run took up an interrupted one."""
+    return f"went on where it was interrupted: {run.n_before} of {run.n_paths} paths were done."
+
+
+def path_tasks(stored: StoredFit, path_ids: Sequence[str]) -> Iterator[PathTask]:
+    """A task for each path, made as it is taken."""
+    records = stored.records
+    paths = {path.path_id: path for path in records.paths}
+    profiles = {profile.path_id: profile for profile in records.profiles}
+    sites = {site.path.path_id: site for site in stored.model.observations.sites}
+    events: dict[str, list[Event]] = {}
+    for event in records.events:
+        if event.path_id is not None:
+            events.setdefault(event.path_id, []).append(event)
+    others = _any_events(records) if takes_event_columns(stored) else ()
+    for position, path_id in enumerate(path_ids):
+        own = tuple(events.get(path_id, ()))
+        mine = Records((paths[path_id],), (profiles[path_id],), own or others)
+        yield PathTask(position, path_id, mine, sites.get(path_id))
+
+
+def _any_events(records: Records) -> tuple[Event, ...]:
+    """Those of all paths that stand for the events of a path without any (`classes_to_come`)."""
+    there = [event for event in records.events if event.path_id is not None]
+    kept = np.linspace(0, len(there) - 1, min(len(there), MAX_CLASSES)).round().astype(int)
+    return tuple(there[k] for k in np.unique(kept))
+
+
+def run_paths(
+    database: str,
+    stored: StoredFit,
+    path_ids: Sequence[str],
+    work: PathWork[Shared],
+    report: Report,
+) -> PathRun:
+    """Do the work on the paths and store it in batches, going on where it was interrupted.
+
+    A path that fails is stored with its reason. Raises `AvahazardError`, that of the first, where
+    all paths do; nothing is then kept.
+    """
+    key, settings = _settings(stored, path_ids, work)
+    with writing(database) as session:
+        run, done = begin_run(session, work.kind, stored.name, key, settings)
+    first_failure: AvahazardError | None = None
+    waiting: list[PathResult] = []
+    stored_at = time.monotonic()
+    for found in _results(stored, path_ids, done, work, report):
+        if found.failed is not None and first_failure is None:
+            first_failure = AvahazardError(found.failed, found.hint)
+        waiting.append(found)
+        if len(waiting) >= BATCH or time.monotonic() - stored_at > BATCH_S:
+            with writing(database) as session:
+                save_paths(session, run, waiting)
+            waiting, stored_at = [], time.monotonic()
+    with writing(database) as session:
+        save_paths(session, run, waiting)
+        if first_failure is not None and not any_found(session, run):
+            drop_run(session, run)
+        else:
+            finish_run(session, run)
+            first_failure = None
+    if first_failure is not None:
+        raise first_failure
+    return PathRun(run, len(path_ids), len(done))
+
+
+def run_key(stored: StoredFit, path_ids: Sequence[str], work: PathWork[Shared]) -> str:
+    """The key of all that the results hang on."""
+    return _settings(stored, path_ids, work)[0]
+
+
+def _settings(
+    stored: StoredFit, path_ids: Sequence[str], work: PathWork[Shared]
+) -> tuple[str, dict[str, Any]]:
+    """The key of all that the results hang on, and what of it is told."""
+    told = {
+        **plain(work.settings),
+        "data_fingerprint": data_fingerprint(stored.records),
+        "avahazard": version("avahazard"),
+    }
+    whole = {**told, "paths": list(path_ids), "model": plain(stored.result)}
+    text = json.dumps(whole, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest(), told
+
+
+def _results(
+    stored: StoredFit,
+    path_ids: Sequence[str],
+    done: Collection[str],
+    work: PathWork[Shared],
+    report: Report,
+) -> Iterator[PathResult]:
+    """The results of the paths that are not done yet, as they come."""
+    tasks = (task for task in path_tasks(stored, path_ids) if task.path_id not in done)
+    began, n = time.monotonic(), len(path_ids)
+    report(work.what, float(len(done)), n)
+    for k, found in enumerate(spread_map(path_answer, (work.function, work.shared), tasks), 1):
+        yield found
+        rate, there = k / max(time.monotonic() - began, 1e-9), len(done) + k
+        report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", float(there), n)
+
+
+def path_answer(
+    shared: tuple[Callable[[Any, PathTask], PathAnswer], object], task: PathTask
+) -> PathResult:
+    """The result of a path by a function and what it takes; or why it failed."""
+    function, what = shared
+    try:
+        found = function(what, task)
+    except AvahazardError as error:
+        return PathResult(task.position, task.path_id, failed=error.message, hint=error.hint)
+    except FAILURES as error:
+        reason = f"{type(error).__name__} on path {task.path_id}: {error}"
+        return PathResult(task.position, task.path_id, failed=reason)
+    documents = tuple(plain(document) for document in found.documents)
+    return PathResult(task.position, task.path_id, documents, found.notes)

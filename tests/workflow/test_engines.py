@@ -1,0 +1,80 @@
+"""Calibrate, compare and diagnose: the same bits by every engine."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avahazard.engine import close_engine, set_engine
+from avahazard.engine.choice import EngineName
+from avahazard.store import upkeep
+from avahazard.store.records import save_records
+from avahazard.store.session import writing
+from avahazard.synth.making import make_world
+from avahazard.workers import set_workers
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare
+from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.stored.model import load_parameter_draws
+
+
+@pytest.fixture(autouse=True)
+def _default() -> Iterator[None]:
+    yield
+    close_engine()
+    set_workers(None)
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A database with forty events on four paths, drag at work, some with speeds."""
+    file = str(tmp_path_factory.mktemp("engines") / "world.db")
+    upkeep.create(file)
+    records, _ = make_world(5, 40, 4, {"turbulent-drag": 1.0})
+    with writing(file) as session:
+        save_records(session, records)
+    return file
+
+
+def answers(world: str, folder: Path, engine: EngineName, workers: int) -> dict[str, Any]:
+    """What the commands give by an engine, to the last bit."""
+    folder.mkdir()
+    file = str(shutil.copy(world, folder / "mine.db"))
+    set_engine(engine, workers=workers)
+    found = {
+        "calibrate": calibrate(file, "m", with_=["turbulent-drag"], chains=2, draws=60).to_dict(),
+        "compare": compare(file, "m").to_dict(),
+        "draws": {key: draws.tolist() for key, draws in load_parameter_draws(file, "m").items()},
+    }
+    calibrate(file, "plain", chains=2, draws=60)
+    diagnosis = diagnose_model(file, "plain", n_worlds=9, seed=2)
+    return {**found, "diagnose": diagnosis.to_dict()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "workers"), [("local", 2), ("processes", 2), ("dask", 2)])
+def test_every_engine_gives_the_same_bits(
+    world: str, tmp_path: Path, alone: dict[str, Any], engine: EngineName, workers: int
+) -> None:
+    found = answers(world, tmp_path / engine, engine, workers)
+    for command, document in alone.items():
+        assert found[command] == document, command
+
+
+@pytest.fixture(scope="module")
+def alone(world: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The answers of one thread."""
+    return answers(world, tmp_path_factory.mktemp("one") / "thread", "local", 1)
+
+
+def test_chains_of_processes_are_those_of_one_thread(world: str, tmp_path: Path) -> None:
+    made = []
+    for engine in ("local", "processes"):
+        file = str(shutil.copy(world, tmp_path / f"{engine}.db"))
+        set_engine(engine, workers=2)  # type: ignore[arg-type]
+        made.append(calibrate(file, "m", chains=2, draws=40).to_dict())
+    assert made[0] == made[1]

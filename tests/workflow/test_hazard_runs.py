@@ -1,0 +1,167 @@
+"""Runs of hazard and zones: the same bits by every engine, taken up again, paths that fail."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import func, select
+
+from avahazard.engine import close_engine, set_engine
+from avahazard.engine.choice import EngineName
+from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
+from avahazard.store import upkeep
+from avahazard.store.path_results import BOUNDS, latest_documents
+from avahazard.store.result_tables import PathResultTable, PathRunTable
+from avahazard.store.session import reading
+from avahazard.workers import set_workers
+from avahazard.workflow import hazard_plan, hazard_unit
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.hazard import hazard, run_hazard
+from avahazard.workflow.hazard_plan import plan_hazard
+from avahazard.workflow.import_files import import_files
+from avahazard.workflow.stored import by_path
+from avahazard.workflow.zones import zones
+from tests.workflow.twin import DATA
+
+PATHS = ["nants", "saugy", "scey"]
+ASKED: dict[str, Any] = {"return_periods": [30.0, 100.0], "paths": PATHS, "n_draws": 500}
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = str(tmp_path_factory.mktemp("runs") / "model.db")
+    upkeep.create(file)
+    import_files(file, [DATA])
+    calibrate(file, "m", method="gibbs", draws=100, chains=2)
+    return file
+
+
+@pytest.fixture
+def mine(model: str, tmp_path: Path) -> str:
+    return str(shutil.copy(model, tmp_path / "mine.db"))
+
+
+@pytest.fixture(autouse=True)
+def _default() -> Iterator[None]:
+    yield
+    close_engine()
+    set_workers(None)
+
+
+@pytest.fixture(scope="module")
+def alone(model: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
+    """Bounds and zones by one thread."""
+    file = str(shutil.copy(model, tmp_path_factory.mktemp("alone") / "mine.db"))
+    set_engine("local", workers=1)
+    return plain(hazard(file, "m", **ASKED).rows), plain(zones(file, "m", paths=PATHS).rows)
+
+
+@pytest.mark.parametrize(
+    ("engine", "workers"),
+    [
+        ("local", 2),
+        ("local", 7),
+        pytest.param("processes", 2, marks=pytest.mark.slow),
+        pytest.param("dask", 2, marks=pytest.mark.slow),
+    ],
+)
+def test_every_engine_gives_the_same_bits(
+    mine: str, alone: tuple[Any, Any], engine: EngineName, workers: int
+) -> None:
+    set_engine(engine, workers=workers)
+    assert plain(hazard(mine, "m", **ASKED).rows) == alone[0]
+    assert plain(zones(mine, "m", paths=PATHS).rows) == alone[1]
+
+
+def broken_at(
+    monkeypatch: pytest.MonkeyPatch, path_id: str, error: BaseException
+) -> Callable[[], None]:
+    """Let the rows of one path fail; call to mend it."""
+    whole = hazard_unit.path_rows
+
+    def rows(path: Any, *more: Any) -> Any:
+        if path.path_id == path_id:
+            raise error
+        return whole(path, *more)
+
+    monkeypatch.setattr(hazard_unit, "path_rows", rows)
+    return lambda: monkeypatch.setattr(hazard_unit, "path_rows", whole)
+
+
+def counts(database: str) -> tuple[int, int, int]:
+    """Runs, finished ones, and paths of all."""
+    with reading(database) as session:
+        runs = session.scalar(select(func.count(PathRunTable.id)))
+        finished = session.scalar(select(func.count(PathRunTable.finished)))
+        paths = session.scalar(select(func.count(PathResultTable.path_id)))
+    return runs or 0, finished or 0, paths or 0
+
+
+def test_an_interrupted_run_goes_on_where_it_was(
+    mine: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    set_engine("local", workers=1)
+    monkeypatch.setattr(by_path, "BATCH", 1)
+    mend = broken_at(monkeypatch, "scey", KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        run_hazard(mine, "m", **ASKED)
+    assert counts(mine) == (1, 0, 2)
+    with reading(mine) as session:
+        assert latest_documents(session, BOUNDS, "m") is None
+    mend()
+    broken_at(monkeypatch, "nants", AssertionError("nants is done already"))
+    # Another run is none of this one's.
+    other = {**ASKED, "seed": 1, "paths": ["saugy"]}
+    assert not [n for n in run_hazard(mine, "m", **other).notes if "went on" in n]
+    found = run_hazard(mine, "m", **ASKED)
+    assert found.notes[0] == "went on where it was interrupted: 2 of 3 paths were done."
+    assert plain(list(found.rows())) == alone[0]
+    assert counts(mine) == (2, 2, 4)
+
+
+def test_a_path_that_fails_is_told_and_the_rest_goes_on(
+    mine: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken_at(monkeypatch, "saugy", ZeroDivisionError("no slope"))
+    found = run_hazard(mine, "m", **ASKED)
+    reason = "ZeroDivisionError on path saugy: no slope"
+    assert found.failed == {"saugy": reason}
+    assert f"left out: {reason}" in found.notes
+    kept = [row for row in alone[0] if row["path_id"] != "saugy"]
+    assert plain(list(found.rows())) == kept
+    documents = list(found.documents())
+    assert [d["path_id"] for d in documents] == ["nants"] * 2 + ["saugy"] + ["scey"] * 2
+    assert documents[2]["failed"] == reason
+    assert documents[2]["runout_x_m"]["q50"] is None
+
+
+def test_nothing_is_kept_where_all_paths_fail(mine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken_at(monkeypatch, "saugy", AvahazardError("It is too steep.", "Take another."))
+    with pytest.raises(AvahazardError, match="too steep") as caught:
+        hazard(mine, "m", **{**ASKED, "paths": ["saugy"]})
+    assert caught.value.hint == "Take another."
+    assert counts(mine) == (0, 0, 0)
+
+
+def test_a_plan_measures_and_stores_nothing(mine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plan_hazard(mine, "m", **ASKED)
+    assert (plan.n_paths, plan.n_rows, plan.n_runs, plan.n_done) == (3, 6, 3000, 0)
+    assert plan.seconds_per_path > 0.0
+    assert plan.stored_bytes > 3 * 1000
+    assert counts(mine) == (0, 0, 0)
+    monkeypatch.setattr(hazard_plan, "free_bytes", lambda: -1)
+    with pytest.raises(AvahazardError, match="more of memory"):
+        plan_hazard(mine, "m", **ASKED)
+
+
+def test_progress_tells_paths_and_rate(mine: str) -> None:
+    told: list[tuple[str, float, float]] = []
+    run_hazard(mine, "m", **ASKED, report=lambda *words: told.append(words))
+    assert told[0] == ("Runout", 0.0, 3)
+    assert [done for _, done, _ in told] == [0.0, 1.0, 2.0, 3.0]
+    assert told[-1][0].startswith("Runout: 3 of 3 paths, ")
