@@ -25,7 +25,8 @@ def check_database(session: Session) -> list[str]:
     for calibration, model in session.execute(select(CalibrationTable.id, CalibrationTable.model)):
         for fault in _draw_faults(session, calibration):
             problems.append(f"The draws of {model} (calibration {calibration}): {fault}.")
-    for table in (CalibrationTable, *(kind.table for kind in KINDS)):
+    tables: list[type[ResultTable]] = [CalibrationTable, *(kind.table for kind in KINDS)]
+    for table in tables:
         problems += _result_faults(session, table)
     return problems
 
