@@ -12,6 +12,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store.engine import database_name, make_engine
 from avahazard.store.schema import require_current
 
+__all__ = ["Session", "reading", "translated", "writing"]
+
 
 @contextmanager
 def reading(database: str) -> Iterator[Session]:

@@ -22,6 +22,7 @@ from avahazard.store.models import load_model, now
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, ZONES, latest_result
 from avahazard.store.session import reading
+from avahazard.workflow.stored.notes import notes_of
 
 if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MappedPath
@@ -57,21 +58,29 @@ def export(database: str, name: str, file: FilePath) -> Export:
         load_model(session, name)
         rows, zones = latest_result(session, BOUNDS, name), latest_result(session, ZONES, name)
         records = load_records(session)
+        known = notes_of(session, name, records)
     if not rows:
         raise AvahazardError(
             f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
         )
+    rows = [{**row, "notes": _joined(row.get("notes", ()), known)} for row in rows]
     if ending in TABLES:
         is_own, write = TABLES[ending]
         bounds = [HazardRow.from_dict(dict(row)) for row in rows]
         _replace(file, is_own, lambda part: write(part, bounds))
-        return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), ())
+        return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), known)
     made, notes = _layers(records, rows, zones or [])
+    notes = [*known, *notes]
     if zones is None:
         notes.append(f"no zones are stored by {name}: avahazard zones {name}")
     _write_map(file, made)
     layers = Results(Layer(m.name, len(m.features), m.code) for m in made)
     return Export(name, str(file), layers, tuple(notes))
+
+
+def _joined(then: Sequence[str], now_known: Sequence[str]) -> list[str]:
+    """The notes of a row when it was computed, and what is known of its model today."""
+    return list(dict.fromkeys((*then, *now_known)))
 
 
 def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], list[str]]:

@@ -10,7 +10,6 @@ import numpy as np
 
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
-from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.hazard.path_rows import path_rows
 from avahazard.hazard.scenario import Scenario
 from avahazard.hazard.volume_frequency import return_volume
@@ -23,6 +22,7 @@ from avahazard.results.hazard import Hazard, HazardRow
 from avahazard.store.results import BOUNDS, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import ignores_volume, stored_path_hazard
 
@@ -148,12 +148,7 @@ def _extrapolated(stored: StoredFit, rows: Sequence[HazardRow]) -> list[str]:
 
 def _model_notes(stored: StoredFit) -> list[str]:
     """What goes with every row of a model."""
-    spread = stored.result.path_spread
-    notes = [] if spread is None else [spread.note(stored.name)]
-    if stored.records_changed:
-        notes.append(stale_words(stored.name))
-    if not stored.result.diagnostics.converged:
-        notes.append(unconverged_words(stored.name))
+    notes = list(notes_of_fit(stored))
     if ignores_volume(stored):
         notes.append("this model's friction is the same for every volume.")
     return notes

@@ -10,7 +10,6 @@ import numpy as np
 from avahazard.effects.catalogue import catalogue
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
-from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
@@ -24,6 +23,7 @@ from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.results import ZONES, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import ignores_volume, stored_path_hazard
 
@@ -148,8 +148,4 @@ def _notes(stored: StoredFit, entries: Sequence[ZonedPath]) -> list[str]:
             "the pressures are too high where the path is steep and long. Measured speeds, and "
             f"the effect {mend}, would mend it."
         )
-    if stored.records_changed:
-        notes.append(stale_words(stored.name))
-    if not stored.result.diagnostics.converged:
-        notes.append(unconverged_words(stored.name))
-    return notes
+    return [*notes, *notes_of_fit(stored)]
