@@ -65,6 +65,7 @@ def in_words(notes: tuple[str, ...]) -> str:
     return "\n".join(notes)
 
 
+@pytest.mark.slow
 def test_every_command_says_all_of_a_model(poor: str, snow_world: Path, tmp_path: Path) -> None:
     events = snow_world / "world" / "events.csv"
     path_id = hazard(poor, "base", n_draws=200).rows[0].path_id
