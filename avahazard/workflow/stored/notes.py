@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import avahazard
 from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
 from avahazard.results.calibration import Calibration
@@ -30,7 +31,10 @@ def notes_of_fit(stored: StoredFit) -> tuple[str, ...]:
 
 def notes_of(session: Session, name: str, records: Records) -> tuple[str, ...]:
     """The notes on the model `name`, without loading its draws; `records` are those of today."""
-    calibration = latest_calibration(session, name)
+    try:
+        calibration = latest_calibration(session, name)
+    except AvahazardError:  # nothing to say of a model that has not been calibrated
+        return ()
     paths: Sequence[str] = load_model(session, name).specification["paths"]
     changed = True
     known = {path.path_id for path in records.paths}
