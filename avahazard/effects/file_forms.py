@@ -17,6 +17,7 @@ from avahazard.physics.terrain import Terrain
 from avahazard.records.errors import AvahazardError
 
 Function = Callable[..., Any]
+Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,13 +114,15 @@ class _Call:
                 f"{len(self.parameters)} parameters.",
                 "Return one column over the events for each parameter, in their order.",
             )
-        return np.column_stack([self._array(column, n) for column in many])
+        return np.column_stack(
+            [self._array(column, n, missing(columns, self.needs)) for column in many]
+        )
 
     def metres(self, columns: EventColumns, values: Floats) -> Floats:
         n = len(columns)
         if self._lacks(columns) or self._neutral(values):
             return np.zeros(n)
-        return self._array(self._result(columns, values), n)
+        return self._array(self._result(columns, values), n, missing(columns, self.needs))
 
     def on_track(self, site: Site, resistance: Resistance, values: Floats) -> Resistance:
         terrain = site.terrain_for(resistance)
@@ -150,23 +153,51 @@ class _Call:
     def _result(self, first: object, values: Any) -> Any:
         try:
             return self.function(first, *(float(v) for v in values))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise AvahazardError(
                 f"Effect {self.key}: its function {self.form.name} fails: "
                 f"{type(error).__name__}: {error}.",
                 "Mend the effect file.",
             ) from error
 
-    def _array(self, values: object, n: int) -> Floats:
-        """Numbers `[n]`; one number serves for all, and nan is no effect."""
+    def _array(self, values: object, n: int, may_lack: Bools | None = None) -> Floats:
+        """Numbers `[n]`; one number serves for all.
+
+        nan is no effect where a number of the event is missing (`may_lack` `[n]`), else refused.
+        """
         wrong = f"Effect {self.key}: {self.form.name} must give {n} numbers (or one)"
         try:
+            if values is None:
+                raise TypeError("it gives None")
             array = np.asarray(values, dtype=np.float64)
             filled = np.array(np.broadcast_to(array, (n,)))
         except (TypeError, ValueError) as error:
             raise AvahazardError(f"{wrong}: {error}.", "Mend the effect file.") from error
-        none = 1.0 if self.form.name in ("friction_factor", "speed_factor") else 0.0
-        return np.where(np.isfinite(filled), filled, none)
+        lacks = np.isnan(filled) & (False if may_lack is None else may_lack)
+        bad = ~np.isfinite(filled) & ~lacks
+        if np.any(bad):
+            at = int(np.argmax(bad))
+            raise AvahazardError(
+                f"{wrong}: number {at + 1} is {filled[at]}, and no column of NEEDS lacks there.",
+                "Mend the effect file; columns in which numbers may be missing stand in NEEDS.",
+            )
+        return np.where(lacks, 0.0, filled)
+
+
+def missing(columns: EventColumns, needs: tuple[str, ...]) -> Bools:
+    """Events `[n_events]` that lack a number of the columns named in `needs`."""
+    fields = {
+        "date": (columns.year, columns.day_of_winter, columns.day, columns.winter),
+        "volume_m3": (columns.log_volume,),
+        "release_elevation_m": (columns.release_elevation,),
+        "deposit_length_m": (columns.deposit_length,),
+    }
+    lacks = np.zeros(len(columns), dtype=np.bool_)
+    for need in needs:
+        known = (columns.numbers[need],) if need in columns.numbers else fields.get(need, ())
+        for column in known:
+            lacks |= np.isnan(column)
+    return lacks
 
 
 GIVEN = frozenset(

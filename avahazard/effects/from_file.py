@@ -6,6 +6,7 @@ The file says KEY, MEANING, NEEDS and PARAMETERS, and has exactly one of the fun
 
 from __future__ import annotations
 
+import ast
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -42,14 +43,39 @@ def read_effect_file(file: Path) -> EffectFile:
 
     Raises `AvahazardError` where the file cannot be read or run, or lacks something.
     """
+    text = read_text(file)
+    return EffectFile(definition_from(text, str(file)), text)
+
+
+def read_text(file: Path) -> str:
+    """The text of an effect file, which is not run. Raises `AvahazardError` without one."""
     try:
-        text = file.read_text(encoding="utf-8")
+        return file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise AvahazardError(
             f"The effect file {file} cannot be read: {error}.",
             "A template: avahazard effect new FILE.",
         ) from error
-    return EffectFile(definition_from(text, str(file)), text)
+
+
+def declared_key(text: str) -> str | None:
+    """The KEY that the text of an effect file gives as a literal; the file is not run."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return None
+    for node in tree.body:
+        if not isinstance(node, ast.Assign):
+            continue
+        for target in node.targets:
+            names, values = [target], [node.value]
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                names, values = target.elts, node.value.elts
+            for name, value in zip(names, values, strict=False):
+                if isinstance(name, ast.Name) and name.id == "KEY":
+                    key = value.value if isinstance(value, ast.Constant) else None
+                    return key.strip() if isinstance(key, str) else None
+    return None
 
 
 def definition_from(text: str, name: str) -> Definition:
@@ -57,7 +83,7 @@ def definition_from(text: str, name: str) -> Definition:
     module: dict[str, Any] = {"__name__": "effect_file", "__file__": name}
     try:
         exec(compile(text, name, "exec"), module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         line = getattr(error, "lineno", None) or _line_in(error, name)
         at = f", line {line}" if line else ""
         raise AvahazardError(
@@ -92,7 +118,7 @@ def _build(effect: Effect, _facts: Facts) -> Effect:
     return effect
 
 
-def _line_in(error: Exception, name: str) -> int | None:
+def _line_in(error: BaseException, name: str) -> int | None:
     """The line of the file at which it went wrong."""
     line, trace = None, error.__traceback__
     while trace is not None:

@@ -148,6 +148,7 @@ def _quantiles(
             **{f"x_{name}_m": found[name] for name in QUANTILES},
             "extrapolated": bool(row.get("extrapolated")),
             **more,
+            "notes": " ".join(row.get("notes", ())),
         }
         features.append(Feature(one.line, point, attributes))
     return features

@@ -41,7 +41,12 @@ def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
     drawn = Figure(figsize=size_in, layout="constrained")
     FigureCanvasAgg(drawn)
     yield drawn
-    drawn.savefig(file, dpi=150)
+    part = file.with_name(f".{file.stem}.part{file.suffix}")
+    try:
+        drawn.savefig(part, dpi=150)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def require_picture(file: Path) -> None:

@@ -62,12 +62,32 @@ class PathSpread(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class PriorDominated(Result):
+    """A parameter of which the records say little: the prior speaks.
+
+    `sd_ratio` is the posterior's standard deviation over the prior's, `moved_sd` how far its mean
+    moved from the prior's, in standard deviations of that; both in the sampler's coordinate.
+    """
+
+    sd_ratio: float
+    moved_sd: float
+
+    def note(self, model: str, parameter: str) -> str:
+        """The sentence for people."""
+        return (
+            f"the records say little of {parameter}: in {model} the prior speaks (moved by "
+            f"{abs(self.moved_sd):.1f} of its standard deviations, {self.sd_ratio:.0%} as wide)."
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Calibration(Result):
     """A calibrated model: what it is made of, its parameters, and whether its chains converged.
 
     `left_out` counts events that the method cannot use, by the reason; path offsets are
     `path:PATH_ID` among the parameters. Of a child made by `add`, `comparison` holds the scores
-    before and after. `path_spread` is there where paths differ and the model does not know it.
+    before and after. `path_spread` is there where paths differ and the model does not know it,
+    `prior_dominated` where the records hardly narrow a parameter (by its coordinate).
     """
 
     model: str
@@ -90,4 +110,5 @@ class Calibration(Result):
     notes: tuple[str, ...]
     comparison: BeforeAndAfter | None = field(default=None, metadata=ABSENT)
     path_spread: PathSpread | None = field(default=None, metadata=ABSENT)
+    prior_dominated: dict[str, PriorDominated] | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)

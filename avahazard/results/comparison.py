@@ -155,7 +155,7 @@ class MeasuredForce(Result):
 class Comparison(Result):
     """A model against the measurements: scores, held-out scores, and where it fails.
 
-    `coordinate` is that of the records: elevation, x, length, or mixed.
+    `coordinate` is that of the records: elevation, x, length, or mixed. `notes` are on the model.
     """
 
     model: str
@@ -167,3 +167,4 @@ class Comparison(Result):
     measured_force: Rows[MeasuredForce] | None
     budget: Rows[BudgetPart] = field(default_factory=Rows)
     budget_by_event: Rows[EventBudget] = field(default_factory=Rows)
+    notes: tuple[str, ...] = ()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from avahazard.results.base import Result, Rows
+from avahazard.results.base import ABSENT, Result, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,20 +32,34 @@ class DatabaseState(Result):
 
 @dataclass(frozen=True, slots=True)
 class Upgraded(Result):
-    """The revisions that a database went from and to; the same where there was nothing to do."""
+    """The revisions that a database went from and to; the same where there was nothing to do.
+
+    `backup` is the copy of an SQLite database that was made before.
+    """
 
     database: str
     from_: str | None
     to: str | None
+    backup: str | None = field(default=None, metadata=ABSENT)
+
+
+@dataclass(frozen=True, slots=True)
+class Recomputed(Result):
+    """A model calibrated again: whether its draws are those stored; None where it cannot be."""
+
+    model: str
+    identical: bool | None
+    why_not: str | None
 
 
 @dataclass(frozen=True, slots=True)
 class Checked(Result):
-    """Whether a database is whole, and what is wrong with it."""
+    """Whether a database is whole, what is wrong with it, and what of it was done again."""
 
     database: str
     whole: bool
     problems: tuple[str, ...]
+    recomputed: Rows[Recomputed] | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)

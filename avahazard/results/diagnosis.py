@@ -80,7 +80,7 @@ class Diagnosis(Result):
     `detectable_m` would have been seen with 80 % power. `still_needed` is the evidence (nats) that
     the model would lose without each of its effects; `suspect_events` are records hard to believe,
     `impossible_stops` those on ground too steep for any block to stop. `declared` is what was
-    expected beforehand.
+    expected beforehand; `notes` are on the model.
     """
 
     model: str
@@ -98,3 +98,4 @@ class Diagnosis(Result):
     groups: Rows[GroupTest] = field(default_factory=Rows)
     impossible_stops: tuple[str, ...] = ()
     declared: Declared | None = None
+    notes: tuple[str, ...] = ()

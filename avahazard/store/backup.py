@@ -9,7 +9,22 @@ from pathlib import Path as FilePath
 from avahazard.records.errors import AvahazardError
 from avahazard.store.engine import database_url, make_engine, sqlite_file
 
+MOST_COPIES = 99
 TOOLS = {"postgresql": "pg_dump", "mysql": "mysqldump", "mariadb": "mariadb-dump"}
+
+
+def backup_beside(database: str, name: str) -> str:
+    """Copy an SQLite database to the file `name`, or with a number after it, if that is there.
+
+    Raises:
+        AvahazardError: the copy cannot be made.
+    """
+    for number in range(1, MOST_COPIES + 1):
+        file = name if number == 1 else f"{name}-{number}"
+        if not FilePath(file).exists():
+            backup(database, file)
+            return file
+    raise AvahazardError(f"There are {MOST_COPIES} copies {name} already.", "Remove old ones.")
 
 
 def backup(database: str, target: str | FilePath) -> None:

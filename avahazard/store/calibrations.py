@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
+from avahazard.store.checksums import document_checksum
 from avahazard.store.draws import save_draws
 from avahazard.store.models import load_model, now
 from avahazard.store.result_tables import CalibrationTable
@@ -61,6 +62,7 @@ def save_calibration(
         converged=bool(converged),
         result=plain(result),
         created=now(),
+        sha256=document_checksum(model, plain(result)),
     )
     session.add(row)
     session.flush()

@@ -10,6 +10,7 @@ from sqlalchemy import insert, select
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
+from avahazard.store.checksums import chunk_checksum
 from avahazard.store.result_tables import DrawChunkTable
 
 Draws = dict[str, NDArray[np.float64]]
@@ -38,7 +39,8 @@ def save_draws(
                     "chunk": chunk,
                     "n_chains": n_chains,
                     "n_draws": piece.shape[1],
-                    "data": piece.tobytes(),
+                    "data": (data := piece.tobytes()),
+                    "sha256": chunk_checksum(calibration, parameter, chunk, piece.shape, data),
                 }
             )
     if rows:
@@ -78,4 +80,7 @@ def chunk_fault(row: DrawChunkTable, expected: int) -> str | None:
         return f"chunk {expected} of {row.parameter} is missing"
     if len(row.data) != row.n_chains * row.n_draws * LITTLE_ENDIAN.itemsize:
         return f"chunk {row.chunk} of {row.parameter} has {len(row.data)} bytes"
+    shape = row.n_chains, row.n_draws
+    if chunk_checksum(row.calibration, row.parameter, row.chunk, shape, row.data) != row.sha256:
+        return f"chunk {row.chunk} of {row.parameter} is not what was stored (its checksum differs)"
     return None

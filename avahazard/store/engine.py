@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import sqlite3
 from functools import partial
 from pathlib import Path as FilePath
 from sqlite3 import Connection as SqliteConnection
@@ -14,7 +16,10 @@ from sqlalchemy.pool import ConnectionPoolEntry
 
 from avahazard.records.errors import AvahazardError
 
-BUSY_TIMEOUT_S = 30
+MIGRATION_LOCK = 7_244_306
+"""Any number that other programs on one server hardly take."""
+BUSY_TIMEOUT_S = 600
+"""A writer waits for the others, each of which may import a century's records."""
 
 
 def database_url(database: str) -> URL:
@@ -48,9 +53,12 @@ def sqlite_file(url: URL) -> str | None:
 def make_engine(database: str, *, migrates: bool = False) -> Engine:
     """Return an engine for `database`; it connects when it is used.
 
-    SQLite keeps a write-ahead log, foreign keys on, and waits up to 30 s for a writer. A
-    migration may create the file, and has the foreign keys off: it changes a table by
-    copying it, and dropping the old one would take its children along.
+    Writers come one after the other: on SQLite by its lock, for which they wait up to 10 minutes,
+    on PostgreSQL by a lock on the table of the revision, taken before anything is read. SQLite
+    keeps a write-ahead log, synced at every commit, and foreign keys on; from a folder that
+    cannot be written to it is read as it stands. A migration may create the file, and has the
+    foreign keys off: it changes a table by copying it, and dropping the old one would take its
+    children along.
 
     Raises:
         AvahazardError: the driver is missing, or the file of an SQLite database is.
@@ -60,11 +68,16 @@ def make_engine(database: str, *, migrates: bool = False) -> Engine:
     if sqlite:
         _check_file(url, migrates)
     # Every transaction sees one state of the data; SQLite has it so anyway.
+    # A migration looks at the schema after it has waited for others, so it sees what they did.
     options: dict[str, Any] = (
         {"connect_args": {"timeout": BUSY_TIMEOUT_S}}
         if sqlite
-        else {"isolation_level": "REPEATABLE READ"}
+        else {"isolation_level": "READ COMMITTED" if migrates else "REPEATABLE READ"}
     )
+    frozen = sqlite and not migrates and _is_frozen(FilePath(url.database or ""))
+    if frozen:
+        address = FilePath(url.database or "").absolute().as_uri()
+        options["creator"] = partial(sqlite3.connect, f"{address}?mode=ro&immutable=1", uri=True)
     writer = partial(json.dumps, ensure_ascii=False, allow_nan=False)
     try:
         engine = create_engine(url, json_serializer=writer, **options)
@@ -74,9 +87,27 @@ def make_engine(database: str, *, migrates: bool = False) -> Engine:
             "Install the driver of the database, for PostgreSQL: pip install psycopg[binary]",
         ) from error
     if sqlite:
-        event.listen(engine, "connect", partial(_set_up_sqlite, foreign_keys=not migrates))
+        set_up = partial(_set_up_sqlite, foreign_keys=not migrates, frozen=frozen)
+        event.listen(engine, "connect", set_up)
         event.listen(engine, "begin", _begin_sqlite)
+    elif url.get_backend_name() == "postgresql":
+        event.listen(engine, "begin", _wait_to_migrate if migrates else _begin_postgresql)
     return engine
+
+
+def _is_frozen(file: FilePath) -> bool:
+    """Whether an SQLite file lies in a folder that nobody can write to, with nothing in its log.
+
+    SQLite would have to make the files of the log to read it in the common way.
+    """
+    log = file.with_name(f"{file.name}-wal")
+    unwritten = not log.exists() or log.stat().st_size == 0
+    return unwritten and not can_write(file.absolute().parent)
+
+
+def can_write(folder: FilePath) -> bool:
+    """Whether this process may write into a folder."""
+    return os.access(folder, os.W_OK)
 
 
 def _check_file(url: URL, create: bool) -> None:
@@ -100,16 +131,30 @@ def _check_file(url: URL, create: bool) -> None:
 
 
 def _set_up_sqlite(
-    connection: SqliteConnection, _: ConnectionPoolEntry, *, foreign_keys: bool
+    connection: SqliteConnection, _: ConnectionPoolEntry, *, foreign_keys: bool, frozen: bool
 ) -> None:
     # The driver would begin transactions by itself, and late: they begin in _begin_sqlite.
     connection.isolation_level = None
     connection.execute(f"PRAGMA foreign_keys = {'ON' if foreign_keys else 'OFF'}")
+    if frozen:
+        return
     connection.execute("PRAGMA journal_mode = WAL")
-    connection.execute("PRAGMA synchronous = NORMAL")
+    # What was confirmed is there after a power cut, also while others hold the file.
+    connection.execute("PRAGMA synchronous = FULL")
 
 
 def _begin_sqlite(connection: Connection) -> None:
     # A writer takes the lock at once: one that reads first would be refused when it writes.
     writes = connection.get_execution_options().get("writes", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _begin_postgresql(connection: Connection) -> None:
+    # A lock is no query: the view of the data begins with the first statement after it, so that
+    # a writer never works on what another has changed meanwhile. Readers pass.
+    if connection.get_execution_options().get("writes", False):
+        connection.exec_driver_sql("LOCK TABLE alembic_version IN EXCLUSIVE MODE")
+
+
+def _wait_to_migrate(connection: Connection) -> None:
+    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({MIGRATION_LOCK})")

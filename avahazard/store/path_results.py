@@ -11,6 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from avahazard.records.plain import plain
+from avahazard.store.checksums import path_checksum
 from avahazard.store.models import load_model, now
 from avahazard.store.result_tables import PathResultTable, PathRunTable
 
@@ -72,14 +73,17 @@ def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> Non
     there = _paths(session, run)
     for found in results:
         if found.path_id not in there:
+            place = (run, found.position, found.path_id)
+            told = (plain(found.documents), list(found.notes), found.failed)
             session.add(
                 PathResultTable(
                     run=run,
                     position=found.position,
                     path_id=found.path_id,
-                    result=plain(found.documents),
-                    notes=list(found.notes),
-                    failed=found.failed,
+                    result=told[0],
+                    notes=told[1],
+                    failed=told[2],
+                    sha256=path_checksum(*place, *told),
                 )
             )
     session.flush()

@@ -26,7 +26,7 @@ class ModelTable(Base):
 
 
 class ResultTable(Base):
-    """What a command found by a model: the document that it prints."""
+    """What a command found by a model: the document that it prints, and its checksum."""
 
     __abstract__ = True
 
@@ -36,6 +36,7 @@ class ResultTable(Base):
     )
     result: Mapped[Any] = mapped_column(JSON)
     created: Mapped[dt.datetime] = mapped_column(DateTime)
+    sha256: Mapped[str] = mapped_column(String(64))
 
 
 class CalibrationTable(ResultTable):
@@ -63,6 +64,7 @@ class DrawChunkTable(Base):
     n_chains: Mapped[int]
     n_draws: Mapped[int]
     data: Mapped[bytes] = mapped_column(LargeBinary)
+    sha256: Mapped[str] = mapped_column(String(64))
 
 
 class ComparisonTable(ResultTable):
@@ -109,3 +111,4 @@ class PathResultTable(Base):
     result: Mapped[list[Any]] = mapped_column(JSON)
     notes: Mapped[list[Any]] = mapped_column(JSON)
     failed: Mapped[str | None] = mapped_column(Text)
+    sha256: Mapped[str] = mapped_column(String(64))

@@ -9,6 +9,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from avahazard.records.plain import plain
+from avahazard.store.checksums import document_checksum
 from avahazard.store.models import load_model, now
 from avahazard.store.result_tables import ComparisonTable, DiagnosisTable, ResultTable
 
@@ -24,6 +25,7 @@ class Kind(Generic[Document]):
 
 COMPARISON: Kind[dict[str, Any]] = Kind(ComparisonTable)
 DIAGNOSIS: Kind[dict[str, Any]] = Kind(DiagnosisTable)
+KINDS: tuple[Kind[Any], ...] = (COMPARISON, DIAGNOSIS)
 
 
 def save_result(session: Session, kind: Kind[Document], model: str, document: Document) -> None:
@@ -33,7 +35,9 @@ def save_result(session: Session, kind: Kind[Document], model: str, document: Do
         AvahazardError: there is no such model.
     """
     load_model(session, model)
-    session.add(kind.table(model=model, result=plain(document), created=now()))
+    result = plain(document)
+    digest = document_checksum(model, result)
+    session.add(kind.table(model=model, result=result, created=now(), sha256=digest))
     session.flush()
 
 

@@ -13,6 +13,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store.engine import database_name, database_url, make_engine, sqlite_file
 from avahazard.store.schema import require_current
 
+__all__ = ["Session", "reading", "translated", "writing"]
+
 
 @contextmanager
 def reading(database: str) -> Iterator[Session]:
@@ -84,6 +86,8 @@ def translated(database: str) -> Iterator[None]:
 def _hint(reason: str) -> str:
     if "not a database" in reason or "malformed" in reason:
         return "The file is damaged or of another kind: name another one with --db, or a backup."
+    if "disk is full" in reason or "No space left" in reason or "could not extend" in reason:
+        return "The disk is full: nothing of this was stored. Make room, and do it again."
     if "locked" in reason:
         return "Another program writes to it: try again when it is done."
     if "readonly" in reason or "unable to open" in reason:

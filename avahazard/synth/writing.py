@@ -23,9 +23,15 @@ def write_world(
     """
     refuse_full(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    files = list(write_records(folder, records))
     target = folder / "truth.json"
-    target.write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
+    try:
+        files = write_records(folder, records)
+        target.write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
+    except BaseException:
+        # Half a world would stand in the way of the next try; the folder was empty before.
+        for file in folder.iterdir():
+            file.unlink()
+        raise
     return (*files, target)
 
 

@@ -34,7 +34,7 @@ from avahazard.workflow.stored.model import (
     require_unchanged,
     save_calibrated,
 )
-from avahazard.workflow.stored.own_effects import check_own, effects_of, read_own, stored_text
+from avahazard.workflow.stored.own_effects import effects_of, read_own_of, stored_text
 
 Floats = NDArray[np.float64]
 Report = Callable[[str, float, float], None]
@@ -59,13 +59,12 @@ def add(
             be told from the data, an effect file is missing or changed, or the records have
             changed since the parent was calibrated.
     """
-    own = read_own(effect_files)
-    definitions = tuple(effect.definition for effect in own.values())
     with reading(database) as session:
         model = load_model(session, name)
         refuse_taken_name(session, new_name)
         before = stored_comparison(latest_result(session, COMPARISON, name))
-    check_own(model, own)
+    own = read_own_of(model, effect_files)
+    definitions = tuple(effect.definition for effect in own.values())
     unused = [key for key in own if key not in (*effects, *effects_of(model))]
     if unused:
         raise AvahazardError(
@@ -106,17 +105,13 @@ def add(
         before = comparison(
             name, parent.model, lambda share: tell[2](f"Comparing {name}", share, 1.0)
         )
-    save_calibrated(
-        database,
-        found,
-        result,
-        paths=parent.paths,
-        effect_file=stored_text(own, specification.effects),
-    )
+    after = with_explained(after, before, effects)
+    # One transaction: a model that stands without its comparison could not be added again.
     with writing(database) as session:
+        text = stored_text(own, specification.effects)
+        save_calibrated(session, found, result, paths=parent.paths, effect_file=text)
         if fresh and before is not None:
             save_result(session, COMPARISON, name, before.to_dict())
-        after = with_explained(after, before, effects)
         save_result(session, COMPARISON, new_name, after.to_dict())
     return replace(result, comparison=before_and_after(before, after))
 

@@ -23,7 +23,7 @@ from avahazard.records.lookup import only_paths
 from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
-from avahazard.store.session import reading
+from avahazard.store.session import reading, writing
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import save_calibrated
 
@@ -80,7 +80,8 @@ def calibrate(
     )
     fingerprint = data_fingerprint(records)
     result = calibration_result(found, name, seed=seed, data_fingerprint=fingerprint)
-    save_calibrated(database, found, result, paths=tuple(dict.fromkeys(paths)))
+    with writing(database) as session:
+        save_calibrated(session, found, result, paths=tuple(dict.fromkeys(paths)))
     return result
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,7 @@ from avahazard.store.models import load_model
 from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import writing
 from avahazard.workflow.stored.model import load_stored, require_unchanged
+from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import effects_of, own_effects
 
 Floats = NDArray[np.float64]
@@ -83,6 +85,7 @@ def compare(
     require_comparable(name, stored.method)
     require_unchanged(stored)
     found = comparison(name, stored.model, lambda share: report(f"Comparing {name}", share, 1.0))
+    found = replace(found, notes=notes_of_fit(stored))
     with writing(database) as session:
         parent = load_model(session, name).parent
         if parent is not None:

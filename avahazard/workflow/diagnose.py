@@ -30,7 +30,8 @@ from avahazard.store.models import load_model, now
 from avahazard.store.results import DIAGNOSIS, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
-from avahazard.workflow.stored.own_effects import check_own, read_own
+from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored.own_effects import read_own_of
 
 Report = Callable[[str, float, float], None]
 
@@ -58,9 +59,8 @@ def diagnose_model(
     """
     if plot is not None:
         require_picture(plot)
-    own_files = read_own(effect_files)
     with reading(database) as session:
-        check_own(load_model(session, name), own_files)
+        own_files = read_own_of(load_model(session, name), effect_files)
     own = tuple(effect.definition for effect in own_files.values())
     stored = load_stored(database, name, own)
     if stored.method != "marginal":
@@ -80,7 +80,7 @@ def diagnose_model(
         seed=seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
-    told = diagnosis(name, found, seed)
+    told = replace(diagnosis(name, found, seed), notes=notes_of_fit(stored))
     if expect:
         at = now().isoformat(timespec="seconds")
         told = replace(told, declared=Declared(tuple(dict.fromkeys(expect)), f"{at}Z"))

@@ -65,12 +65,17 @@ def show_effect(database: str, key: str) -> EffectDetails:
 def write_template(file: Path) -> WrittenTemplate:
     """Write a commented effect file to start from. Raises `AvahazardError` where it exists."""
     try:
-        with file.open("x", encoding="utf-8") as stream:
-            stream.write(TEMPLATE)
+        stream = file.open("x", encoding="utf-8")
     except FileExistsError as error:
         raise AvahazardError(
             f"{file} is there already and is not overwritten.", "Name another file."
         ) from error
+    try:
+        with stream:
+            stream.write(TEMPLATE)
+    except BaseException:
+        file.unlink(missing_ok=True)
+        raise
     return WrittenTemplate(str(file))
 
 

@@ -22,6 +22,7 @@ from avahazard.store.models import load_model, now
 from avahazard.store.path_results import BOUNDS, ZONES, latest_documents, latest_run, read_run
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.workflow.stored.notes import notes_of
 
 if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MappedPath
@@ -61,14 +62,17 @@ def export(database: str, name: str, file: FilePath) -> Export:
         rows = latest_documents(session, BOUNDS, name)
         zones = latest_documents(session, ZONES, name)
         records = load_records(session)
+        known = notes_of(session, name, records)
     if not rows:
         raise _no_bounds(name)
+    rows = [{**row, "notes": _joined(row.get("notes", ()), known)} for row in rows]
     if ending in TABLES:
         is_own, write = TABLES[ending]
         bounds = [HazardRow.from_dict(dict(row)) for row in rows]
         _replace(file, is_own, lambda part: write(part, bounds))
-        return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), ())
+        return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), known)
     made, notes = _layers(records, rows, zones or [])
+    notes = [*known, *notes]
     if zones is None:
         notes.append(f"no zones are stored by {name}: avahazard zones {name}")
     _write_map(file, made)
@@ -87,9 +91,13 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
         if run is None:
             raise _no_bounds(name)
 
+        known = notes_of(session, name, load_records(session))
+
         def rows() -> Iterator[HazardRow]:
             for found in read_run(session, run):
-                yield from (HazardRow.from_dict(row) for row in found.documents)
+                for row in found.documents:
+                    notes = _joined(row.get("notes", ()), known)
+                    yield HazardRow.from_dict({**row, "notes": notes})
 
         n_rows = n_places = 0
 
@@ -106,6 +114,11 @@ def _no_bounds(name: str) -> AvahazardError:
     return AvahazardError(
         f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
     )
+
+
+def _joined(then: Sequence[str], now_known: Sequence[str]) -> list[str]:
+    """The notes of a row when it was computed, and what is known of its model today."""
+    return list(dict.fromkeys((*then, *now_known)))
 
 
 def _layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer], list[str]]:

@@ -6,6 +6,7 @@ runs by itself, as in the paper, or with the effects of a stored model.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Literal
@@ -39,6 +40,8 @@ from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.model_friction import apparent_friction, friction_view, from_reference
 from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored.own_effects import own_effects
 
 Floats = NDArray[np.float64]
 Kappa = float | Literal["auto"]
@@ -56,6 +59,7 @@ def show_frictions(
     kappa: Kappa = DEFAULT_KAPPA,
     plot: FilePath | None = None,
     model: str | None = None,
+    effect_files: Sequence[FilePath] = (),
 ) -> Frictions:
     """The apparent friction of every event, of one path or all.
 
@@ -71,7 +75,7 @@ def show_frictions(
     if plot is not None:
         require_picture(plot)
     if model is not None:
-        return _by_model(database, model, path_id, kappa, plot)
+        return _by_model(database, model, path_id, kappa, plot, effect_files)
     with reading(database) as session:
         records = load_records(session)
     if path_id is not None:
@@ -88,9 +92,14 @@ def show_frictions(
 
 
 def _by_model(
-    database: str, name: str, path_id: str | None, kappa: Kappa, plot: FilePath | None
+    database: str,
+    name: str,
+    path_id: str | None,
+    kappa: Kappa,
+    plot: FilePath | None,
+    effect_files: Sequence[FilePath],
 ) -> Frictions:
-    stored = load_stored(database, name)
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
     fitted = stored.model
     if path_id is not None:
         fitted = stored.on(_events_of(stored.records, path_id))
@@ -99,11 +108,10 @@ def _by_model(
     reference = found.mu * np.exp(-from_reference(fitted))
     frictions = _frictions(observations, found, predicted, kappa)
     events = zip(frictions.events, reference, strict=True)
-    changed = f"the records have changed since {name} was calibrated."
     frictions = replace(
         frictions,
         model=name,
-        notes=(changed,) if stored.records_changed else (),
+        notes=notes_of_fit(stored),
         events=Rows(replace(event, mu_reference=_finite(mu)) for event, mu in events),
     )
     if plot is not None:

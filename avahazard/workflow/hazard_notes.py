@@ -5,19 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.workflow.stored.model import StoredFit
+from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.path_hazard import ignores_volume
 
 
 def model_notes(stored: StoredFit) -> list[str]:
     """What goes with every row of a model."""
-    spread = stored.result.path_spread
-    notes = [] if spread is None else [spread.note(stored.name)]
-    if stored.records_changed:
-        notes.append(stale_words(stored.name))
-    if not stored.result.diagnostics.converged:
-        notes.append(unconverged_words(stored.name))
+    notes = list(notes_of_fit(stored))
     if ignores_volume(stored):
         notes.append("this model's friction is the same for every volume.")
     return notes

@@ -15,6 +15,7 @@ from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.files.conventions import UNKNOWN, Conventions
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
+from avahazard.records.vague import vague_stops
 from avahazard.results.base import Rows
 from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
 from avahazard.store.records import load_records, save_records
@@ -60,6 +61,7 @@ def import_files(
         intake = read_files(tables, stored, drawn=drawn, given=given)
         merge = merge_records(intake, stored, update=update)
         intake.notes += _dwarfing_volumes(merge.write, stored)
+        intake.notes += vague_stops(merge.write, stored)
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:

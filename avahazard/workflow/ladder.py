@@ -11,9 +11,11 @@ from avahazard.results.base import Rows
 from avahazard.results.comparison import Comparison
 from avahazard.results.ladder import Ladder, Rung, Standing
 from avahazard.store.models import StoredModel, list_models
+from avahazard.store.records import load_records
 from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.compare import compare, stored_comparison
+from avahazard.workflow.stored.notes import notes_of
 from avahazard.workflow.stored.own_effects import effects_of
 
 Report = Callable[[str, float, float], None]
@@ -48,6 +50,8 @@ def ladder(
         require_picture(plot)
     with reading(database) as session:
         models = list_models(session)
+        records = load_records(session)
+        told = [note for model in models for note in notes_of(session, model.name, records)]
         known = {
             model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
             for model in models
@@ -56,7 +60,7 @@ def ladder(
         raise AvahazardError(
             "There is no model yet.", "Make one: avahazard calibrate NAME, then avahazard add."
         )
-    notes = []
+    notes = told
     for model in models:
         if known[model.name] is None:
             try:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import datetime as dt
 
+from avahazard.hazard.notes import unconverged_words
 from avahazard.results.base import Rows
 from avahazard.results.calibration import Calibration
 from avahazard.results.catalogue import ModelSummary
 from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import list_models, load_model
+from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.workflow.stored.notes import notes_of
 
 IN_SHORT = ("parent", "law", "scatter", "distribution", "method", "effects", "n_events")
 
@@ -46,7 +49,11 @@ def show_model(database: str, name: str) -> Calibration:
     with reading(database) as session:
         created = load_model(session, name).created
         result = latest_calibration(session, name).result
-    return Calibration.from_dict({**result, "created": _utc(created)})
+        known = notes_of(session, name, load_records(session))
+    # Those of the calibration and those of today; not converged is told in figures there.
+    notes = [n for n in known if n != unconverged_words(name) and n not in result["notes"]]
+    told = {"notes": [*result["notes"], *notes], "created": _utc(created)}
+    return Calibration.from_dict({**result, **told})
 
 
 def _utc(time: dt.datetime) -> str:

@@ -24,6 +24,7 @@ from avahazard.results.base import Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import coordinate_name, require_comparable, x_scores
 from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import ignores_volume
 
@@ -53,8 +54,7 @@ def predict(
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
     notes = _extrapolated(stored, new.events)
-    if stored.records_changed:
-        notes.append(f"the records have changed since {name} was calibrated")
+    notes += notes_of_fit(stored)
     model = stored.on(new.events)
     stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
     lengths = model.observations.kind == LENGTH

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
 
@@ -24,6 +25,8 @@ from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import ignores_volume
 
 Floats = NDArray[np.float64]
@@ -69,6 +72,7 @@ def run_model(
     mu: float | None = None,
     table: bool = False,
     plot: FilePath | None = None,
+    effect_files: Sequence[FilePath] = (),
 ) -> Runout:
     """Run the block down a path with the effects of model `name`.
 
@@ -84,7 +88,7 @@ def run_model(
         require_picture(plot)
     if mu is None and not (volume_m3 is not None and np.isfinite(volume_m3) and volume_m3 > 0.0):
         raise AvahazardError("The volume must be a number over 0.", "Give it in m3: --volume 20000")
-    stored = load_stored(database, name)
+    stored = load_stored(database, name, own_effects(database, name, effect_files))
     find_profile(stored.records, find_path(stored.records, path_id))
     # One event of that volume, from the path's own release.
     model = stored.on([Event("", path_id=path_id, volume_m3=volume_m3)])
@@ -96,11 +100,9 @@ def run_model(
     site = model.observations.sites[0]
     values = model.posterior.layout.effect_values(model.draws.mean(axis=0))
     resistance = model.posterior.resistance(site, values)
-    notes = []
+    notes = list(notes_of_fit(stored))
     if volume_m3 is not None and not ignores_volume(stored):
         notes += extrapolation(stored.model, path_id, volume_m3).notes()
-    if stored.records_changed:
-        notes.append(f"the records have changed since {name} was calibrated.")
     found = replace(
         run_site(site, mu, resistance),
         model=name,

@@ -9,7 +9,6 @@ import numpy as np
 
 from avahazard.effects.catalogue import catalogue
 from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
-from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
 from avahazard.hazard.zones.pressure import DENSITY_KG_M3, DENSITY_SD_KG_M3
@@ -25,6 +24,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.stored.by_path import PathWork, run_paths, went_on
 from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import applied_model
 from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
@@ -150,8 +150,4 @@ def _notes(stored: StoredFit, entries: Sequence[ZonedPath]) -> list[str]:
             "the pressures are too high where the path is steep and long. Measured speeds, and "
             f"the effect {mend}, would mend it."
         )
-    if stored.records_changed:
-        notes.append(stale_words(stored.name))
-    if not stored.result.diagnostics.converged:
-        notes.append(unconverged_words(stored.name))
-    return notes
+    return [*notes, *notes_of_fit(stored)]

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from avahazard.effects.effect import Parameter
-from avahazard.effects.from_file import definition_from, known_values, read_effect_file
+from avahazard.effects.from_file import (
+    declared_key,
+    definition_from,
+    known_values,
+    read_effect_file,
+)
 from avahazard.records.errors import AvahazardError
 from tests.effects.event_table import event_table
 
@@ -75,6 +80,25 @@ def test_what_is_wrong_with_a_file(old: str, new: str, message: str) -> None:
         definition_from(GOOD.replace(old, new), "aspect.py")
     assert message in f"{found.value.message} {found.value.hint}"
     assert "aspect.py" in found.value.message
+
+
+def test_a_file_that_ends_the_program_is_told_as_one_that_does_not_run() -> None:
+    with pytest.raises(AvahazardError, match=r"does not run, line 9: SystemExit: 0"):
+        definition_from(GOOD + "raise SystemExit(0)\n", "aspect.py")
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (GOOD, "aspect"),
+        ('KEY, MEANING = "own", "Mine."', "own"),
+        ("KEY = 'a' + 'b'", None),
+        ("def (", None),
+        ("", None),
+    ],
+)
+def test_the_key_of_a_text_is_known_without_running_it(text: str, key: str | None) -> None:
+    assert declared_key(text) == key
 
 
 def test_a_tabulated_parameter_gets_a_grid_with_its_neutral_value() -> None:

@@ -21,3 +21,22 @@ def test_every_format_is_written(tmp_path: Path, suffix: str) -> None:
 def test_a_name_of_no_picture(tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="not the name of a picture"), picture(tmp_path / "a"):
         pass
+
+
+def test_a_picture_that_fails_leaves_no_file_and_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    def full(_self: Figure, file: Path, **_: object) -> None:
+        file.write_bytes(b"half")
+        raise OSError(28, "No space left on device")
+
+    old = tmp_path / "old.png"
+    old.write_bytes(b"old")
+    monkeypatch.setattr(Figure, "savefig", full)
+    for file in (old, tmp_path / "new.png"):
+        with pytest.raises(OSError, match="No space"), picture(file):
+            pass
+    assert [f.name for f in tmp_path.iterdir()] == ["old.png"]
+    assert old.read_bytes() == b"old"

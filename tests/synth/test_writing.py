@@ -47,3 +47,11 @@ def test_a_folder_with_something_in_it_is_refused(tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="not an empty folder"):
         write_world(tmp_path / "mine.txt", records, truth)
     assert [f.name for f in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_world_that_cannot_be_written_leaves_an_empty_folder(tmp_path: Path) -> None:
+    records, truth = world(3, n_events=50, n_paths=3)
+    with pytest.raises(TypeError):
+        write_world(tmp_path / "one", records, {**truth, "no": object()})
+    assert list((tmp_path / "one").iterdir()) == []
+    assert write_world(tmp_path / "one", records, truth)

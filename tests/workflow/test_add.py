@@ -9,13 +9,14 @@ import pytest
 
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.records.errors import AvahazardError
-from avahazard.store.models import list_models, load_model
+from avahazard.store.models import list_models, load_model, save_model
 from avahazard.store.results import COMPARISON, latest_result
-from avahazard.store.session import reading
+from avahazard.store.session import reading, writing
 from avahazard.workflow.add import add
 from avahazard.workflow.ladder import ladder
 from avahazard.workflow.predict import predict
 from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.own_effects import own_effects
 
 LEVELS = """
 from avahazard.effects.effect import Parameter
@@ -49,6 +50,44 @@ def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
     assert rows[1].held_out_crps_m == found.after.held_out_crps_m
     with reading(snow_database) as session:
         assert latest_result(session, COMPARISON, "base") is not None
+
+
+@pytest.mark.slow
+def test_a_child_whose_comparison_cannot_be_stored_is_not_stored_either(
+    snow_database: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise OSError("killed")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("avahazard.workflow.add.save_result", broken)
+        with pytest.raises(OSError, match="killed"):
+            add(snow_database, "base", ["season"], "season")
+    with reading(snow_database) as session:
+        assert [model.name for model in list_models(session)] == ["base"]
+    assert add(snow_database, "base", ["season"], "season").comparison is not None
+
+
+def test_a_changed_effect_file_is_not_run(
+    snow_database: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = LEVELS.format(levels=["wet", "dry"])
+    file = tmp_path / "own.py"
+    file.write_text(text, encoding="utf-8")
+    with writing(snow_database) as session:
+        kept = load_model(session, "base").specification
+        kept = {**kept, "specification": {**kept["specification"], "effects": ["snow"]}}
+        save_model(session, "own", kept, effect_file=text)
+    file.write_text(text + "print('it ran')\n", encoding="utf-8")
+    for use in (
+        lambda: own_effects(snow_database, "own", [file]),
+        lambda: add(snow_database, "own", ["season"], "more", effect_files=[file]),
+    ):
+        with pytest.raises(AvahazardError, match="it was not run"):
+            use()
+    assert capsys.readouterr().out == ""
+    file.write_text(text, encoding="utf-8")
+    assert [d.key for d in own_effects(snow_database, "own", [file])] == ["snow"]
 
 
 @pytest.mark.slow

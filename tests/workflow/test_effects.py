@@ -55,6 +55,15 @@ def test_bounds_are_told(snow_database: str) -> None:
     assert show_effect(snow_database, "season").parameters[0].high is None
 
 
+def test_a_template_that_cannot_be_written_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("avahazard.workflow.effects.TEMPLATE", "\ud800")  # no UTF-8 for it
+    with pytest.raises(UnicodeEncodeError):
+        write_template(tmp_path / "own.py")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_template_is_never_written_over(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
     assert write_template(file).file == str(file)

@@ -145,7 +145,8 @@ def test_friction_is_the_median_over_the_posterior(models: str, name: str, law: 
     plain = run_path(models, "scey", found.mu)
     assert found.runout_x_m == plain.runout_x_m
     assert found.speeds == plain.speeds
-    assert (found.model, found.volume_m3, found.notes) == (name, 2e4, ())
+    assert (found.model, found.volume_m3) == (name, 2e4)
+    assert found.notes == (f"the chains of {name} have not converged.",)
 
 
 def test_normal_friction_without_centrifugal(models: str) -> None:
@@ -203,4 +204,4 @@ def test_records_that_changed_are_noted(database: str) -> None:
     with writing(database) as session:
         new = Event("new", "scey", runout_elevation_m=1100.0, volume_m3=1e4)
         save_records(session, Records(events=(new,)))
-    assert "have changed" in run_model(database, "scey", "m", volume_m3=1e4).notes[0]
+    assert any("have changed" in n for n in run_model(database, "scey", "m", volume_m3=1e4).notes)

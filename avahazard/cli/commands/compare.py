@@ -78,6 +78,8 @@ def compare(
             console.print(f"  {line}", soft_wrap=True)
 
     emit(context, found, render)
+    for note in found.notes:
+        warn(note)
     unsure = scores.pareto_k_bad - scores.pareto_k_refitted
     if unsure > 0:
         warn(f"{unsure} records weigh so much that the left-out density is rough (Pareto k > 0.7).")

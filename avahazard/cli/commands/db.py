@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.output import emit, table
+from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
 
 db = typer.Typer(
@@ -31,6 +32,8 @@ def upgrade(context: typer.Context) -> None:
     found = upgrade_database(settings(context).database)
 
     def render(console: Console) -> None:
+        if found.backup is not None:
+            console.print(f"Copied it to {found.backup} before.", soft_wrap=True)
         if found.from_ == found.to:
             console.print(f"The database {found.database} is up to date.", soft_wrap=True)
         else:
@@ -68,27 +71,39 @@ def status(context: typer.Context) -> None:
 
 
 @db.command()
-def check(context: typer.Context) -> None:
-    """Check that the database is whole; status 1 when it is not.
+def check(
+    context: typer.Context,
+    full: Annotated[
+        bool, typer.Option("--full", help="Calibrate some models again: the same draws?")
+    ] = False,
+) -> None:
+    """Check that the database is whole, by its checksums; status 1 when it is not.
 
     \b
-    Example:
+    Examples:
       avahazard db check
+      avahazard db check --full
     """
     from avahazard.records.errors import AvahazardError  # noqa: PLC0415
     from avahazard.workflow.database import check as check_whole  # noqa: PLC0415
 
-    found = check_whole(settings(context).database)
+    with show_progress() as report:
+        found = check_whole(settings(context).database, full=full, report=report)
     if not found.whole:
         faults = "\n".join(found.problems)
         raise AvahazardError(
             f"The database {found.database} is not whole.\n{faults}", "Go back to a backup."
         )
-    emit(
-        context,
-        found,
-        lambda console: console.print(f"The database {found.database} is whole.", soft_wrap=True),
-    )
+
+    def render(console: Console) -> None:
+        console.print(f"The database {found.database} is whole.", soft_wrap=True)
+        for model in found.recomputed or ():
+            words = "as stored, to the last bit"
+            if not model.identical:
+                words = f"could not be held against it: {model.why_not}"
+            console.print(f"{model.model} calibrated again: {words}", soft_wrap=True)
+
+    emit(context, found, render)
 
 
 @db.command()

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel, picture
-from avahazard.cli.output import emit, table
+from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
 from avahazard.results.diagnosis import Candidate, Diagnosis
@@ -84,6 +84,8 @@ def diagnose(
         _next_steps(console, found)
 
     emit(context, found, render)
+    for note in found.notes:
+        warn(note)
 
 
 def _nearest(console: Console, best: Candidate, n_tried: int) -> None:

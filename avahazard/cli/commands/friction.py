@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import picture
+from avahazard.cli.options import EffectFiles, picture
 from avahazard.cli.output import emit, number, table, warn
 from avahazard.cli.settings import settings
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
@@ -50,6 +50,7 @@ def friction(
     plot: Annotated[
         Path | None, picture("Draw the densities, and by a model its law and the events")
     ] = None,
+    effect_file: EffectFiles = None,
 ) -> None:
     """Show the apparent friction of the events and its density.
 
@@ -62,7 +63,12 @@ def friction(
     from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
     found = show_frictions(
-        settings(context).database, path, "auto" if kappa == "auto" else float(kappa), plot, model
+        settings(context).database,
+        path,
+        "auto" if kappa == "auto" else float(kappa),
+        plot,
+        model,
+        effect_file or (),
     )
 
     def render(console: Console) -> None:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import OnePath, picture
+from avahazard.cli.options import EffectFiles, OnePath, picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.runout_table import show_table
 from avahazard.cli.settings import settings
@@ -45,6 +45,7 @@ def runout(
     plot: Annotated[
         Path | None, picture("Draw the run and its speeds, or F and F′ with --table")
     ] = None,
+    effect_file: EffectFiles = None,
 ) -> None:
     """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
 
@@ -58,7 +59,7 @@ def runout(
         raise typer.BadParameter("Give --mu MU, or --model NAME with --volume M3.")
     if volume is not None and model is None:
         raise typer.BadParameter("A --volume changes the run only through a --model.")
-    found = _run(settings(context).database, path, mu, volume, model, curve, plot)
+    found = _run(settings(context).database, path, mu, volume, model, curve, plot, effect_file)
 
     def render(console: Console) -> None:
         console.print(_ending(found), soft_wrap=True)
@@ -83,11 +84,21 @@ def _run(
     model: str | None,
     curve: bool,
     plot: Path | None,
+    effect_files: list[Path] | None,
 ) -> Runout:
     from avahazard.workflow.runout import run_model, run_path  # noqa: PLC0415
 
     if model is not None:
-        return run_model(database, path, model, volume_m3=volume, mu=mu, table=curve, plot=plot)
+        return run_model(
+            database,
+            path,
+            model,
+            volume_m3=volume,
+            mu=mu,
+            table=curve,
+            plot=plot,
+            effect_files=effect_files or (),
+        )
     assert mu is not None
     return run_path(database, path, mu, table=curve, plot=plot)
 

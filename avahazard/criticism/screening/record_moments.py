@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.likelihood.straight_density import N_POINTS, straight_points
+from avahazard.inference.likelihood.straight_density import straight_points
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
 
@@ -93,8 +93,8 @@ def record_moments(  # type: ignore[no-untyped-def]
             )
             log_norm = 0.0
         elif not np.isnan(height[i]):
-            straight_points(height[i], observed[i], sigma[i], True, points, logs)
-            count, log_norm = N_POINTS, 0.0
+            count = straight_points(height[i], observed[i], sigma[i], True, points, logs)
+            log_norm = 0.0
         else:
             count = _stop_points(
                 record[i],

@@ -43,6 +43,7 @@ def event_terms(
 ) -> EventTerms:
     """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
 
+    Tails of vague records are added (`Nodes`).
     `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
     `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t,
     a few records being grossly wrong (`wrong_records`).
@@ -89,34 +90,38 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep): 
         if not keep[i]:
             continue
         lift = 0.0
+        used = nodes.used[i]
+        place, weight = nodes.place[i, :used], nodes.weight[i, :used]
         for q in range(n_volumes):
             if nodes.is_probability[i]:
-                _probability(
-                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], student, part[q]
-                )
-            elif student:
-                _student_density(
-                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], part[q]
-                )
+                _probability(place, weight, location[i, q], scatter[i, q], student, part[q])
+                continue
+            if student:
+                _student_density(place, weight, location[i, q], scatter[i, q], part[q])
             else:
-                _density(
-                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], 0.0, part[q]
+                _density(place, weight, location[i, q], scatter[i, q], 0.0, part[q])
+            if nodes.tail[i, 0] > 0.0 or nodes.tail[i, 1] > 0.0:
+                _tails(
+                    nodes.tail_place[i],
+                    nodes.tail[i],
+                    location[i, q],
+                    scatter[i, q],
+                    student,
+                    part[q],
                 )
         if not student and not nodes.is_probability[i] and np.max(part[:, 0]) < UNDERFLOW:
             # Far off, the exponents are lifted by the largest.
-            lift = _lift(nodes.place[i], nodes.weight[i], location[i], scatter[i])
+            lift = _lift(place, weight, location[i], scatter[i])
             for q in range(n_volumes):
-                _density(
-                    nodes.place[i], nodes.weight[i], location[i, q], scatter[i, q], lift, part[q]
-                )
+                _density(place, weight, location[i, q], scatter[i, q], lift, part[q])
         total = _gather(part, volume_weight[i], nodes.floor[i], by_location[i], by_scatter[i])
         value[i] = np.log(max(total[0], TINY)) + nodes.log_scale[i] - lift
         curvature[i] = total[1]
         if nodes.has_limit[i]:
             for q in range(n_volumes):
                 _probability(
-                    nodes.seen_place[i],
-                    nodes.seen_weight[i],
+                    nodes.seen_place[i, :used],
+                    nodes.seen_weight[i, :used],
                     location[i, q],
                     scatter[i, q],
                     student,
@@ -221,6 +226,26 @@ def _student_density(place, weight, m, sigma, out):  # type: ignore[no-untyped-d
     out[1] = first / (sigma * sigma)
     out[2] = by_scatter / sigma
     out[3] = second / (sigma * sigma * sigma)
+
+
+@kernel
+def _tails(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
+    """Add w P(ν < ν_0 | m, σ) + w' P(ν > ν_1 | m, σ) and its derivatives to `out`."""
+    for side in range(2):
+        if weight[side] == 0.0:
+            continue
+        sign = 1.0 if side == 0 else -1.0
+        z = (place[side] - m) / sigma
+        if student:
+            cdf = student_below(sign * z)
+            pdf, pull, _ = student_density(z)
+        else:
+            cdf = normal_below(sign * z)
+            pdf, pull = normal_density(z), z
+        out[0] += weight[side] * cdf
+        out[1] -= sign * weight[side] * pdf / sigma
+        out[2] -= sign * weight[side] * z * pdf
+        out[3] -= sign * weight[side] * pull * pdf / (sigma * sigma)
 
 
 @kernel

@@ -118,7 +118,7 @@ def _as_if_normal(nodes, location, scatter, in_log, keep):  # type: ignore[no-un
         if not keep[i] or nodes.is_probability[i]:
             continue
         total, first, second = 0.0, 0.0, 0.0
-        for k in range(nodes.place.shape[1]):
+        for k in range(nodes.used[i]):
             total += nodes.weight[i, k]
             first += nodes.weight[i, k] * nodes.place[i, k]
             second += nodes.weight[i, k] * nodes.place[i, k] ** 2

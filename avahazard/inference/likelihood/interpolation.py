@@ -64,6 +64,9 @@ def interpolated(cubic: Floats, linear: Floats, corners: Nodes) -> Nodes:
     return Nodes(
         place=place,
         weight=weight,
+        used=corners.used[0],
+        tail_place=corners.tail_place[0],
+        tail=np.tensordot(linear, corners.tail, 1),
         log_scale=cubic @ corners.log_scale,
         is_probability=plain,
         floor=linear @ corners.floor,

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.interpolation import interpolated, line_weights, stack
-from avahazard.inference.likelihood.nodes import Nodes, build_nodes, record_nodes, speed_nodes
+from avahazard.inference.likelihood.nodes import (
+    Ints,
+    Nodes,
+    build_nodes,
+    needed_panels,
+    record_nodes,
+    speed_nodes,
+)
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
     Predicted,
@@ -56,6 +63,7 @@ class NodeGrid:
             () if layout.speed_scatter is None else (layout.speed_scatter,)
         )
         self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
+        self._panels: Ints | None = None
         self._forget()
 
     def _forget(self) -> None:
@@ -112,13 +120,39 @@ class NodeGrid:
             key = index[: len(self.layout.tables)]
             if key not in self._record_nodes:
                 records = record_nodes(
-                    self.observations, predicted, self._limit(values), self.in_log
+                    self.observations, predicted, self.panels(), self._limit(values), self.in_log
                 )
                 self._record_nodes[key] = records._replace(log_wrong=self._log_wrong)
             self._nodes[index] = speed_nodes(
-                self._record_nodes[key], self.observations, predicted, speed_scatter, self.in_log
+                self._record_nodes[key],
+                self.observations,
+                predicted,
+                self.panels(),
+                speed_scatter,
+                self.in_log,
             )
         return self._nodes[index]
+
+    def panels(self) -> Ints:
+        """Panels of friction for each event `[n_events]`, the same at every point of the grids.
+
+        They are those of the neutral model with the largest errors of the records.
+        """
+        if self._panels is None:
+            u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
+            values = self.layout.effect_values(u)
+            for effect in self.effects:
+                if effect.record_scale is not None:
+                    place = self.layout.places[effect.key]
+                    u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
+            scaled = self.layout.effect_values(u)
+            predicted = predict_records(
+                self.observations, self.effects, scaled, self.curvature, self._block_runs(values)
+            )
+            speed = self.layout.speed_scatter
+            scatter = 0.0 if speed is None else float(np.exp(self.layout.slots[speed].mean))
+            self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
+        return self._panels
 
     def exact(self, u: Floats) -> Nodes:
         """Nodes from tables made for just these coordinates."""
@@ -129,6 +163,7 @@ class NodeGrid:
             0.0 if speed is None else float(np.exp(u[speed])),
             self._limit(self.layout.effect_values(u)),
             self.in_log,
+            self.panels(),
         )
         return nodes._replace(log_wrong=self._log_wrong)
 

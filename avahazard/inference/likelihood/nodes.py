@@ -8,7 +8,8 @@ Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
 likelihood has two parts. Without a profile no table is needed (`straight_density`). Events that
 left the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that
-a stop low enough was seen.
+a stop low enough was seen. A record so vague that frictions beyond the tables might have left it
+adds w P(ν < lowest) and w P(ν > highest).
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+from avahazard.inference.likelihood.panels import A_PANEL, N_NODES, finest, n_panels, panel_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.record_density import record_density_nodes
 from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measured_speeds
@@ -31,13 +32,14 @@ from avahazard.physics.runout_curve import MU
 from avahazard.workers import n_workers, ordered_map
 
 Floats = NDArray[np.float64]
-
-N_NODES = 10
+Ints = NDArray[np.int64]
 
 
 class Nodes(NamedTuple):
-    """Nodes of all events, `[n_events, N_NODES]`; `place` is ν, or μ for normal scatter.
+    """Nodes of all events, `[n_events, n_nodes]`; `place` is ν, or μ for normal scatter.
 
+    `used` `[n_events]` counts those of each event; others have weight 0. `tail` `[n_events, 2]`
+    are weights of P(ν < place) and P(ν > place) at `tail_place` `[n_events, 2]`.
     `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
     probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by,
     `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` as in `wrong_records` (or -inf).
@@ -46,6 +48,9 @@ class Nodes(NamedTuple):
 
     place: Floats
     weight: Floats
+    used: Ints
+    tail_place: Floats
+    tail: Floats
     log_scale: Floats
     is_probability: NDArray[np.bool_]
     floor: Floats
@@ -62,20 +67,34 @@ def build_nodes(
     speed_scatter: float = 0.0,
     limit: Floats | None = None,
     in_log: bool = True,
+    panels: Ints | None = None,
 ) -> Nodes:
     """Nodes of every event for one set of tables.
 
     `speed_scatter` (m/s) is the standard deviation of the model's own error of speed, correlated
     along the track; `limit` `[n_events]` replaces the elevations above which a stop is not
-    seen; `in_log` gives nodes in log μ, else in μ.
+    seen; `in_log` gives nodes in log μ, else in μ; `panels` `[n_events]` as in `needed_panels`,
+    by default what these tables need.
     """
-    records = record_nodes(observations, predicted, limit, in_log)
-    return speed_nodes(records, observations, predicted, speed_scatter, in_log)
+    if panels is None:
+        panels = needed_panels(observations, predicted, speed_scatter, in_log)
+    records = record_nodes(observations, predicted, panels, limit, in_log)
+    return speed_nodes(records, observations, predicted, panels, speed_scatter, in_log)
+
+
+def needed_panels(
+    observations: Observations, predicted: Predicted, speed_scatter: float, in_log: bool
+) -> Ints:
+    """Panels of friction for each event `[n_events]`: 1 but for likelihoods that are wide."""
+    one = np.ones(observations.n_events, dtype=np.int64)
+    nodes = build_nodes(observations, predicted, speed_scatter, None, in_log, one)
+    return np.where(nodes.is_probability, 1, n_panels(nodes.place, nodes.weight, in_log))
 
 
 def record_nodes(
     observations: Observations,
     predicted: Predicted,
+    panels: Ints,
     limit: Floats | None = None,
     in_log: bool = True,
 ) -> Nodes:
@@ -95,6 +114,8 @@ def record_nodes(
         has_speed,
         np.log(MU) if in_log else MU,
         in_log,
+        panels,
+        finest(in_log),
     )
     return Nodes(*built, np.full(observations.n_events, -np.inf))  # type: ignore[call-arg]
 
@@ -103,6 +124,7 @@ def speed_nodes(
     records: Nodes,
     observations: Observations,
     predicted: Predicted,
+    panels: Ints,
     speed_scatter: float,
     in_log: bool = True,
 ) -> Nodes:
@@ -112,6 +134,7 @@ def speed_nodes(
     nodes = records._replace(
         place=records.place.copy(),
         weight=records.weight.copy(),
+        tail=records.tail.copy(),
         log_scale=records.log_scale.copy(),
     )
     measured = measured_speeds(observations.speeds)
@@ -135,6 +158,8 @@ def speed_nodes(
             observations.observed,
             predicted.sigma,
             in_log,
+            panels,
+            finest(in_log),
             nodes,
         )
 
@@ -145,15 +170,34 @@ def speed_nodes(
 
 @kernel
 def _build(  # type: ignore[no-untyped-def]
-    record, elevation, left, observed_left, observed, sigma, height, limit, has_speed, grid, in_log
+    record,
+    elevation,
+    left,
+    observed_left,
+    observed,
+    sigma,
+    height,
+    limit,
+    has_speed,
+    grid,
+    in_log,
+    panels,
+    most_apart,
 ):
     n = len(record)
-    place = np.zeros((n, N_NODES))
-    weight = np.zeros((n, N_NODES))
+    used = np.maximum(A_PANEL * panels, N_NODES)
+    most = N_NODES
+    for i in range(n):
+        most = max(most, used[i])
+    place = np.zeros((n, most))
+    weight = np.zeros((n, most))
+    tail_place = np.empty((n, 2))
+    tail_place[:, 0], tail_place[:, 1] = grid[0], grid[-1]
+    tail = np.zeros((n, 2))
     log_scale = np.zeros(n)
     is_probability = np.zeros(n, dtype=np.bool_)
-    seen_place = np.zeros((n, N_NODES))
-    seen_weight = np.zeros((n, N_NODES))
+    seen_place = np.zeros((n, most))
+    seen_weight = np.zeros((n, most))
     floor = np.zeros(n)
     seen_floor = np.ones(n)
     has_limit = np.zeros(n, dtype=np.bool_)
@@ -163,8 +207,8 @@ def _build(  # type: ignore[no-untyped-def]
             is_probability[i] = True
             floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
         elif not np.isnan(height[i]) and not np.isnan(observed[i]):
-            log_scale[i] = straight_density_nodes(
-                height[i], observed[i], sigma[i], in_log, place[i], weight[i]
+            log_scale[i], tail_place[i, 1] = straight_density_nodes(
+                height[i], observed[i], sigma[i], in_log, panels[i], place[i], weight[i], tail[i]
             )
         elif not has_speed[i]:
             log_scale[i] = record_density_nodes(
@@ -175,17 +219,30 @@ def _build(  # type: ignore[no-untyped-def]
                 sigma[i],
                 no_speed,
                 grid,
+                panels[i],
+                most_apart,
                 place[i],
                 weight[i],
+                tail[i],
             )
         if not np.isnan(limit[i]):
             has_limit[i] = True
             seen_floor[i] = _edges_of_sight(
-                elevation[i], left[i], limit[i], sigma[i], grid, seen_place[i], seen_weight[i]
+                elevation[i],
+                left[i],
+                limit[i],
+                sigma[i],
+                grid,
+                panels[i],
+                seen_place[i],
+                seen_weight[i],
             )
     return (
         place,
         weight,
+        used,
+        tail_place,
+        tail,
         log_scale,
         is_probability,
         floor,
@@ -209,7 +266,7 @@ def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def
 
 
 @kernel
-def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type: ignore[no-untyped-def]
+def _edges_of_sight(elevation, left, limit, sigma, grid, panels, place, weight):  # type: ignore[no-untyped-def]
     """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀."""
     n = len(grid)
     points = np.empty(n)
@@ -225,6 +282,6 @@ def _edges_of_sight(elevation, left, limit, sigma, grid, place, weight):  # type
             level = chance
             count += 1
     if count:
-        gauss_nodes(points[:count], drops[:count], place, weight)
+        panel_nodes(points[:count], drops[:count], panels, place, weight)
         weight *= 1.0 - level
     return level

@@ -114,9 +114,21 @@ def between(mu, record, left, speeds, log_likelihood, observed_left):  # type: i
 
 @kernel
 def fill_speed_nodes(  # type: ignore[no-untyped-def]
-    measured, predicted, scatter, mu, record, left, observed_left, observed, error, in_log, nodes
+    measured,
+    predicted,
+    scatter,
+    mu,
+    record,
+    left,
+    observed_left,
+    observed,
+    error,
+    in_log,
+    panels,
+    finest,
+    nodes,
 ):
-    """Fill in place, weight and log scale (`nodes`) of the events with speeds.
+    """Fill in place, weight, tail and log scale (`nodes`) of the events with speeds.
 
     `measured` are `MeasuredSpeeds`, `predicted` `[n_friction, n_speeds]` the block's (m/s)
     with the model's own error `scatter`; the others `[n_events(, n_friction)]` as in `nodes`.
@@ -136,9 +148,17 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
             error[i],
             _log_density(speed, track.speeds, errors),
             np.log(track.grid) if in_log else track.grid,
+            panels[i],
+            finest,
             nodes.place[i],
             nodes.weight[i],
+            nodes.tail[i],
         )
+        # Frictions that the speeds rule out lie beyond the fine ones.
+        if track.grid[0] > mu[0]:
+            nodes.tail[i, 0] = 0.0
+        if track.grid[-1] < mu[-1]:
+            nodes.tail[i, 1] = 0.0
 
 
 @kernel

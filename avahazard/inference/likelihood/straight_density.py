@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+from avahazard.inference.likelihood.panels import panel_nodes
+from avahazard.inference.likelihood.record_density import LEAST_TAIL
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
 
@@ -16,14 +17,16 @@ REACH = 7.0
 """Lengths farther than this many standard deviations from the record say nothing about μ."""
 STEEPEST = 3.0
 """Friction up to which a record that tells next to nothing is followed."""
-N_POINTS = 128
+STEP, FEWEST, N_POINTS = 0.02, 128, 512
+"""Step in log μ, and the fewest and most points."""
 
 
 @kernel
 def straight_points(height, observed, sigma, in_log, points, logs):  # type: ignore[no-untyped-def]
-    """Points `[N_POINTS]` in ν = log μ, or in μ, and the log mass of the likelihood at each.
+    """Points in ν = log μ, or in μ, and the log mass of the likelihood at each; returns how many.
 
-    `height` is the height of fall H, `observed` the runout length with error `sigma`, all in m.
+    `points`, `logs` have room for `N_POINTS`. `height` is the height of fall H, `observed` the
+    runout length with error `sigma`, all in m.
     """
     shortest = height / STEEPEST
     if observed > 0.0:
@@ -32,8 +35,10 @@ def straight_points(height, observed, sigma, in_log, points, logs):  # type: ign
     high = observed + REACH * sigma
     if high <= low:  # a made record below zero tells no more than that it is short
         high = 2.0 * low
-    step = (np.log(high) - np.log(low)) / N_POINTS
-    for k in range(N_POINTS):
+    span = np.log(high) - np.log(low)
+    count = int(min(max(np.ceil(span / STEP), FEWEST), N_POINTS))
+    step = span / count
+    for k in range(count):
         place = np.log(height / high) + (k + 0.5) * step
         z = (height * np.exp(-place) - observed) / sigma
         logs[k] = np.log(step) - 0.5 * z * z - np.log(sigma) - HALF_LOG_2PI
@@ -41,14 +46,26 @@ def straight_points(height, observed, sigma, in_log, points, logs):  # type: ign
         if not in_log:
             points[k] = np.exp(place)
             logs[k] += place
+    return count
 
 
 @kernel
-def straight_density_nodes(height, observed, sigma, in_log, place, weight):  # type: ignore[no-untyped-def]
-    """Nodes of p(record | μ); returns the log of its total mass."""
+def straight_density_nodes(height, observed, sigma, in_log, panels, place, weight, tail):  # type: ignore[no-untyped-def]
+    """Nodes of p(record | μ) as in `panels`; returns the log of its total mass and the last place.
+
+    `tail` `[2]` is filled with p(record | μ) before all places (none) and beyond the last, where
+    it is that of a block which goes nowhere, as shares of the total mass.
+    """
     points, logs = np.empty(N_POINTS), np.empty(N_POINTS)
-    straight_points(height, observed, sigma, in_log, points, logs)
+    count = straight_points(height, observed, sigma, in_log, points, logs)
+    points, logs = points[:count], logs[:count]
     top = np.max(logs)
     masses = np.exp(logs - top)
-    gauss_nodes(points, masses, place, weight)
-    return top + np.log(np.sum(masses))
+    panel_nodes(points, masses, panels, place, weight)
+    log_total = top + np.log(np.sum(masses))
+    tail[:] = 0.0
+    z = observed / sigma
+    share = np.exp(-0.5 * z * z - np.log(sigma) - HALF_LOG_2PI - log_total)
+    if share > LEAST_TAIL:
+        tail[1] = share
+    return log_total, points[-1]

@@ -21,7 +21,7 @@ Grids = Mapping[str, tuple[float, ...]]
 SCATTER_CENTRE = 0.15
 """Prior centre of the scatter of log friction: the paper's Gibbs fit has 0.158."""
 MIN_SCATTER_SHARE = 0.15
-"""Least scatter against that centre: below, the nodes of flat run-outs lie too far apart."""
+"""Least scatter against that centre: nodes over friction are close enough for it."""
 MIN_SPREAD = 1e-3
 """Least spread between groups of events, on log friction."""
 WRONG_SHARE, LEAST_WRONG, MOST_WRONG = 0.02, 1e-3, 0.4
@@ -143,6 +143,16 @@ class Layout:
         return result
 
 
+def scatter_centre(in_log: bool) -> float:
+    """Prior centre of the scatter, of log friction or of friction itself."""
+    return SCATTER_CENTRE if in_log else 0.5 * SCATTER_CENTRE
+
+
+def least_scatter(in_log: bool) -> float:
+    """The least that the scatter of friction can be."""
+    return MIN_SCATTER_SHARE * scatter_centre(in_log)
+
+
 def build_layout(
     specification: Specification,
     effects: tuple[Effect, ...],
@@ -158,7 +168,7 @@ def build_layout(
         )
     ]
     log_scatter = specification.distribution == "lognormal"
-    centre = SCATTER_CENTRE if log_scatter else 0.5 * SCATTER_CENTRE
+    centre = scatter_centre(log_scatter)
     scatter = len(slots)
     slots.append(
         Slot(
@@ -166,7 +176,7 @@ def build_layout(
             "",
             float(np.log(centre)),
             1.0,
-            float(np.log(centre * MIN_SCATTER_SHARE)),
+            float(np.log(least_scatter(log_scatter))),
             2.0,
         )
     )

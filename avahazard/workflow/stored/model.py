@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ from avahazard.store.calibrations import latest_calibration, save_calibration
 from avahazard.store.draws import load_draws
 from avahazard.store.models import StoredModel, load_model, save_model
 from avahazard.store.records import load_records
-from avahazard.store.session import reading, writing
+from avahazard.store.session import Session, reading
 from avahazard.workflow.provenance import surroundings
 
 Floats = NDArray[np.float64]
@@ -40,7 +41,7 @@ class StoredFit:
     """A stored model, fitted to the records that it was calibrated on as they are now.
 
     `records` are all of the database, `training` those of the calibration: on `paths`, none: all.
-    `own` are definitions from the user's file, given again.
+    `own` are definitions from the user's file, given again; `version` of the program made it.
     """
 
     name: str
@@ -53,6 +54,7 @@ class StoredFit:
     result: Calibration
     records: Records
     training: Records
+    version: str | None = None
 
     @property
     def specification(self) -> Specification:
@@ -84,14 +86,14 @@ class StoredFit:
 
 
 def save_calibrated(
-    database: str,
+    session: Session,
     found: Calibrated,
     result: Calibration,
     *,
     paths: tuple[str, ...] = (),
     effect_file: str | None = None,
 ) -> None:
-    """Store a model with its calibration: all of it, or nothing.
+    """Store a model with its calibration in the transaction of `session`.
 
     `paths` are those that it was calibrated on, none: all; `effect_file` is the text of the
     user's effects. Raises `AvahazardError` for a taken name or a
@@ -111,24 +113,23 @@ def save_calibrated(
         "grids": refined_grids(model.posterior),
         "slots": slots,
     }
-    with writing(database) as session:
-        save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
-        save_calibration(
-            session,
-            name,
-            settings={
-                "method": model.method,
-                "chains": by_chain[0],
-                "draws": by_chain[1],
-                "made_with": surroundings().to_dict(),
-            },
-            seed=result.seed,
-            data_fingerprint=result.data_fingerprint,
-            diagnostics=document["diagnostics"],
-            converged=result.diagnostics.converged,
-            result=document,
-            draws=draws,
-        )
+    save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
+    save_calibration(
+        session,
+        name,
+        settings={
+            "method": model.method,
+            "chains": by_chain[0],
+            "draws": by_chain[1],
+            "made_with": surroundings().to_dict(),
+        },
+        seed=result.seed,
+        data_fingerprint=result.data_fingerprint,
+        diagnostics=document["diagnostics"],
+        converged=result.diagnostics.converged,
+        result=document,
+        draws=draws,
+    )
 
 
 def load_stored(database: str, name: str, own: Sequence[Definition] = ()) -> StoredFit:
@@ -174,7 +175,14 @@ def load_stored(database: str, name: str, own: Sequence[Definition] = ()) -> Sto
         result=Calibration.from_dict(calibration.result),
         records=records,
         training=training,
+        version=version_of(calibration.settings),
     )
+
+
+def version_of(settings: Mapping[str, Any]) -> str | None:
+    """The version of the program that made a calibration; None where it was not kept."""
+    versions: dict[str, str] = (settings.get("made_with") or {}).get("versions", {})
+    return versions.get("avahazard")
 
 
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from avahazard.effects.effect import Definition
-from avahazard.effects.from_file import EffectFile, read_effect_file
+from avahazard.effects.from_file import EffectFile, declared_key, read_effect_file, read_text
 from avahazard.records.errors import AvahazardError
 from avahazard.store.models import StoredModel, load_model
 from avahazard.store.session import reading
@@ -40,8 +40,7 @@ def own_effects(database: str, name: str, files: Sequence[Path]) -> tuple[Defini
     """
     with reading(database) as session:
         model = load_model(session, name)
-    own = read_own(files)
-    check_own(model, own)
+    own = read_own_of(model, files)
     for key in own:
         if key not in effects_of(model):
             raise AvahazardError(
@@ -49,6 +48,27 @@ def own_effects(database: str, name: str, files: Sequence[Path]) -> tuple[Defini
                 "Leave --effect-file out, or name the model that has it.",
             )
     return tuple(effect.definition for effect in own.values())
+
+
+def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFile]:
+    """The effects of these files by key, none of which runs unless it is that of the model.
+
+    Files with effects that the model does not have are new ones, and run. Raises
+    `AvahazardError` as `read_own` and `check_own` do.
+    """
+    known = () if model.effect_file is None else model.effect_file.split(BETWEEN_FILES)
+    for file in files:
+        text = read_text(file)
+        if text not in known and declared_key(text) in effects_of(model):
+            found = hashlib.sha256(text.encode()).hexdigest()
+            raise AvahazardError(
+                f"The effect file {file} is not the one that {model.name} was made with (its "
+                f"SHA-256 is {found[:12]}…); it was not run.",
+                "Name the old file, or add the changed effect to the parent under a new name.",
+            )
+    own = read_own(files)
+    check_own(model, own)
+    return own
 
 
 def check_own(model: StoredModel, own: dict[str, EffectFile]) -> None:

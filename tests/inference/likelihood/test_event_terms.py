@@ -26,6 +26,9 @@ def _nodes(seed: int = 1) -> Nodes:
     return Nodes(
         place=rng.normal(-0.7, 0.3, (N, N_NODES)),
         weight=weights(),
+        used=np.full(N, N_NODES),
+        tail_place=np.tile([-1.2, 0.1], (N, 1)),
+        tail=np.where(left[:, None], 0.0, rng.uniform(0.0, 0.5, (N, 2))),
         log_scale=np.where(left, 0.0, rng.normal(-5.0, 1.0, N)),
         is_probability=left,
         floor=np.where(left, 0.2, 0.0),
@@ -55,6 +58,9 @@ def _slow(nodes: Nodes, location, scatter, volume_weight, student: bool) -> np.n
             z = (nodes.place[i] - location[i, q]) / scatter[i, q]
             part = law.cdf(z) if nodes.is_probability[i] else law.pdf(z) / scatter[i, q]
             chance += volume_weight[i, q] * np.sum(nodes.weight[i] * part)
+            edge = (nodes.tail_place[i] - location[i, q]) / scatter[i, q]
+            beyond = np.array([law.cdf(edge[0]), law.sf(edge[1])])
+            chance += volume_weight[i, q] * np.sum(nodes.tail[i] * beyond)
             z = (nodes.seen_place[i] - location[i, q]) / scatter[i, q]
             seen += volume_weight[i, q] * np.sum(nodes.seen_weight[i] * law.cdf(z))
         value[i] = np.log(chance) + nodes.log_scale[i]
@@ -96,7 +102,7 @@ def test_derivatives_are_the_differences(student: bool) -> None:
 
 
 def test_far_from_every_node_nothing_underflows() -> None:
-    nodes = _nodes()
+    nodes = _nodes()._replace(tail=np.zeros((N, 2)))
     location, scatter, volume_weight = _setting()
     near = event_terms(nodes, location - 30.0, scatter, volume_weight)
     records = ~nodes.is_probability
@@ -107,7 +113,7 @@ def test_far_from_every_node_nothing_underflows() -> None:
 
 
 def test_one_certain_node_is_the_density_itself() -> None:
-    nodes = _nodes()
+    nodes = _nodes()._replace(tail=np.zeros((N, 2)))
     nodes.weight[:], nodes.weight[:, 0] = 0.0, 1.0
     location, scatter, _ = _setting()
     one = np.ones((N, 1))

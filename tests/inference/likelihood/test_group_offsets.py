@@ -18,6 +18,9 @@ def setting(seed: int) -> tuple[Nodes, np.ndarray, np.ndarray, np.ndarray]:
     nodes = Nodes(
         place=np.log(0.4) + 0.1 * rng.standard_normal((N_EVENTS, 5)),
         weight=rng.uniform(0.1, 1.0, (N_EVENTS, 5)),
+        used=np.full(N_EVENTS, 5),
+        tail_place=np.zeros((N_EVENTS, 2)),
+        tail=np.zeros((N_EVENTS, 2)),
         log_scale=np.zeros(N_EVENTS),
         is_probability=rng.uniform(size=N_EVENTS) < 0.2,
         floor=np.zeros(N_EVENTS),

@@ -63,6 +63,7 @@ def _afresh(model: Posterior, u: np.ndarray) -> np.ndarray:
         0.0 if speed is None else float(np.exp(u[speed])),
         limit,
         model.layout.log_scatter,
+        model.nodes.panels(),
     )
     return model.terms(nodes, *model.location_and_scatter(u)).value
 

@@ -14,8 +14,10 @@ SPEED = -2.0 + 3.0 * GRID
 
 
 def mass(record: np.ndarray, left: np.ndarray, observed: float, sigma: float, gone: bool = False):  # type: ignore[no-untyped-def]
-    place, weight = np.zeros(6), np.zeros(6)
-    log_mass = record_density_nodes(record, left, gone, observed, sigma, SPEED, GRID, place, weight)
+    place, weight, tail = np.zeros(10), np.zeros(10), np.zeros(2)
+    log_mass = record_density_nodes(
+        record, left, gone, observed, sigma, SPEED, GRID, 1, 0.05, place, weight, tail
+    )
     return log_mass, place, weight
 
 

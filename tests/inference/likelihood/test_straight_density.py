@@ -27,7 +27,8 @@ def test_any_friction_is_told(
 ) -> None:
     """Σ w p(ν) is ∫ p(L | μ) p(ν) dν for a law that scatters about H/L, or off it."""
     place, weight = np.zeros(N_NODES), np.zeros(N_NODES)
-    log_scale = straight_density_nodes(height, length, sigma, in_log, place, weight)
+    tail = np.zeros(2)
+    log_scale, _ = straight_density_nodes(height, length, sigma, in_log, 1, place, weight, tail)
     mu = height / length * np.exp(away)
     centre, scatter = (np.log(mu), 0.3) if in_log else (mu, 0.3 * mu)
     found = np.exp(log_scale) * np.sum(weight * norm.pdf(place, centre, scatter))

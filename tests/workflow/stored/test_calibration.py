@@ -29,7 +29,10 @@ def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) 
         on_path = tuple(Event(f"e{i}", "B", runout_x_m=1000.0, volume_m3=1e4) for i in range(7))
         records = bowl(events=on_path)
     posterior = assemble(build_observations(records), specification, {})
-    model = FittedModel(posterior, draws.reshape(-1, draws.shape[2]), offsets)
+    known = draws.reshape(-1, draws.shape[2])
+    rest = len(posterior.layout.slots) - known.shape[1]
+    others_drawn = np.random.default_rng(0).normal(0.5, 0.01, (len(known), rest))
+    model = FittedModel(posterior, np.column_stack([known, others_drawn]), offsets)
     found = chains(names, ("", "")[: len(names)], draws)
     return Calibrated(model, {}, found, 7, **others)
 

@@ -66,7 +66,8 @@ def _store(database: str, found: Calibrated, **more: Any) -> None:
         save_records(session, twin_records())
     records = only_paths(twin_records(), more.get("paths", ()))
     result = calibration_result(found, "m", seed=1, data_fingerprint=data_fingerprint(records))
-    save_calibrated(database, found, result, **more)
+    with writing(database) as session:
+        save_calibrated(session, found, result, **more)
 
 
 def test_a_model_comes_back_whole(any_database: str) -> None:

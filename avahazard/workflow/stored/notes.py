@@ -1,0 +1,66 @@
+"""What whoever reads a result of a stored model must know of the model: one list for all outputs.
+
+Tables, JSON, reports and exports of every command take their notes on the model from here; what
+only some volumes, paths or return periods need is said by `hazard.notes` and `extrapolation`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import avahazard
+from avahazard.hazard.notes import stale_words, unconverged_words
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import only_paths
+from avahazard.results.calibration import Calibration
+from avahazard.store.calibrations import latest_calibration
+from avahazard.store.models import load_model
+from avahazard.store.session import Session
+from avahazard.workflow.stored.model import StoredFit, version_of
+
+FEW_EVENTS = 10
+"""Events under which a model is one of its priors, whatever the chains say."""
+
+
+def notes_of_fit(stored: StoredFit) -> tuple[str, ...]:
+    """The notes on a model that is loaded."""
+    return model_notes(stored.result, stored.records_changed, stored.version)
+
+
+def notes_of(session: Session, name: str, records: Records) -> tuple[str, ...]:
+    """The notes on the model `name`, without loading its draws; `records` are those of today."""
+    try:
+        calibration = latest_calibration(session, name)
+    except AvahazardError:  # nothing to say of a model that has not been calibrated
+        return ()
+    paths: Sequence[str] = load_model(session, name).specification["paths"]
+    changed = True
+    known = {path.path_id for path in records.paths}
+    if known.issuperset(paths):
+        mine = only_paths(records, tuple(paths))
+        changed = data_fingerprint(mine) != calibration.data_fingerprint
+    return model_notes(
+        Calibration.from_dict(calibration.result), changed, version_of(calibration.settings)
+    )
+
+
+def model_notes(result: Calibration, records_changed: bool, version: str | None) -> tuple[str, ...]:
+    """The notes on what a calibration found; `version` is that of the program that made it."""
+    name, notes = result.model, []
+    if result.path_spread is not None:
+        notes.append(result.path_spread.note(name))
+    if records_changed:
+        notes.append(stale_words(name))
+    if not result.diagnostics.converged:
+        notes.append(unconverged_words(name))
+    if result.n_events < FEW_EVENTS:
+        notes.append(f"{name} stands on {result.n_events} events only.")
+    notes += [told.note(name, key) for key, told in (result.prior_dominated or {}).items()]
+    if version is not None and version != avahazard.__version__:
+        notes.append(
+            f"{name} was made with version {version} of this program, which is "
+            f"{avahazard.__version__} now: avahazard rerun {name} tells whether that matters."
+        )
+    return tuple(notes)

@@ -1,0 +1,46 @@
+"""Records that tell next to nothing: numbers stay numbers, and the prior is called what it is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from avahazard.store.records import save_records
+from avahazard.store.session import writing
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.fit import fit_laws
+from avahazard.workflow.hazard import hazard
+from tests.workflow.worlds import bowl, known_stops
+
+VAGUE = tuple(
+    replace(event, runout_sigma_m=5000.0, volume_m3=1e4 * (k + 1))
+    for k, event in enumerate(known_stops())
+)
+EQUAL = tuple(replace(event, volume_m3=3e4, volume_rel_sigma=0.01) for event in known_stops())
+
+
+@pytest.mark.slow
+def test_the_prior_is_called_what_it_is(database: str) -> None:
+    events, prior = VAGUE, {"log a", "log sigma"}
+    with writing(database) as session:
+        save_records(session, bowl(events=events))
+    found = calibrate(database, "m", chains=2, draws=300, seed=2)
+    for summary in found.parameters.values():
+        assert all(math.isfinite(v) for v in (summary.mean, summary.sd, summary.mode))
+    told = found.prior_dominated or {}
+    assert prior <= set(told)
+    for name in prior:
+        assert any(f"little of {name}: in m the prior speaks" in note for note in found.notes)
+    for row in hazard(database, "m", volumes=[2e4], n_draws=500).rows:
+        assert prior <= {k for k in told if any(f"little of {k}:" in note for note in row.notes)}
+
+
+def test_least_squares_of_equal_volumes_say_so(database: str) -> None:
+    with writing(database) as session:
+        save_records(session, bowl(events=EQUAL))
+    found = fit_laws(database)
+    for row in found.rows:
+        assert all(math.isfinite(p.value) and abs(p.value) < 10 for p in row.parameters.values())
+    assert any("all volumes are equal" in note for note in found.notes)
