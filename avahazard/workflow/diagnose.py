@@ -8,9 +8,10 @@ from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
 from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
-from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.diagnose import diagnose, error_of
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.measurements import measurement_gains
+from avahazard.criticism.diagnosis.together import Together
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
@@ -25,6 +26,7 @@ from avahazard.results.diagnosis import (
     GroupTest,
     MeasuredAmount,
     Measurement,
+    Pair,
 )
 from avahazard.store.models import load_model, now
 from avahazard.store.results import DIAGNOSIS, save_result
@@ -118,6 +120,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         missing=found.missing,
         candidates=Rows(_candidate(c, found) for c in found.candidates),
         groups=Rows(_groups(found)),
+        pairs=Rows(_pair(more) for more in found.together),
         detectable_m=found.detectable_m,
         detectable_log_friction=found.detectable_log_friction,
         measure_next=_measure_next(found, seed),
@@ -135,6 +138,17 @@ def _groups(found: Findings) -> Iterator[GroupTest]:
     spreads = layout.spread_values(found.base.mode.u)
     for test, spread in zip(found.screening.groups, spreads, strict=True):
         yield GroupTest(test.key, test.gain, test.p_value, float(spread))
+
+
+def _pair(more: Together) -> Pair:
+    return Pair(
+        effects=more.effects,
+        gain=more.gain,
+        gain_over_best_single=more.gain_over_best_single,
+        p_value=more.p_value,
+        error_after_m=error_of(more.fit),
+        parameters={k: v for key in more.effects for k, v in more.fit.parameters(key).items()},
+    )
 
 
 def _candidate(candidate: Tried, found: Findings) -> Candidate:

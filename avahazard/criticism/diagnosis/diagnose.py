@@ -21,9 +21,11 @@ from avahazard.criticism.diagnosis.refits import (
 )
 from avahazard.criticism.diagnosis.still_needed import still_needed
 from avahazard.criticism.diagnosis.suspects import suspects
+from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
 from avahazard.criticism.diagnosis.verdict import (
     evidence_gain,
     group_comes_first,
+    verdict_of,
 )
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
@@ -86,6 +88,7 @@ class Diagnosis:
     detectable_log_friction: float
     detectable_m: float
     suspects: tuple[str, ...]
+    together: tuple[Together, ...]
     impossible_stops: tuple[str, ...]
 
 
@@ -130,9 +133,19 @@ def diagnose(
     naming = name_effects(ranked, evidence, fits, base, expected)
     verdict, missing = naming.verdict, naming.missing
     rivals = tuple(fits.values()) if missing else ()
+    together: tuple[Together, ...] = ()
+    pair = None if missing else masked_pair(observations, own, base, screening)
+    if pair is not None:
+        together, rivals = (pair,), (pair.fit,)
+        verdict, missing = verdict_of_pair(pair, own)
     group = named_group(observations, own, base, rivals, screening.groups, granted)
     if group:
-        verdict, missing = "missing-effect", group
+        verdict, missing, together = "missing-effect", group, ()
+    elif missing and missing[0] in fits:
+        together = needed_beside(observations, own, base, fits, missing[0], screening)
+        if any(set(missing) <= set(more.effects) for more in together):
+            # Each is needed beside the others: that tells them apart.
+            verdict, missing = verdict_of([find_definition(missing[0], own)])
     rest = [c for c in screening.candidates if c not in survivors]
     alike = look_alikes(fits, base)
     shift, metres = detectable(base, screening.critical_gain)
@@ -159,10 +172,18 @@ def diagnose(
         detectable_log_friction=shift,
         detectable_m=metres,
         suspects=suspects(base),
+        together=together,
         impossible_stops=impossible_stops(base),
     )
     progress(1.0)
     return found
+
+
+def verdict_of_pair(pair: Together, own: Sequence[Definition]) -> tuple[str, tuple[str, ...]]:
+    """The verdict on two effects that count only together: the cause of more evidence is named."""
+    entries = [find_definition(key, own) for key in pair.effects]
+    causes = [entry for entry in entries if entry.names_cause]
+    return verdict_of(causes[:1] or entries)
 
 
 def named_group(

@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.screening.alternatives import LOG_MU, Alternative, Tables
 from avahazard.criticism.screening.laplace_fit import Design, Edges, LaplaceFit, laplace_fit
+from avahazard.criticism.screening.masked_pairs import (
+    EffectColumns,
+    Paired,
+    most_surprising_pair,
+)
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
 from avahazard.criticism.screening.record_moments import record_moments
 from avahazard.inference.model.observations import PLACE, Observations
@@ -29,6 +34,7 @@ class Gains:
     tau: Floats
     student: bool
     observations: Observations
+    columns: EffectColumns
 
     def of_candidates(self, measured: BootstrapRecords) -> Floats:
         """Gain of every candidate `[n_candidates]` on one world."""
@@ -63,6 +69,14 @@ class Gains:
             gain = fit.log_likelihood + alternative.log_prior - reference.log_likelihood
             best[place[alternative.key]] = max(best[place[alternative.key]], gain)
         return best
+
+    def of_pair(self, measured: BootstrapRecords) -> Paired | None:
+        """The pair of effects on friction that gains most over either alone, on one world."""
+        fit = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
+        moments = moments_of(self.base, measured)
+        return most_surprising_pair(
+            moments, measured.left, self.design, fit, self.columns, self.student
+        )
 
     def of_grouping(self, g: int, measured: BootstrapRecords, without: Design) -> float:
         """Gain of the offsets of one grouping on one world, over the design without them."""

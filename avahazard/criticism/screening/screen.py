@@ -8,7 +8,7 @@ user's own design in which the model is true.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -25,6 +25,7 @@ from avahazard.criticism.screening.alternatives import (
 from avahazard.criticism.screening.gains import Gains
 from avahazard.criticism.screening.group_spreads import GroupSpreads
 from avahazard.criticism.screening.laplace_fit import Design
+from avahazard.criticism.screening.masked_pairs import Paired, effect_columns
 from avahazard.criticism.screening.parametric_bootstrap import (
     BootstrapRecords,
     make_world,
@@ -33,6 +34,8 @@ from avahazard.criticism.screening.parametric_bootstrap import (
 from avahazard.criticism.screening.significance import (
     GROUP_LEVEL,
     LEVEL,
+    PAIR_LEVEL,
+    PairTest,
     Screening,
     judge,
 )
@@ -77,10 +80,12 @@ def screen(
     n_groupings = len(spreads.tau)
     real = _gains_on(tested, records, [records] * n_groupings)
     null, null_groups = np.empty((0, len(candidates))), np.empty((0, n_groupings))
+    null_pairs: list[float] = []
     while len(null) < n_worlds:
         made = _gains_by_chance(tested, seed, range(len(null), min(len(null) + BATCH, n_worlds)))
         null = np.concatenate([null, [gains.of_candidates for gains in made]])
         null_groups = np.concatenate([null_groups, [gains.of_groupings for gains in made]])
+        null_pairs += [0.0 if gains.pair is None else gains.pair.surprise for gains in made]
         found = judge(
             candidates,
             real.of_candidates,
@@ -90,6 +95,8 @@ def screen(
             null_groups,
             expected,
         )
+        if real.pair is not None:
+            found = replace(found, pair=_pair_test(real.pair, null_pairs, candidates))
         progress(MAKING_READY + (1.0 - MAKING_READY) * len(null) / n_worlds)
         if _chance_plainly_does_as_well(found, n_worlds):
             break
@@ -113,10 +120,29 @@ class _Tested:
 
 
 class _WorldGains(NamedTuple):
-    """What candidates `[n_candidates]`, and groupings `[n_groupings]`, gain on one world."""
+    """What candidates `[n_candidates]`, groupings `[n_groupings]`, a pair gain on one world."""
 
     of_candidates: Floats
     of_groupings: Floats
+    pair: Paired | None
+
+
+def _pair_test(real: Paired, null: Sequence[float], candidates: Sequence[Definition]) -> PairTest:
+    """The most surprising pair beside those of the made worlds."""
+    p = (1.0 + float(np.sum(np.array(null) >= real.surprise))) / (len(null) + 1.0)
+    return PairTest((candidates[real.first].key, candidates[real.second].key), real.surprise, p)
+
+
+def gains_beside(
+    posterior: Posterior, u: Floats, spreads: GroupSpreads, candidates: Sequence[Definition]
+) -> dict[str, float]:
+    """What each candidate gains (nats) on the records beside all that a model at its mode has.
+
+    Arguments as in `screen`.
+    """
+    tested = _what_is_tested(posterior, u, spreads, candidates, lambda _share: None)
+    gains = tested.gains.of_candidates(real_world(posterior))
+    return {c.key: float(gain) for c, gain in zip(candidates, gains, strict=True)}
 
 
 def _what_is_tested(
@@ -141,16 +167,19 @@ def _what_is_tested(
             entry, posterior, u, base, design, coefficients, speed_scatter, runs
         )
         progress((k + 1) / len(candidates))
+    keys = [c.key for c in candidates]
+    columns = effect_columns(base, design, alternatives, {key: k for k, key in enumerate(keys)})
     gains = Gains(
         base,
         design,
         alternatives,
-        [c.key for c in candidates],
+        keys,
         coefficients,
         float(u[layout.scatter]),
         spreads.tau,
         posterior.specification.tails == "student",
         observations,
+        columns,
     )
     without = tuple(
         base_design(posterior, u, spreads.plan.without((key,)), np.delete(spreads.scale, g))
@@ -167,7 +196,11 @@ def _gains_on(
         tested.gains.of_grouping(g, own, without)
         for g, (own, without) in enumerate(zip(records_of_groupings, tested.without, strict=True))
     ]
-    return _WorldGains(tested.gains.of_candidates(records), np.array(of_groupings, np.float64))
+    return _WorldGains(
+        tested.gains.of_candidates(records),
+        np.array(of_groupings, np.float64),
+        tested.gains.of_pair(records),
+    )
 
 
 def _gains_by_chance(tested: _Tested, seed: int, worlds: Iterable[int]) -> list[_WorldGains]:
@@ -205,4 +238,6 @@ def _chance_plainly_does_as_well(found: Screening, n_worlds: int) -> bool:
     """
     best = min((c.p_family for c in found.candidates), default=1.0)
     levels = [(best, LEVEL), *((group.p_value, GROUP_LEVEL) for group in found.groups)]
+    if found.pair is not None:
+        levels.append((found.pair.p_value, PAIR_LEVEL))
     return all(p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1) for p, level in levels)

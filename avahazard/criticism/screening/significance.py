@@ -24,6 +24,8 @@ EXPECTED_SHARE = 2.0 / 3.0
 """Share of that level for candidates that were expected before anybody looked."""
 GROUP_LEVEL = 0.01
 """Level of effects on groups of events (paths, winters, storms), each tested by itself."""
+PAIR_LEVEL = 0.01
+"""Level of pairs of which neither shows alone."""
 MIN_POSITIVE = 15
 """Gains in made worlds from which on a gamma distribution is fitted to them."""
 
@@ -59,6 +61,38 @@ class GroupTest:
 
 
 @dataclass(frozen=True, slots=True)
+class PairTest:
+    """Two candidates that gain together what neither does alone, the most surprising such pair.
+
+    `surprise` is that of `masked_pairs`; the p-value is against the largest of each made world,
+    whose pairs are searched in the same way.
+    """
+
+    keys: tuple[str, str]
+    surprise: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chance:
+    """Gains of the candidates by chance, `null` `[n_worlds, n_candidates]`.
+
+    `largest` `[n_worlds]` is the surprise of the most surprising one of each made world.
+    """
+
+    keys: tuple[str, ...]
+    null: Floats
+    largest: Floats
+
+    def family_wise(self, key: str, gain: float) -> float:
+        """p-value of a gain of candidate `key` as the best of all; 1 for one not screened."""
+        if key not in self.keys:
+            return 1.0
+        own = _surprise(self.null[:, self.keys.index(key)], np.array([gain]))[0]
+        return (1.0 + float(np.sum(self.largest >= own))) / (len(self.largest) + 1.0)
+
+
+@dataclass(frozen=True, slots=True)
 class Screening:
     """All candidates, best first, the groups that are granted, and what chance does.
 
@@ -70,6 +104,8 @@ class Screening:
     groups: tuple[GroupTest, ...]
     critical_gain: float
     n_worlds: int
+    chance: Chance
+    pair: PairTest | None = None
 
 
 def judge(
@@ -111,6 +147,7 @@ def judge(
         ),
         critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,
+        chance=Chance(tuple(c.key for c in candidates), null, largest),
     )
 
 

@@ -128,7 +128,7 @@ def _height_over_length(
 ) -> Floats:
     """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown."""
     ratio = np.full(len(events), np.nan)
-    ground = {}
+    ground: dict[str, tuple[Site, Floats, Floats]] = {}
     for site in sites:
         y = site.smooth.height(site.terrain.x)
         # Lowest so far, falling: its negative is sorted for the search.
@@ -141,7 +141,7 @@ def _height_over_length(
         site, y, fallen = ground[e.path_id]
         x, stop = site.terrain.x, e.runout_x_m
         if stop is None and e.runout_elevation_m is not None:
-            stop = float(x[min(np.searchsorted(fallen, -e.runout_elevation_m), len(x) - 1)])
+            stop = float(x[min(int(np.searchsorted(fallen, -e.runout_elevation_m)), len(x) - 1)])
         start = float(site.release_x[release[i]])
         if stop is not None and stop > start and not e.left_profile:
             top, bottom = np.interp([start, stop], x, y)
