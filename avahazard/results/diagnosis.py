@@ -99,7 +99,7 @@ class Diagnosis(Result):
     `detectable_m` would have been seen with 80 % power. `still_needed` is the evidence (nats) that
     the model would lose without each of its effects; `suspect_events` are records hard to believe,
     `impossible_stops` those on ground too steep for any block to stop. `declared` is what was
-    expected beforehand.
+    expected beforehand. `notes` is what a reader must know.
     """
 
     model: str
@@ -118,3 +118,4 @@ class Diagnosis(Result):
     pairs: Rows[Pair] = field(default_factory=Rows)
     impossible_stops: tuple[str, ...] = ()
     declared: Declared | None = None
+    notes: tuple[str, ...] = ()

@@ -11,6 +11,7 @@ from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
 from avahazard.criticism.diagnosis.diagnose import diagnose, error_of
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.measurements import measurement_gains
+from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
 from avahazard.criticism.diagnosis.together import Together
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.effects.catalogue import require
@@ -128,8 +129,16 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         heavy_tails=found.heavy_tails,
         suspect_events=found.suspects,
         impossible_stops=found.impossible_stops,
+        notes=tuple(_not_granted(key) for key in found.not_granted),
         n_worlds=found.screening.n_worlds,
         seed=seed,
+    )
+
+
+def _not_granted(key: str) -> str:
+    return (
+        f"{key} was not asked about: these records have too many groups (over {MOST_CROSSED} "
+        "crossed with others) to fit together. Add it to the model to see what it does."
     )
 
 

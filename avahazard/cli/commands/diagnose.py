@@ -128,6 +128,8 @@ def _next_steps(console: Console, found: Diagnosis) -> None:
             f"{', '.join(found.suspect_events[:6]) or 'none stands out'}.",
             soft_wrap=True,
         )
+    for note in found.notes:
+        console.print(note, soft_wrap=True)
     for effect, loss in found.still_needed.items():
         need = "is still needed" if loss > 0 else "is no longer needed"
         console.print(f"{effect} {need} (evidence {loss:+.1f} nats).")

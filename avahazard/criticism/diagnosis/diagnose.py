@@ -22,9 +22,11 @@ from avahazard.criticism.diagnosis.refits import (
 from avahazard.criticism.diagnosis.still_needed import still_needed
 from avahazard.criticism.diagnosis.suspects import suspects
 from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
+from avahazard.criticism.diagnosis.unseen_stops import by_what_is_seen
 from avahazard.criticism.diagnosis.verdict import (
     evidence_gain,
     group_comes_first,
+    groups_earn_their_name,
     verdict_of,
 )
 from avahazard.criticism.scoring.expected import expected_records
@@ -84,6 +86,7 @@ class Diagnosis:
     screening: Screening
     error_before_m: float
     still_needed: dict[str, float]
+    not_granted: tuple[str, ...]
     heavy_tails: bool
     detectable_log_friction: float
     detectable_m: float
@@ -112,7 +115,7 @@ def diagnose(
     Candidates `expected` were declared beforehand, and are tested first.
     """
     plain = with_tails_granted(observations, specification, facts, own)
-    base, granted = with_nuisances_granted(observations, plain, own)
+    base, granted, too_many = with_nuisances_granted(observations, plain, own)
     bare, u, spreads = without_groups(base, observations, own)
     screening = screen(
         bare,
@@ -132,6 +135,10 @@ def diagnose(
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     naming = name_effects(ranked, evidence, fits, base, expected)
     verdict, missing = naming.verdict, naming.missing
+    if missing and missing[0] in fits:
+        unseen = by_what_is_seen(observations, own, base, fits, missing[0], screening)
+        if unseen is not None and unseen not in missing:
+            verdict, missing = "ambiguous", (*missing, unseen)
     rivals = tuple(fits.values()) if missing else ()
     together: tuple[Together, ...] = ()
     pair = None if missing else masked_pair(observations, own, base, screening)
@@ -168,6 +175,7 @@ def diagnose(
         screening=screening,
         error_before_m=error_of(base),
         still_needed=still_needed(observations, own, plain),
+        not_granted=too_many,
         heavy_tails=plain.specification.tails != specification.tails,
         detectable_log_friction=shift,
         detectable_m=metres,
@@ -197,7 +205,7 @@ def named_group(
     """The granted groups that differ most plainly, where no rival explains more; none or one key.
 
     Groups that are too few to tell their spread are never named. Winters and storms, which do not
-    come again, predict nothing: any cause comes before them.
+    come again, predict nothing: any cause comes before them, and they need the same evidence.
     """
     plan = base.posterior.plan
     lasting = [key for key, lasts in zip(plan.keys, plan.lasting, strict=True) if lasts]
@@ -210,6 +218,10 @@ def named_group(
         and find_definition(test.key, own).lacking(observations.columns, observations.sites) is None
     ]
     for test in sorted(plain, key=lambda t: -t.gain):
+        if test.key not in lasting and not groups_earn_their_name(
+            observations, own, base, test.key
+        ):
+            continue
         if all(group_comes_first(observations, own, base, rival, test.key) for rival in rivals):
             return (test.key,)
     return ()

@@ -24,6 +24,8 @@ EXPECTED_SHARE = 2.0 / 3.0
 """Share of that level for candidates that were expected before anybody looked."""
 GROUP_LEVEL = 0.01
 """Level of effects on groups of events (paths, winters, storms), each tested by itself."""
+SIGHT_LEVEL = 0.01
+"""Level of what says which avalanches were recorded at all, tested by itself."""
 PAIR_LEVEL = 0.01
 """Level of pairs of which neither shows alone."""
 MIN_POSITIVE = 15
@@ -121,17 +123,19 @@ def judge(
 
     Candidates `expected` before anybody looked are a family of their own, with two thirds of the
     level; the others have the rest of it, and all of it once every expected one is significant (the
-    fallback procedure, Wiens 2003). p-values are divided by that share, so that all are held
-    against `LEVEL`.
+    fallback procedure, Wiens 2003). What says which avalanches are seen is tested by itself, at
+    `SIGHT_LEVEL`. p-values are divided by that share, so that all are held against `LEVEL`.
 
     `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of effects
     on `groups`, by key.
     """
     n_worlds = len(null)
     surprise = np.column_stack([_surprise(null[:, k], null[:, k]) for k in range(len(real))])
-    largest = surprise.max(axis=1) if len(real) else np.zeros(n_worlds)
+    sight = np.array([c.says_what_is_seen and c.key not in expected for c in candidates], np.bool_)
+    others = surprise[:, ~sight]
+    largest = others.max(axis=1) if others.shape[1] else np.zeros(n_worlds)
     own = [float(_surprise(null[:, k], real[k : k + 1])[0]) for k in range(len(real))]
-    families = _family_wise(surprise, own, [c.key in expected for c in candidates])
+    families = _family_wise(surprise, own, [c.key in expected for c in candidates], sight)
     result = []
     for k, entry in enumerate(candidates):
         s, family = own[k], families[k]
@@ -151,7 +155,12 @@ def judge(
     )
 
 
-def _family_wise(surprise: Floats, own: Sequence[float], declared: Sequence[bool]) -> list[float]:
+def _family_wise(
+    surprise: Floats,
+    own: Sequence[float],
+    declared: Sequence[bool],
+    sight: NDArray[np.bool_],
+) -> list[float]:
     """Family-wise p-values of candidates that are as surprising as `own` `[n_candidates]`."""
 
     def of(members: NDArray[np.int64], weight: float) -> dict[int, float]:
@@ -161,7 +170,8 @@ def _family_wise(surprise: Floats, own: Sequence[float], declared: Sequence[bool
             int(k): min((1.0 + float(np.sum(largest >= own[k]))) / n / weight, 1.0) for k in members
         }
 
-    first, rest = np.flatnonzero(declared), np.flatnonzero(np.logical_not(declared))
+    first = np.flatnonzero(declared)
+    rest = np.flatnonzero(~(np.asarray(declared, np.bool_) | sight))
     found: dict[int, float] = {}
     weight = 1.0
     if len(first):
@@ -170,6 +180,8 @@ def _family_wise(surprise: Floats, own: Sequence[float], declared: Sequence[bool
             weight = 1.0 - EXPECTED_SHARE
     if len(rest):
         found |= of(rest, weight)
+    for k in map(int, np.flatnonzero(sight)):
+        found[k] = min(float(np.exp(-own[k])) * LEVEL / SIGHT_LEVEL, 1.0)
     return [found[k] for k in range(len(own))]
 
 

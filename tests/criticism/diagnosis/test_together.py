@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.effects.from_file import definition_from
@@ -22,16 +23,18 @@ def friction(columns):
 COLD, WIND = (definition_from(OWN.format(name), f"{name}.py") for name in ("cold", "wind"))
 
 
-def diagnosed(cold: float, wind: float, together: float, seed: int, n: int = 110) -> Diagnosis:
+def diagnosed(
+    cold: float, wind: float, together: float, seed: int, n_worlds: int = 39, n: int = 90
+) -> Diagnosis:
     """Friction that follows two columns, whose correlation is `together`."""
     # Other numbers than those of the volumes.
     rng = np.random.default_rng(seed + 100)
     first = rng.standard_normal(n)
     second = together * first + np.sqrt(1.0 - together**2) * rng.standard_normal(n)
-    columns = {"cold": first, "wind": second, "other": rng.standard_normal(n)}
+    columns = {"cold": first, "wind": second}
     records = shifted(lengths(n, 0.0, seed), columns, cold * first + wind * second)
     return diagnose(
-        build_observations(records), Specification(law="power"), {}, (COLD, WIND), n_worlds=119
+        build_observations(records), Specification(law="power"), {}, (COLD, WIND), n_worlds=n_worlds
     )
 
 
@@ -56,7 +59,7 @@ def test_what_the_first_name_took_from_the_second_is_given_back() -> None:
 
 
 def test_two_that_hide_each_other_are_named_together() -> None:
-    found = diagnosed(0.3, -0.3, 0.95, seed=2)
+    found = diagnosed(0.3, -0.3, 0.95, seed=2, n_worlds=119)
     assert found.verdict == "missing-effect"
     (more,) = found.together
     assert set(more.effects) == {"by-cold", "by-wind"}
@@ -69,10 +72,11 @@ def test_two_that_hide_each_other_are_named_together() -> None:
     assert abs(parameters["by-wind.slope"] + 0.3) < 0.12
 
 
+@pytest.mark.slow
 def test_one_effect_has_no_second_and_none_has_no_pair() -> None:
     one = diagnosed(0.15, 0.0, 0.6, seed=3)
     assert one.missing == ("by-cold",)
     assert one.together == ()
-    none = diagnosed(0.0, 0.0, 0.9, seed=4)
+    none = diagnosed(0.0, 0.0, 0.9, seed=4, n_worlds=119)
     assert none.verdict == "adequate"
     assert none.together == ()
