@@ -181,7 +181,8 @@ def _family_wise(
     if len(rest):
         found |= of(rest, weight)
     for k in map(int, np.flatnonzero(sight)):
-        found[k] = min(float(np.exp(-own[k])) * LEVEL / SIGHT_LEVEL, 1.0)
+        # By rank: a few wild gains in made worlds would widen any curve fitted to them.
+        found |= of(np.array([k]), SIGHT_LEVEL / LEVEL)
     return [found[k] for k in range(len(own))]
 
 
