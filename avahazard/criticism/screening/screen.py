@@ -209,15 +209,19 @@ def _gains_by_chance(tested: _Tested, seed: int, worlds: Iterable[int]) -> list[
 
 
 def _gains_on_made_world(tested: _Tested, seed: int, world: int) -> _WorldGains:
-    """Gains in one made world; that of each grouping where its groups do not differ."""
+    """Gains in one made world; that of each grouping where its groups do not differ.
+
+    What its groups had shared is then scatter of the events by themselves, or such worlds would
+    vary less than the records do.
+    """
     rng = generator(seed, "screening", world)
     spreads = tested.spreads
 
-    def made(tau: Floats) -> BootstrapRecords:
+    def made(tau: Floats, u: Floats) -> BootstrapRecords:
         return make_world(
             tested.posterior,
             tested.predicted,
-            tested.u,
+            u,
             spreads.plan,
             tau,
             tested.speed_scatter,
@@ -225,9 +229,21 @@ def _gains_on_made_world(tested: _Tested, seed: int, world: int) -> _WorldGains:
         )
 
     tau = spreads.drawn(rng)
-    records = made(tau)
-    others = 1.0 - np.eye(len(tau))
-    return _gains_on(tested, records, [made(tau * other) for other in others])
+    records = made(tau, tested.u)
+    alike = [
+        made(np.where(np.arange(len(tau)) == g, 0.0, tau), _with_scatter(tested, spreads.tau[g]))
+        for g in range(len(tau))
+    ]
+    return _gains_on(tested, records, alike)
+
+
+def _with_scatter(tested: _Tested, tau: float) -> Floats:
+    """The coordinates with the spread `tau` of groups put into the scatter of the events."""
+    layout = tested.posterior.layout
+    u = tested.u.copy()
+    if layout.log_scatter:
+        u[layout.scatter] = 0.5 * np.log(np.exp(2.0 * u[layout.scatter]) + tau**2)
+    return u
 
 
 def _chance_plainly_does_as_well(found: Screening, n_worlds: int) -> bool:
