@@ -21,6 +21,11 @@ from avahazard.inference.model.observations import PLACE, Observations
 Floats = NDArray[np.float64]
 
 
+FIRST_SPREADS = (0.03, 0.1)
+"""Spreads of groups that are tried as a start besides that of the records: from one alone the fit
+to a made world falls short, and chance would look less than it is."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Gains:
     """What every candidate gains on a world; groups may differ, from spreads `tau` on."""
@@ -81,8 +86,13 @@ class Gains:
     def of_grouping(self, g: int, measured: BootstrapRecords, without: Design) -> float:
         """Gain of the offsets of one grouping on one world, over the design without them."""
         bare = self._fit(self.base, without, measured, self.coefficients, np.delete(self.tau, g))
-        whole = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
-        return max(0.0, whole.log_likelihood - bare.log_likelihood)
+        likeliest = bare.log_likelihood
+        for first in (self.tau[g], *FIRST_SPREADS):
+            tau = self.tau.copy()
+            tau[g] = first
+            whole = self._fit(self.base, self.design, measured, self.coefficients, tau)
+            likeliest = max(likeliest, whole.log_likelihood)
+        return likeliest - bare.log_likelihood
 
     def _fit(
         self,
