@@ -26,7 +26,8 @@ class EventColumns:
     is the ordinal of the date (1 is the first of January of the year 1). `winter`, from October
     to September, is named by the year in which it ends; where a year is all that is known it is
     that one, since most avalanches fall after New Year. `location` is that of the path.
-    `volume_error` is the stated error of the log volume.
+    `volume_error` is the stated error of the log volume. `height_over_length` is the fall of the
+    recorded stop over its horizontal distance: the friction of a block on a straight line.
     `numbers` and `texts` hold every covariate of events and of their paths.
     """
 
@@ -43,6 +44,7 @@ class EventColumns:
     release_elevation: Floats
     deposit_length: Floats
     stop_elevation: Floats
+    height_over_length: Floats
     section: NDArray[np.str_]
     numbers: Mapping[str, Floats]
     texts: Mapping[str, NDArray[np.str_]]
@@ -52,9 +54,17 @@ class EventColumns:
 
 
 def build_columns(
-    events: Sequence[Event], paths: Mapping[str, Path], release_elevation: Floats
+    events: Sequence[Event],
+    paths: Mapping[str, Path],
+    release_elevation: Floats,
+    height_over_length: Floats | None = None,
 ) -> EventColumns:
-    """Columns of the events; `release_elevation` `[n_events]` is where the block starts (m)."""
+    """Columns of the events; `release_elevation` `[n_events]` is where the block starts (m).
+
+    `height_over_length` `[n_events]` as in `EventColumns`; None: not known.
+    """
+    if height_over_length is None:
+        height_over_length = np.full(len(events), np.nan)
     names = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
     index = {name: k for k, name in enumerate(names)}
     numbers, texts = _covariates(events, paths)
@@ -72,6 +82,7 @@ def build_columns(
         release_elevation=release_elevation,
         deposit_length=np.array([_number(e.deposit_length_m) for e in events]),
         stop_elevation=np.array([_number(e.runout_elevation_m) for e in events]),
+        height_over_length=height_over_length,
         section=np.array([(paths[e.path_id].section or "") if e.path_id else "" for e in events]),
         numbers=numbers,
         texts=texts,

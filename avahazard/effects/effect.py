@@ -140,6 +140,8 @@ class Definition:
     - `nuisance(columns, sites)`: one that the diagnosis grants before it blames anything on
       physics; it says what the data lack for that, which may be less than for its name.
     - `granted_unasked`: it is granted even where the records do not ask for it.
+    - `says_what_is_seen`: it is about which avalanches were recorded at all. The diagnosis tests it
+      by itself, and what it finds on the motion must hold beside it.
     - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
       such alone is `unexplained`, and it needs no margin of evidence.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
@@ -160,6 +162,7 @@ class Definition:
     limits_speed: bool = False
     nuisance: Callable[[EventColumns, Sequence[Site]], str | None] | None = None
     granted_unasked: bool = False
+    says_what_is_seen: bool = False
     names_cause: bool = True
     column: str | None = None
     settled: Callable[[EventColumns, Sequence[Site]], bool] = never

@@ -9,8 +9,11 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, Facts, Floats, Parameter
 from avahazard.effects.needs import MIN_LEVEL, level_counts, two_levels
 
-LEVEL_SD = 0.2
-"""Prior standard deviation of a level's log friction against the most common level."""
+SCATTERS = 2.5
+"""Prior standard deviation of a level's log friction against the most common one, in spreads of
+all records: weakly informative (Gelman, Jakulin, Pittau & Su 2008; the default of rstanarm)."""
+LEAST_SD = 0.2
+"""Least of it, and what it is where the records tell no spread."""
 
 
 def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
@@ -29,7 +32,7 @@ def level_lacking(columns: EventColumns, name: str) -> str | None:
 
 
 def level_facts(columns: EventColumns, name: str) -> Facts:
-    """The most common level, and the others with enough events to have a parameter."""
+    """The most common level, the others with enough events, and the prior's width for these."""
     values = text_column(columns, name)
     assert values is not None
     counts = level_counts(values)
@@ -37,12 +40,27 @@ def level_facts(columns: EventColumns, name: str) -> Facts:
     return {
         "reference": ranked[0],
         "levels": sorted(k for k in ranked[1:] if counts[k] >= MIN_LEVEL),
+        "prior_sd": _prior_sd(columns),
     }
+
+
+def _prior_sd(columns: EventColumns) -> float:
+    """Prior standard deviation of a level's log friction, by how much that of all records spreads.
+
+    H/L is the friction of a block on a straight line, whatever the model. What spreads it (volume,
+    path, scatter, the levels themselves) is more than a level can be expected to add.
+    """
+    known = columns.height_over_length[columns.height_over_length > 0.0]
+    if len(known) < 2 * MIN_LEVEL:
+        return LEAST_SD
+    return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
 
 
 def level_effect(key: str, name: str, facts: Facts) -> Effect:
     """One offset of log friction for each level but the reference; other levels have none."""
     levels = [str(k) for k in facts["levels"]]
+    # Models stored before the width was taken from the data have none.
+    sd = float(facts.get("prior_sd", LEAST_SD))
 
     def design(columns: EventColumns) -> Floats:
         values = text_column(columns, name)
@@ -51,7 +69,6 @@ def level_effect(key: str, name: str, facts: Facts) -> Effect:
         return np.column_stack([values == k for k in levels]).astype(np.float64)
 
     parameters = tuple(
-        Parameter(k, f"log friction against {facts['reference']}", 0.0, 0.0, LEVEL_SD)
-        for k in levels
+        Parameter(k, f"log friction against {facts['reference']}", 0.0, 0.0, sd) for k in levels
     )
     return Effect(key, parameters, design=design)

@@ -63,5 +63,6 @@ DEFINITION = Definition(
     lacking=needs_profile,
     facts=_facts,
     settled=_settled,
+    says_what_is_seen=True,
     order=140,
 )

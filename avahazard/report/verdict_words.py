@@ -7,6 +7,22 @@ from avahazard.results.diagnosis import Diagnosis
 
 def verdict_words(diagnosis: Diagnosis, who: str = "The model") -> str:
     """What a diagnosis says of the model, in a sentence."""
+    return " ".join([_verdict(diagnosis, who), *_together(diagnosis)])
+
+
+def _together(diagnosis: Diagnosis) -> list[str]:
+    """What is needed together, the largest set that was found."""
+    if not diagnosis.pairs:
+        return []
+    last = diagnosis.pairs[-1]
+    names = f"{', '.join(last.effects[:-1])} and {last.effects[-1]}"
+    return [
+        f"Needed together: {names}, which gain {last.gain_over_best_single:.1f} nats over the best "
+        f"of them alone (p {last.p_value:.3f})."
+    ]
+
+
+def _verdict(diagnosis: Diagnosis, who: str) -> str:
     missing = ", ".join(diagnosis.missing)
     if diagnosis.verdict == "missing-effect":
         return f"{who} lacks an effect: {missing}."

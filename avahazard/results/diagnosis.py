@@ -72,15 +72,34 @@ class Measurement(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class Pair(Result):
+    """Two effects, or three, that are needed together, and what they gain (nats).
+
+    `gain` is over the model, `gain_over_best_single` over the best of them alone. `p_value` is that
+    of the last one beside the others, as the best of all; of a pair of which neither shows
+    alone, that among all pairs. `parameters` are those of all of them, fitted together;
+    `error_after_m` is the mean CRPS with them.
+    """
+
+    effects: tuple[str, ...]
+    gain: float
+    gain_over_best_single: float
+    p_value: float
+    error_after_m: float
+    parameters: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnosis(Result):
     """The verdict (`adequate`, `missing-effect`, `ambiguous`, `unexplained`) with its reasons.
 
     `missing` holds the effect, the set that cannot be told apart, or the axis. `groups` are those
-    that were let to differ before anything was blamed on physics. An effect of
+    that were let to differ before anything was blamed on physics. `pairs` are effects that are
+    needed together with, or in the place of, the one that is missing. An effect of
     `detectable_m` would have been seen with 80 % power. `still_needed` is the evidence (nats) that
     the model would lose without each of its effects; `suspect_events` are records hard to believe,
     `impossible_stops` those on ground too steep for any block to stop. `declared` is what was
-    expected beforehand; `notes` are on the model.
+    expected beforehand; `notes` is what a reader must know.
     """
 
     model: str
@@ -96,6 +115,7 @@ class Diagnosis(Result):
     n_worlds: int
     seed: int
     groups: Rows[GroupTest] = field(default_factory=Rows)
+    pairs: Rows[Pair] = field(default_factory=Rows)
     impossible_stops: tuple[str, ...] = ()
     declared: Declared | None = None
     notes: tuple[str, ...] = ()

@@ -8,9 +8,11 @@ from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
 from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
-from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.diagnose import diagnose, error_of
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.measurements import measurement_gains
+from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
+from avahazard.criticism.diagnosis.together import Together
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
@@ -25,6 +27,7 @@ from avahazard.results.diagnosis import (
     GroupTest,
     MeasuredAmount,
     Measurement,
+    Pair,
 )
 from avahazard.store.models import load_model, now
 from avahazard.store.results import DIAGNOSIS, save_result
@@ -80,7 +83,8 @@ def diagnose_model(
         seed=seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
-    told = replace(diagnosis(name, found, seed), notes=notes_of_fit(stored))
+    told = diagnosis(name, found, seed)
+    told = replace(told, notes=(*notes_of_fit(stored), *told.notes))
     if expect:
         at = now().isoformat(timespec="seconds")
         told = replace(told, declared=Declared(tuple(dict.fromkeys(expect)), f"{at}Z"))
@@ -118,6 +122,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         missing=found.missing,
         candidates=Rows(_candidate(c, found) for c in found.candidates),
         groups=Rows(_groups(found)),
+        pairs=Rows(_pair(more) for more in found.together),
         detectable_m=found.detectable_m,
         detectable_log_friction=found.detectable_log_friction,
         measure_next=_measure_next(found, seed),
@@ -125,8 +130,16 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         heavy_tails=found.heavy_tails,
         suspect_events=found.suspects,
         impossible_stops=found.impossible_stops,
+        notes=tuple(_not_granted(key) for key in found.not_granted),
         n_worlds=found.screening.n_worlds,
         seed=seed,
+    )
+
+
+def _not_granted(key: str) -> str:
+    return (
+        f"{key} was not asked about: these records have too many groups (over {MOST_CROSSED} "
+        "crossed with others) to fit together. Add it to the model to see what it does."
     )
 
 
@@ -135,6 +148,17 @@ def _groups(found: Findings) -> Iterator[GroupTest]:
     spreads = layout.spread_values(found.base.mode.u)
     for test, spread in zip(found.screening.groups, spreads, strict=True):
         yield GroupTest(test.key, test.gain, test.p_value, float(spread))
+
+
+def _pair(more: Together) -> Pair:
+    return Pair(
+        effects=more.effects,
+        gain=more.gain,
+        gain_over_best_single=more.gain_over_best_single,
+        p_value=more.p_value,
+        error_after_m=error_of(more.fit),
+        parameters={k: v for key in more.effects for k, v in more.fit.parameters(key).items()},
+    )
 
 
 def _candidate(candidate: Tried, found: Findings) -> Candidate:

@@ -47,6 +47,7 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
         "neutral": list(plan.neutral),
         "verdict": found.verdict,
         "missing": list(found.missing),
+        "together": [list(more.effects) for more in found.together],
         "heavy_tails": found.heavy_tails,
         "groups": [[g.key, g.gain, g.p_value] for g in found.screening.groups],
         "gains": [

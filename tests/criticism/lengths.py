@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from avahazard.records.collection import Records
@@ -38,6 +40,21 @@ def lengths(n: int = 90, slope: float = 0.0, seed: int = 1, n_columns: int = 3) 
             )
             for i in range(n)
         )
+    )
+
+
+def shifted(records: Records, columns: dict[str, np.ndarray], log_friction: np.ndarray) -> Records:
+    """The records with these columns instead of theirs, and log friction this much more."""
+    return replace(
+        records,
+        events=tuple(
+            replace(
+                e,
+                runout_length_m=(e.runout_length_m or 0.0) * float(np.exp(-log_friction[i])),
+                covariates={name: float(values[i]) for name, values in columns.items()},
+            )
+            for i, e in enumerate(records.events)
+        ),
     )
 
 

@@ -29,6 +29,18 @@ def straight(n: int = 60, seed: int = 1) -> Records:
     )
 
 
+def levelled(shift: float, n_level: int, seed: int = 1, n: int = 80) -> Records:
+    """`straight` with a column `rock`: its last `n_level` events have log friction `shift` more."""
+    records = straight(n, seed)
+    events = []
+    for i, e in enumerate(records.events):
+        own = i >= n - n_level
+        length = (e.runout_length_m or 0.0) * np.exp(-shift * own)
+        kind = {"rock": "lime" if own else "gneiss"}
+        events.append(replace(e, runout_length_m=length, covariates=kind))
+    return replace(records, events=tuple(events))
+
+
 def slopes(n_paths: int = 3, n_each: int = 6, kind: str = "elevation", seed: int = 2) -> Records:
     """Paths of one parabola, y = 1000 - x + 2.5e-4 x², with stops scattered on it."""
     rng = np.random.default_rng(seed)

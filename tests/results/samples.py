@@ -12,7 +12,7 @@ from avahazard.results.comparison import (
     RunoutScores,
     Scores,
 )
-from avahazard.results.diagnosis import Candidate, Diagnosis, GroupTest
+from avahazard.results.diagnosis import Candidate, Diagnosis, GroupTest, Pair
 from avahazard.results.friction import FrictionDensity, Frictions, PerturbationCheck
 from avahazard.results.hazard import HazardRow, Spread
 from avahazard.results.ladder import Rung, Standing
@@ -52,6 +52,7 @@ DIAGNOSIS = Diagnosis(
     verdict="adequate",
     missing=(),
     candidates=Rows(),
+    pairs=Rows([Pair(("season", "snow-type"), 12.5, 6.0, 0.01, 60.0, {"season.slope": 0.1})]),
     groups=Rows([GroupTest("path-effect", 0.1, 0.7, 0.03)]),
     detectable_m=25.0,
     detectable_log_friction=0.05,

@@ -138,6 +138,11 @@ def _next_steps(console: Console, found: Diagnosis) -> None:
             f"To measure next: {step.measurement} ({step.expected_gain:.1f} nats expected).",
             soft_wrap=True,
         )
-    if found.verdict == "missing-effect":
+    if found.pairs:
+        effects = " ".join(found.pairs[-1].effects)
+        console.print(
+            f"Add them together: avahazard add {found.model} {effects} --as NEW", soft_wrap=True
+        )
+    elif found.verdict == "missing-effect":
         effect = found.missing[0]
         console.print(f"Add it: avahazard add {found.model} {effect} --as NEW")

@@ -21,9 +21,13 @@ from avahazard.criticism.diagnosis.refits import (
 )
 from avahazard.criticism.diagnosis.still_needed import still_needed
 from avahazard.criticism.diagnosis.suspects import suspects
+from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
+from avahazard.criticism.diagnosis.unseen_stops import by_what_is_seen
 from avahazard.criticism.diagnosis.verdict import (
     evidence_gain,
     group_comes_first,
+    groups_earn_their_name,
+    verdict_of,
 )
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
@@ -82,10 +86,12 @@ class Diagnosis:
     screening: Screening
     error_before_m: float
     still_needed: dict[str, float]
+    not_granted: tuple[str, ...]
     heavy_tails: bool
     detectable_log_friction: float
     detectable_m: float
     suspects: tuple[str, ...]
+    together: tuple[Together, ...]
     impossible_stops: tuple[str, ...]
 
 
@@ -109,7 +115,7 @@ def diagnose(
     Candidates `expected` were declared beforehand, and are tested first.
     """
     plain = with_tails_granted(observations, specification, facts, own)
-    base, granted = with_nuisances_granted(observations, plain, own)
+    base, granted, too_many = with_nuisances_granted(observations, plain, own)
     bare, u, spreads = without_groups(base, observations, own)
     screening = screen(
         bare,
@@ -129,10 +135,24 @@ def diagnose(
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     naming = name_effects(ranked, evidence, fits, base, expected)
     verdict, missing = naming.verdict, naming.missing
+    if missing and missing[0] in fits:
+        unseen = by_what_is_seen(observations, own, base, fits, missing[0], screening)
+        if unseen is not None and unseen not in missing:
+            verdict, missing = "ambiguous", (*missing, unseen)
     rivals = tuple(fits.values()) if missing else ()
+    together: tuple[Together, ...] = ()
+    pair = None if missing else masked_pair(observations, own, base, screening)
+    if pair is not None:
+        together, rivals = (pair,), (pair.fit,)
+        verdict, missing = verdict_of_pair(pair, own)
     group = named_group(observations, own, base, rivals, screening.groups, granted)
     if group:
-        verdict, missing = "missing-effect", group
+        verdict, missing, together = "missing-effect", group, ()
+    elif missing and missing[0] in fits:
+        together = needed_beside(observations, own, base, fits, missing[0], screening)
+        if any(set(missing) <= set(more.effects) for more in together):
+            # Each is needed beside the others: that tells them apart.
+            verdict, missing = verdict_of([find_definition(missing[0], own)])
     rest = [c for c in screening.candidates if c not in survivors]
     alike = look_alikes(fits, base)
     shift, metres = detectable(base, screening.critical_gain)
@@ -155,14 +175,23 @@ def diagnose(
         screening=screening,
         error_before_m=error_of(base),
         still_needed=still_needed(observations, own, plain),
+        not_granted=too_many,
         heavy_tails=plain.specification.tails != specification.tails,
         detectable_log_friction=shift,
         detectable_m=metres,
         suspects=suspects(base),
+        together=together,
         impossible_stops=impossible_stops(base),
     )
     progress(1.0)
     return found
+
+
+def verdict_of_pair(pair: Together, own: Sequence[Definition]) -> tuple[str, tuple[str, ...]]:
+    """The verdict on two effects that count only together: the cause of more evidence is named."""
+    entries = [find_definition(key, own) for key in pair.effects]
+    causes = [entry for entry in entries if entry.names_cause]
+    return verdict_of(causes[:1] or entries)
 
 
 def named_group(
@@ -176,7 +205,7 @@ def named_group(
     """The granted groups that differ most plainly, where no rival explains more; none or one key.
 
     Groups that are too few to tell their spread are never named. Winters and storms, which do not
-    come again, predict nothing: any cause comes before them.
+    come again, predict nothing: any cause comes before them, and they need the same evidence.
     """
     plan = base.posterior.plan
     lasting = [key for key, lasts in zip(plan.keys, plan.lasting, strict=True) if lasts]
@@ -189,6 +218,10 @@ def named_group(
         and find_definition(test.key, own).lacking(observations.columns, observations.sites) is None
     ]
     for test in sorted(plain, key=lambda t: -t.gain):
+        if test.key not in lasting and not groups_earn_their_name(
+            observations, own, base, test.key
+        ):
+            continue
         if all(group_comes_first(observations, own, base, rival, test.key) for rival in rivals):
             return (test.key,)
     return ()

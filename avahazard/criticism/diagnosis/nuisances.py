@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.likelihood.assemble import build_effects, with_effects
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.offset_plan import offset_plan
 from avahazard.inference.model.specification import Specification
 
 HEAVY_TAILS = 3.0
@@ -34,10 +37,22 @@ def with_tails_granted(
     return student if student.log_likelihood - plain.log_likelihood > HEAVY_TAILS else plain
 
 
+class Nuisances(NamedTuple):
+    """The model with the nuisances that come before physics, by key those added, and those not.
+
+    `too_many` are crossed with other groups in more than `MOST_CROSSED` offsets: nobody has asked
+    the records about these.
+    """
+
+    base: Refit
+    granted: tuple[str, ...]
+    too_many: tuple[str, ...]
+
+
 def with_nuisances_granted(
     observations: Observations, plain: Refit, own: Sequence[Definition]
-) -> tuple[Refit, tuple[str, ...]]:
-    """The model with the nuisances that come before physics, and the keys of those added.
+) -> Nuisances:
+    """The nuisances that come before physics, granted.
 
     Paths may always differ; of winters and storms, that which gains most comes first, and the
     other if it then still gains.
@@ -54,12 +69,14 @@ def with_nuisances_granted(
     if granted:
         base = refit(observations, plain.specification, plain.facts, granted, own, plain)
     asked = [entry.key for entry in left if not entry.granted_unasked]
+    too_many: list[str] = []
     while asked:
+        too_many += [k for k in asked if _n_crossed(observations, base, k, own) > MOST_CROSSED]
+        asked = [k for k in asked if k not in too_many]
         tried = {
             key: refit(observations, base.specification, base.facts, (key,), own, base)
             for key in asked
         }
-        tried = {k: fit for k, fit in tried.items() if fit.posterior.plan.n_crossed <= MOST_CROSSED}
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in tried.items()}
         asked = [key for key, gain in gains.items() if gain > ASKED_FOR]
         if asked:
@@ -67,4 +84,11 @@ def with_nuisances_granted(
             base = tried[best]
             granted.append(best)
             asked.remove(best)
-    return base, tuple(granted)
+    return Nuisances(base, tuple(granted), tuple(too_many))
+
+
+def _n_crossed(observations: Observations, base: Refit, key: str, own: Sequence[Definition]) -> int:
+    """Offsets besides those of the largest grouping, were these groups granted too."""
+    wider, more = with_effects(observations, base.specification, (key,), own, granted=True)
+    effects = build_effects(wider, {**base.facts, **more}, own)
+    return offset_plan(effects, observations.columns).n_crossed

@@ -38,14 +38,15 @@ def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
     """Evidence (nats) that a candidate adds.
 
     The estimated limit of sight is that of the highest stop seen on each path: its likelihood
-    rises with every path where nothing is hidden, which no price of one parameter makes good.
-    What it gains on average in made worlds does, in the measure of the full fit.
+    rises with every path where nothing is hidden. Its price is that of its one parameter, or what
+    it gains on average in made worlds, in the measure of the full fit, if that is more. Both are
+    prices of the same limits, so that it pays one.
     """
-    key = screened.definition.key
     gain = fit.evidence - base.evidence
-    if any(e.key == key and e.limit is not None for e in fit.posterior.effects):
-        share = (fit.log_likelihood - base.log_likelihood) / max(screened.gain, 1e-9)
-        gain -= screened.null_mean * min(max(share, 0.0), 1.0)
+    if screened.definition.says_what_is_seen:
+        likelier = fit.log_likelihood - base.log_likelihood
+        share = likelier / max(screened.gain, 1e-9)
+        gain = min(gain, likelier - screened.null_mean * min(max(share, 0.0), 1.0))
     return gain
 
 
@@ -63,3 +64,17 @@ def group_comes_first(
     by_group = rival.log_likelihood - alone.log_likelihood
     by_rival = rival.log_likelihood - base.log_likelihood
     return by_group > by_rival
+
+
+def groups_earn_their_name(
+    observations: Observations, own: Sequence[Definition], base: Refit, key: str
+) -> bool:
+    """Whether groups that differ (`key`, granted in `base`) have `MARGIN` of evidence.
+
+    Several kinds of groups are tested, each by itself, beside all candidates: their p-values alone
+    would name one too often.
+    """
+    bare = tuple(k for k in base.specification.effects if k != key)
+    specification = replace(base.specification, effects=bare)
+    without = refit(observations, specification, base.facts, (), own, base)
+    return base.evidence - without.evidence > MARGIN

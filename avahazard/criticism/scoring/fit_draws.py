@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.group_offsets import Offsets
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator
@@ -93,7 +94,7 @@ def _near_draws(
     """
     chosen = np.linspace(0, len(around) - 1, N_CENTRES).round().astype(np.int64)
     centres = np.concatenate([around[chosen], around[chosen] + mode.u - start])
-    spread = np.atleast_2d(np.cov(around.T)) + 1e-10 * np.eye(len(mode.u))
+    spread = np.atleast_2d(np.cov(around.T)) + 1e-10 * np.diag(units(posterior) ** 2)
     kernel = _student(np.zeros(len(mode.u)), CENTRE_WIDTH**2 * spread)
     wide = _student(mode.u, FIRST_WIDTH**2 * _bounded_covariance(posterior, mode))
     rng = generator(0, "fit draws", key)

@@ -17,6 +17,7 @@ from avahazard.criticism.screening.record_moments import SpeedGrid, record_bound
 from avahazard.effects.effect import Definition, Effect, Floats
 from avahazard.effects.error_factor import HALF_OCTAVES
 from avahazard.inference.fitting.mode_search import thinned
+from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, Predicted, predict_records
 from avahazard.inference.likelihood.speed_errors import whitening
@@ -118,11 +119,12 @@ def _read_by_volume(
     inner = _inner(posterior)
     mean = _mean_log_friction(posterior, u, volumes)
     x = np.empty((posterior.observations.n_events, len(inner)))
+    small = 1e-4 * units(posterior)
     for c, k in enumerate(inner):
         step = np.zeros(len(u))
-        step[k] = 1e-4
+        step[k] = small[k]
         up, down = (_mean_log_friction(posterior, u + d, volumes) for d in (step, -step))
-        x[:, c] = (up - down) / 2e-4
+        x[:, c] = (up - down) / (2.0 * small[k])
     _, scatter = posterior.location_and_scatter(u, volumes.volume)
     middle = np.exp(np.average(np.log(scatter), axis=1, weights=volumes.weight[0]))
     return (

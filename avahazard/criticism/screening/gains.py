@@ -9,11 +9,21 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.screening.alternatives import LOG_MU, Alternative, Tables
 from avahazard.criticism.screening.laplace_fit import Design, Edges, LaplaceFit, laplace_fit
+from avahazard.criticism.screening.masked_pairs import (
+    EffectColumns,
+    Paired,
+    most_surprising_pair,
+)
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
 from avahazard.criticism.screening.record_moments import record_moments
 from avahazard.inference.model.observations import PLACE, Observations
 
 Floats = NDArray[np.float64]
+
+
+FIRST_SPREADS = (0.03, 0.1)
+"""Spreads of groups that are tried as a start besides that of the records: from one alone the fit
+to a made world falls short, and chance would look less than it is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +39,7 @@ class Gains:
     tau: Floats
     student: bool
     observations: Observations
+    columns: EffectColumns
 
     def of_candidates(self, measured: BootstrapRecords) -> Floats:
         """Gain of every candidate `[n_candidates]` on one world."""
@@ -64,11 +75,24 @@ class Gains:
             best[place[alternative.key]] = max(best[place[alternative.key]], gain)
         return best
 
+    def of_pair(self, measured: BootstrapRecords) -> Paired | None:
+        """The pair of effects on friction that gains most over either alone, on one world."""
+        fit = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
+        moments = moments_of(self.base, measured)
+        return most_surprising_pair(
+            moments, measured.left, self.design, fit, self.columns, self.student
+        )
+
     def of_grouping(self, g: int, measured: BootstrapRecords, without: Design) -> float:
         """Gain of the offsets of one grouping on one world, over the design without them."""
         bare = self._fit(self.base, without, measured, self.coefficients, np.delete(self.tau, g))
-        whole = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
-        return max(0.0, whole.log_likelihood - bare.log_likelihood)
+        likeliest = bare.log_likelihood
+        for first in (self.tau[g], *FIRST_SPREADS):
+            tau = self.tau.copy()
+            tau[g] = first
+            whole = self._fit(self.base, self.design, measured, self.coefficients, tau)
+            likeliest = max(likeliest, whole.log_likelihood)
+        return likeliest - bare.log_likelihood
 
     def _fit(
         self,

@@ -8,7 +8,7 @@ user's own design in which the model is true.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ from avahazard.criticism.screening.alternatives import (
 from avahazard.criticism.screening.gains import Gains
 from avahazard.criticism.screening.group_spreads import GroupSpreads
 from avahazard.criticism.screening.laplace_fit import Design
+from avahazard.criticism.screening.masked_pairs import Paired, effect_columns
 from avahazard.criticism.screening.parametric_bootstrap import (
     BootstrapRecords,
     make_world,
@@ -32,6 +33,8 @@ from avahazard.criticism.screening.parametric_bootstrap import (
 from avahazard.criticism.screening.significance import (
     GROUP_LEVEL,
     LEVEL,
+    PAIR_LEVEL,
+    PairTest,
     Screening,
     judge,
 )
@@ -76,10 +79,12 @@ def screen(
     n_groupings = len(spreads.tau)
     real = _gains_on(tested, records, [records] * n_groupings)
     null, null_groups = np.empty((0, len(candidates))), np.empty((0, n_groupings))
+    null_pairs: list[float] = []
     while len(null) < n_worlds:
         made = _gains_by_chance(tested, seed, range(len(null), min(len(null) + BATCH, n_worlds)))
         null = np.concatenate([null, [gains.of_candidates for gains in made]])
         null_groups = np.concatenate([null_groups, [gains.of_groupings for gains in made]])
+        null_pairs += [0.0 if gains.pair is None else gains.pair.surprise for gains in made]
         found = judge(
             candidates,
             real.of_candidates,
@@ -89,6 +94,8 @@ def screen(
             null_groups,
             expected,
         )
+        if real.pair is not None:
+            found = replace(found, pair=_pair_test(real.pair, null_pairs, candidates))
         progress(MAKING_READY + (1.0 - MAKING_READY) * len(null) / n_worlds)
         if _chance_plainly_does_as_well(found, n_worlds):
             break
@@ -112,10 +119,29 @@ class _Tested:
 
 
 class _WorldGains(NamedTuple):
-    """What candidates `[n_candidates]`, and groupings `[n_groupings]`, gain on one world."""
+    """What candidates `[n_candidates]`, groupings `[n_groupings]`, a pair gain on one world."""
 
     of_candidates: Floats
     of_groupings: Floats
+    pair: Paired | None
+
+
+def _pair_test(real: Paired, null: Sequence[float], candidates: Sequence[Definition]) -> PairTest:
+    """The most surprising pair beside those of the made worlds."""
+    p = (1.0 + float(np.sum(np.array(null) >= real.surprise))) / (len(null) + 1.0)
+    return PairTest((candidates[real.first].key, candidates[real.second].key), real.surprise, p)
+
+
+def gains_beside(
+    posterior: Posterior, u: Floats, spreads: GroupSpreads, candidates: Sequence[Definition]
+) -> dict[str, float]:
+    """What each candidate gains (nats) on the records beside all that a model at its mode has.
+
+    Arguments as in `screen`.
+    """
+    tested = _what_is_tested(posterior, u, spreads, candidates, lambda _share: None)
+    gains = tested.gains.of_candidates(real_world(posterior))
+    return {c.key: float(gain) for c, gain in zip(candidates, gains, strict=True)}
 
 
 def _what_is_tested(
@@ -140,16 +166,19 @@ def _what_is_tested(
             entry, posterior, u, base, design, coefficients, speed_scatter, runs
         )
         progress((k + 1) / len(candidates))
+    keys = [c.key for c in candidates]
+    columns = effect_columns(base, design, alternatives, {key: k for k, key in enumerate(keys)})
     gains = Gains(
         base,
         design,
         alternatives,
-        [c.key for c in candidates],
+        keys,
         coefficients,
         float(u[layout.scatter]),
         spreads.tau,
         posterior.specification.tails == "student",
         observations,
+        columns,
     )
     without = tuple(
         base_design(posterior, u, spreads.plan.without((key,)), np.delete(spreads.scale, g))
@@ -166,7 +195,11 @@ def _gains_on(
         tested.gains.of_grouping(g, own, without)
         for g, (own, without) in enumerate(zip(records_of_groupings, tested.without, strict=True))
     ]
-    return _WorldGains(tested.gains.of_candidates(records), np.array(of_groupings, np.float64))
+    return _WorldGains(
+        tested.gains.of_candidates(records),
+        np.array(of_groupings, np.float64),
+        tested.gains.of_pair(records),
+    )
 
 
 def _gains_by_chance(tested: _Tested, seed: int, worlds: Iterable[int]) -> list[_WorldGains]:
@@ -175,16 +208,20 @@ def _gains_by_chance(tested: _Tested, seed: int, worlds: Iterable[int]) -> list[
 
 
 def _gains_on_made_world(shared: tuple[_Tested, int], world: int) -> _WorldGains:
-    """Gains in one made world; that of each grouping where its groups do not differ."""
+    """Gains in one made world; that of each grouping where its groups do not differ.
+
+    What its groups had shared is then scatter of the events by themselves, or such worlds would
+    vary less than the records do.
+    """
     tested, seed = shared
     rng = generator(seed, "screening", world)
     spreads = tested.spreads
 
-    def made(tau: Floats) -> BootstrapRecords:
+    def made(tau: Floats, u: Floats) -> BootstrapRecords:
         return make_world(
             tested.posterior,
             tested.predicted,
-            tested.u,
+            u,
             spreads.plan,
             tau,
             tested.speed_scatter,
@@ -192,9 +229,21 @@ def _gains_on_made_world(shared: tuple[_Tested, int], world: int) -> _WorldGains
         )
 
     tau = spreads.drawn(rng)
-    records = made(tau)
-    others = 1.0 - np.eye(len(tau))
-    return _gains_on(tested, records, [made(tau * other) for other in others])
+    records = made(tau, tested.u)
+    alike = [
+        made(np.where(np.arange(len(tau)) == g, 0.0, tau), _with_scatter(tested, spreads.tau[g]))
+        for g in range(len(tau))
+    ]
+    return _gains_on(tested, records, alike)
+
+
+def _with_scatter(tested: _Tested, tau: float) -> Floats:
+    """The coordinates with the spread `tau` of groups put into the scatter of the events."""
+    layout = tested.posterior.layout
+    u = tested.u.copy()
+    if layout.log_scatter:
+        u[layout.scatter] = 0.5 * np.log(np.exp(2.0 * u[layout.scatter]) + tau**2)
+    return u
 
 
 def _chance_plainly_does_as_well(found: Screening, n_worlds: int) -> bool:
@@ -205,4 +254,6 @@ def _chance_plainly_does_as_well(found: Screening, n_worlds: int) -> bool:
     """
     best = min((c.p_family for c in found.candidates), default=1.0)
     levels = [(best, LEVEL), *((group.p_value, GROUP_LEVEL) for group in found.groups)]
+    if found.pair is not None:
+        levels.append((found.pair.p_value, PAIR_LEVEL))
     return all(p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1) for p, level in levels)

@@ -24,6 +24,10 @@ EXPECTED_SHARE = 2.0 / 3.0
 """Share of that level for candidates that were expected before anybody looked."""
 GROUP_LEVEL = 0.01
 """Level of effects on groups of events (paths, winters, storms), each tested by itself."""
+SIGHT_LEVEL = 0.01
+"""Level of what says which avalanches were recorded at all, tested by itself."""
+PAIR_LEVEL = 0.01
+"""Level of pairs of which neither shows alone."""
 MIN_POSITIVE = 15
 """Gains in made worlds from which on a gamma distribution is fitted to them."""
 
@@ -59,6 +63,38 @@ class GroupTest:
 
 
 @dataclass(frozen=True, slots=True)
+class PairTest:
+    """Two candidates that gain together what neither does alone, the most surprising such pair.
+
+    `surprise` is that of `masked_pairs`; the p-value is against the largest of each made world,
+    whose pairs are searched in the same way.
+    """
+
+    keys: tuple[str, str]
+    surprise: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chance:
+    """Gains of the candidates by chance, `null` `[n_worlds, n_candidates]`.
+
+    `largest` `[n_worlds]` is the surprise of the most surprising one of each made world.
+    """
+
+    keys: tuple[str, ...]
+    null: Floats
+    largest: Floats
+
+    def family_wise(self, key: str, gain: float) -> float:
+        """p-value of a gain of candidate `key` as the best of all; 1 for one not screened."""
+        if key not in self.keys:
+            return 1.0
+        own = _surprise(self.null[:, self.keys.index(key)], np.array([gain]))[0]
+        return (1.0 + float(np.sum(self.largest >= own))) / (len(self.largest) + 1.0)
+
+
+@dataclass(frozen=True, slots=True)
 class Screening:
     """All candidates, best first, the groups that are granted, and what chance does.
 
@@ -70,6 +106,8 @@ class Screening:
     groups: tuple[GroupTest, ...]
     critical_gain: float
     n_worlds: int
+    chance: Chance
+    pair: PairTest | None = None
 
 
 def judge(
@@ -85,17 +123,19 @@ def judge(
 
     Candidates `expected` before anybody looked are a family of their own, with two thirds of the
     level; the others have the rest of it, and all of it once every expected one is significant (the
-    fallback procedure, Wiens 2003). p-values are divided by that share, so that all are held
-    against `LEVEL`.
+    fallback procedure, Wiens 2003). What says which avalanches are seen is tested by itself, at
+    `SIGHT_LEVEL`. p-values are divided by that share, so that all are held against `LEVEL`.
 
     `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of effects
     on `groups`, by key.
     """
     n_worlds = len(null)
     surprise = np.column_stack([_surprise(null[:, k], null[:, k]) for k in range(len(real))])
-    largest = surprise.max(axis=1) if len(real) else np.zeros(n_worlds)
+    sight = np.array([c.says_what_is_seen and c.key not in expected for c in candidates], np.bool_)
+    others = surprise[:, ~sight]
+    largest = others.max(axis=1) if others.shape[1] else np.zeros(n_worlds)
     own = [float(_surprise(null[:, k], real[k : k + 1])[0]) for k in range(len(real))]
-    families = _family_wise(surprise, own, [c.key in expected for c in candidates])
+    families = _family_wise(surprise, own, [c.key in expected for c in candidates], sight)
     result = []
     for k, entry in enumerate(candidates):
         s, family = own[k], families[k]
@@ -111,10 +151,16 @@ def judge(
         ),
         critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,
+        chance=Chance(tuple(c.key for c in candidates), null, largest),
     )
 
 
-def _family_wise(surprise: Floats, own: Sequence[float], declared: Sequence[bool]) -> list[float]:
+def _family_wise(
+    surprise: Floats,
+    own: Sequence[float],
+    declared: Sequence[bool],
+    sight: NDArray[np.bool_],
+) -> list[float]:
     """Family-wise p-values of candidates that are as surprising as `own` `[n_candidates]`."""
 
     def of(members: NDArray[np.int64], weight: float) -> dict[int, float]:
@@ -124,7 +170,8 @@ def _family_wise(surprise: Floats, own: Sequence[float], declared: Sequence[bool
             int(k): min((1.0 + float(np.sum(largest >= own[k]))) / n / weight, 1.0) for k in members
         }
 
-    first, rest = np.flatnonzero(declared), np.flatnonzero(np.logical_not(declared))
+    first = np.flatnonzero(declared)
+    rest = np.flatnonzero(~(np.asarray(declared, np.bool_) | sight))
     found: dict[int, float] = {}
     weight = 1.0
     if len(first):
@@ -133,6 +180,9 @@ def _family_wise(surprise: Floats, own: Sequence[float], declared: Sequence[bool
             weight = 1.0 - EXPECTED_SHARE
     if len(rest):
         found |= of(rest, weight)
+    for k in map(int, np.flatnonzero(sight)):
+        # By rank: a few wild gains in made worlds would widen any curve fitted to them.
+        found |= of(np.array([k]), SIGHT_LEVEL / LEVEL)
     return [found[k] for k in range(len(own))]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
 
@@ -86,26 +87,29 @@ def find_mode(
 def climb(posterior: Posterior, u: Floats, free: Indices, iterations: int) -> tuple[Floats, float]:
     """The best coordinates from u on with only the slots `free` moving, and the cost there.
 
-    The cost is minus the log density; gradients are differences over `GRADIENT_STEP`, forwards but
-    at an upper bound.
+    The cost is minus the log density; gradients are differences over `GRADIENT_STEP` of `units`,
+    forwards but at an upper bound.
     """
     low, high = posterior.layout.low, posterior.layout.high
     whole = u.copy()
+    unit = units(posterior)
+    apart = GRADIENT_STEP * unit
 
     def cost(v: Floats) -> tuple[float, Floats]:
-        whole[free] = v
+        whole[free] = v * unit[free]
         at = np.clip(whole, low, high)
-        step = np.where(at + GRADIENT_STEP > high, -GRADIENT_STEP, GRADIENT_STEP)[free]
+        step = np.where(at + apart > high, -apart, apart)[free]
         around = np.tile(at, (len(free) + 1, 1))
         around[np.arange(len(free)) + 1, free] += step
         values = costs(posterior, around)
-        return float(values[0]), (values[1:] - values[0]) / step
+        return float(values[0]), (values[1:] - values[0]) / step * unit[free]
 
-    bounds = list(zip(low[free], high[free], strict=True))
+    bounds = list(zip((low / unit)[free], (high / unit)[free], strict=True))
+    first = (u / unit)[free]
     found = minimize(
-        cost, u[free], method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": iterations}
+        cost, first, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": iterations}
     )
-    whole[free] = found.x
+    whole[free] = found.x * unit[free]
     return np.clip(whole, low, high), float(found.fun)
 
 
@@ -120,8 +124,9 @@ def _covariance(posterior: Posterior, u: Floats) -> Floats:
     n = len(u)
     # At a bound the differences are taken one step inside.
     low, high = posterior.layout.low, posterior.layout.high
-    centre = np.clip(u, low + 2 * STEP, high - 2 * STEP)
-    steps = STEP * np.eye(n)
+    unit = units(posterior)
+    centre = np.clip(u, low + 2 * STEP * unit, high - 2 * STEP * unit)
+    steps = STEP * np.diag(unit)
     i, j = np.triu_indices(n, 1)
     moves = np.concatenate([np.zeros((1, n)), steps, -steps, steps[i] + steps[j]])
     moves = np.concatenate([moves, -steps[i] - steps[j]])
@@ -134,4 +139,4 @@ def _covariance(posterior: Posterior, u: Floats) -> Floats:
     hessian /= STEP * STEP
     values, vectors = np.linalg.eigh(hessian)
     values = np.clip(values, 0.05, 1e8)
-    return np.asarray((vectors / values) @ vectors.T)
+    return np.asarray(np.outer(unit, unit) * ((vectors / values) @ vectors.T))

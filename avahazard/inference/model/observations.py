@@ -102,7 +102,9 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     for i, event in enumerate(events):
         if event.path_id is None and event.release_elevation_m is not None:
             elevation[i] = event.release_elevation_m
-    columns = build_columns(events, paths, elevation)
+    columns = build_columns(
+        events, paths, elevation, _height_over_length(events, tuple(sites), release)
+    )
     kinds = [_observation(e) for e in events]
     index = {e.event_id: i for i, e in enumerate(events)}
     return Observations(
@@ -119,6 +121,32 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
         speeds=_speed_records(records.speeds, index, events, {s.path.path_id: s for s in sites}),
     )
+
+
+def _height_over_length(
+    events: Sequence[Event], sites: tuple[Site, ...], release: NDArray[np.int64]
+) -> Floats:
+    """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown."""
+    ratio = np.full(len(events), np.nan)
+    ground: dict[str, tuple[Site, Floats, Floats]] = {}
+    for site in sites:
+        y = site.smooth.height(site.terrain.x)
+        # Lowest so far, falling: its negative is sorted for the search.
+        ground[site.path.path_id] = site, y, -np.minimum.accumulate(y)
+    for i, e in enumerate(events):
+        if e.path_id is None:
+            if e.fall_height_m and e.runout_length_m:
+                ratio[i] = e.fall_height_m / e.runout_length_m
+            continue
+        site, y, fallen = ground[e.path_id]
+        x, stop = site.terrain.x, e.runout_x_m
+        if stop is None and e.runout_elevation_m is not None:
+            stop = float(x[min(int(np.searchsorted(fallen, -e.runout_elevation_m)), len(x) - 1)])
+        start = float(site.release_x[release[i]])
+        if stop is not None and stop > start and not e.left_profile:
+            top, bottom = np.interp([start, stop], x, y)
+            ratio[i] = (top - bottom) / (stop - start)
+    return ratio
 
 
 def _or_nan(value: float | None) -> float:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
+from avahazard.criticism.diagnosis.refits import refit
 from avahazard.criticism.diagnosis.verdict import (
     MARGIN,
     evidence_gain,
+    groups_earn_their_name,
     least_evidence,
     verdict_of,
 )
 from avahazard.effects.catalogue import definition
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
+from tests.criticism.lengths import lengths, shifted
 
 FOREST, SEASON = definition("forest-drag"), definition("season")
 WIND, SNOW = definition("covariate:wind"), definition("covariate:snow_type")
@@ -40,22 +47,33 @@ def test_a_curve_over_a_column_needs_no_margin() -> None:
 
 
 @pytest.mark.parametrize(
-    ("limit", "screened", "expected"),
+    ("key", "screened", "chance", "expected"),
     [
-        (None, 4.0, 5.0),
-        (lambda *_: 0.0, 8.0, 5.0 - 2.0 * 0.75),  # a gain of 6 in full, of 8 in the screening
-        (lambda *_: 0.0, 3.0, 5.0 - 2.0),  # never more than the whole of what chance gives
+        ("season", 4.0, 2.0, 5.0),
+        ("observation-limit", 8.0, 2.0, 6.0 - 2.0 * 0.75),  # 6 in full, 8 in the screening
+        ("observation-limit", 3.0, 2.0, 6.0 - 2.0),  # never more than all that chance gives
+        ("observation-limit", 8.0, 0.4, 5.0),  # the price of its parameter is more
     ],
 )
-def test_the_estimated_limit_pays_for_what_it_gains_by_chance(
-    limit: Any, screened: float, expected: float
+def test_the_estimated_limit_pays_one_price(
+    key: str, screened: float, chance: float, expected: float
 ) -> None:
-    effect = SimpleNamespace(key="observation-limit", limit=limit)
-    fit: Any = SimpleNamespace(
-        evidence=15.0, log_likelihood=26.0, posterior=SimpleNamespace(effects=(effect,))
-    )
+    fit: Any = SimpleNamespace(evidence=15.0, log_likelihood=26.0)
     base: Any = SimpleNamespace(evidence=10.0, log_likelihood=20.0)
-    candidate: Any = SimpleNamespace(
-        definition=definition("observation-limit"), gain=screened, null_mean=2.0
-    )
+    candidate: Any = SimpleNamespace(definition=definition(key), gain=screened, null_mean=chance)
     assert evidence_gain(candidate, fit, base) == pytest.approx(expected)
+
+
+def test_winters_need_evidence_for_a_name() -> None:
+    records = lengths(48, 0.0, seed=3)
+    winters = np.arange(48) // 6
+    dates = [f"{1950 + w}-02-01" for w in winters]
+    named = []
+    for spread in (0.0, 0.3):
+        shift = spread * np.random.default_rng(7).standard_normal(8)[winters]
+        moved = shifted(records, {}, shift)
+        events = tuple(replace(e, date=d) for e, d in zip(moved.events, dates, strict=True))
+        observations = build_observations(replace(moved, events=events))
+        base = refit(observations, Specification(law="power"), {}, ("winter-effect",))
+        named.append(groups_earn_their_name(observations, (), base, "winter-effect"))
+    assert named == [False, True]

@@ -48,3 +48,14 @@ def test_the_scores_of_the_power_law_are_sane(events: Path, database: str) -> No
     assert found.scores.elpd_loo > -11.0 * n
     assert found.held_out.elpd_loo > -11.0 * n
     assert 0.85 < found.held_out.runout.coverage_90 < 0.95
+
+
+@pytest.mark.slow
+def test_the_exponential_law_converges_on_them(events: Path, database: str) -> None:
+    import_files(database, [events])
+    found = calibrate(database, "base", law="exponential", chains=2, draws=400, seed=1)
+    assert found.diagnostics.rhat_max < 1.05
+    for parameter in found.parameters.values():
+        assert np.isfinite([parameter.mean, parameter.sd, parameter.mode]).all()
+    # A friction that falls over volumes up to 1e12 m3 does so by less than 1e-9 a cubic metre.
+    assert abs(found.parameters["n"].mode) < 1e-9

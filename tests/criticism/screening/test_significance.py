@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pytest
+from scipy.stats import gamma
 
-from avahazard.criticism.screening.significance import LEVEL, Screened, judge
-from avahazard.effects.catalogue import catalogue
+from avahazard.criticism.screening.significance import LEVEL, SIGHT_LEVEL, Screened, judge
+from avahazard.effects.catalogue import catalogue, definition
 
 ENTRIES = [entry for entry in catalogue().values() if not entry.in_base][:8]
 KEYS = [entry.key for entry in ENTRIES]
@@ -56,3 +58,22 @@ def test_the_level_is_kept_whatever_is_declared() -> None:
             for real in worlds
         ]
         assert np.mean(alarms) < LEVEL + 3.0 * np.sqrt(LEVEL / len(worlds))
+
+
+def test_what_is_seen_is_tested_by_itself() -> None:
+    """Its p-value is three times its rank, whatever else is tried; theirs know nothing of it."""
+    rng = np.random.default_rng(4)
+    entries = [*ENTRIES, definition("observation-limit")]
+    null = np.column_stack([gains(rng, 199), rng.gamma(9.0, 1.0, 199)])
+    real = np.append(gains(rng, 1)[0] * 0.1, 20.0)
+    none = np.empty((199, 0))
+    found = judge(entries, real, null, (), np.empty(0), none)
+    sight = next(c for c in found.candidates if c.key == "observation-limit")
+    rank = (1.0 + np.sum(null[:, -1] >= 20.0)) / 200.0
+    assert sight.p_family == pytest.approx(rank * LEVEL / SIGHT_LEVEL)
+    assert sight.p_single == pytest.approx(gamma.sf(20.0, 9.0), rel=0.9)
+    assert sight.p_family < LEVEL
+    alone = judged(real[:-1], null[:, :-1])
+    for c in found.candidates:
+        if c.key != "observation-limit":
+            assert c.p_family == alone[c.key].p_family

@@ -1,0 +1,126 @@
+"""Effects that are needed together: beside the one that was named, or only with each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from avahazard.criticism.diagnosis.force_witness import force_witness
+from avahazard.criticism.diagnosis.refits import Refit, refit, without_groups
+from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence
+from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
+from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.screen import gains_beside
+from avahazard.criticism.screening.significance import LEVEL, PAIR_LEVEL, Screening
+from avahazard.effects.effect import Definition
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.model.observations import Observations
+
+MOST = 3
+"""Effects that are named together at most."""
+TRIED = 2
+"""Candidates beside those already chosen that are fitted in full."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Together:
+    """Effects fitted together; gains in nats.
+
+    `gain` is that over the model without them, `gain_over_best_single` that over the best of
+    them alone, both of log likelihood; `p_value` is that of the last one beside the others, or of
+    a pair of which neither shows alone.
+    """
+
+    effects: tuple[str, ...]
+    fit: Refit
+    gain: float
+    gain_over_best_single: float
+    p_value: float
+
+
+def needed_beside(
+    observations: Observations,
+    own: Sequence[Definition],
+    base: Refit,
+    fits: Mapping[str, Refit],
+    first: str,
+    screening: Screening,
+) -> tuple[Together, ...]:
+    """What else is needed once `first` is in the model: a pair, and from it a triple.
+
+    A candidate counts where its gain beside those already chosen would be significant as the best
+    of all in the made worlds of the screening, and where the model with it has `MARGIN` of evidence
+    over that without, gains on records held out, and is not better without any of the others.
+    """
+    singles = dict(fits)
+    fit = singles[first]
+    chosen: tuple[str, ...] = (first,)
+    found: list[Together] = []
+    while len(chosen) < MOST:
+        bare, u, spreads = without_groups(fit, observations, own)
+        entries = candidate_definitions(observations, bare.specification, own)
+        gains = gains_beside(bare, u, spreads, entries)
+        p_values = {key: screening.chance.family_wise(key, gain) for key, gain in gains.items()}
+        tried = sorted((k for k in gains if p_values[k] <= LEVEL), key=lambda k: -gains[k])[:TRIED]
+        wider = {k: _with(observations, own, fit, (k,)) for k in tried}
+        best = max(tried, key=lambda k: wider[k].evidence, default=None)
+        if best is None or not _is_needed(observations, own, fit, wider[best], (best,)):
+            break
+        if best not in singles:
+            singles[best] = _with(observations, own, base, (best,))
+        if wider[best].evidence - singles[best].evidence <= MARGIN:
+            break  # the new one does it alone
+        fit, chosen = wider[best], (*chosen, best)
+        found.append(_together(chosen, fit, base, singles, p_values[best]))
+    return tuple(found)
+
+
+def masked_pair(
+    observations: Observations, own: Sequence[Definition], base: Refit, screening: Screening
+) -> Together | None:
+    """Two effects that count together where neither does alone, if the screening saw such."""
+    test = screening.pair
+    if test is None or test.p_value > PAIR_LEVEL:
+        return None
+    singles = {k: _with(observations, own, base, (k,)) for k in test.keys}
+    both = _with(observations, own, base, test.keys)
+    alone = max((base, *singles.values()), key=lambda fit: fit.evidence)
+    if not _is_needed(observations, own, alone, both, test.keys):
+        return None
+    order = tuple(sorted(test.keys, key=lambda k: -singles[k].evidence))
+    return _together(order, both, base, singles, test.p_value)
+
+
+def _with(
+    observations: Observations, own: Sequence[Definition], start: Refit, keys: Sequence[str]
+) -> Refit:
+    return refit(observations, start.specification, start.facts, keys, own, start)
+
+
+def _together(
+    keys: tuple[str, ...], fit: Refit, base: Refit, singles: Mapping[str, Refit], p_value: float
+) -> Together:
+    best = max(singles[k].log_likelihood for k in keys)
+    gain = fit.log_likelihood - base.log_likelihood
+    return Together(keys, fit, gain, fit.log_likelihood - best, p_value)
+
+
+def _is_needed(
+    observations: Observations,
+    own: Sequence[Definition],
+    fit: Refit,
+    wider: Refit,
+    more: Sequence[str],
+) -> bool:
+    """Whether a wider model is worth it: by evidence, by records held out, by the force."""
+    least = max(least_evidence(find_definition(k, own)) for k in more)
+    if wider.evidence - fit.evidence <= least:
+        return False
+    witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]
+    if any(w is not None and w.denies for w in witnesses):
+        return False
+    groups = choose_groups(observations).groups
+    kept_back = held_out_log_density(wider.posterior, groups, wider.mode)
+    return bool(np.sum(kept_back - held_out_log_density(fit.posterior, groups, fit.mode)) > 0.0)

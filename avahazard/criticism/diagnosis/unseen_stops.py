@@ -1,0 +1,41 @@
+"""Whether an effect on the motion only makes up for avalanches that nobody saw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.diagnosis.verdict import least_evidence
+from avahazard.criticism.screening.significance import Screening
+from avahazard.effects.effect import Definition
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.model.observations import Observations
+
+
+def by_what_is_seen(
+    observations: Observations,
+    own: Sequence[Definition],
+    base: Refit,
+    fits: Mapping[str, Refit],
+    leader: str,
+    screening: Screening,
+) -> str | None:
+    """The effect on what is seen that leaves the leader, on the motion, too little evidence.
+
+    Where short runouts are missing, the stops of each path are bunched as by a force that holds
+    back the fast. So such a force must earn its evidence where sight may be limited too. None
+    where it does, where sight is known, or where the leader is not on the motion.
+    """
+    effect = next((e for e in fits[leader].posterior.effects if e.key == leader), None)
+    sight = [c.key for c in screening.candidates if c.definition.says_what_is_seen]
+    if effect is None or effect.motion is None or not sight:
+        return None
+    key = sight[0]
+    alone = fits.get(key) or _with(observations, own, base, key)
+    both = _with(observations, own, fits[leader], key)
+    needed = least_evidence(find_definition(leader, own))
+    return None if both.evidence - alone.evidence > needed else key
+
+
+def _with(observations: Observations, own: Sequence[Definition], start: Refit, key: str) -> Refit:
+    return refit(observations, start.specification, start.facts, (key,), own, start)

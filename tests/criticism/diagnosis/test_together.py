@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.effects.from_file import definition_from
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
+from avahazard.report.verdict_words import verdict_words
+from avahazard.workflow.diagnose import diagnosis
+from tests.criticism.lengths import lengths, shifted
+
+OWN = """
+from avahazard.effects.effect import Parameter
+KEY = "by-{0}"
+MEANING = "Friction rises with {0}."
+NEEDS = ["{0}"]
+PARAMETERS = [Parameter("slope", "", 0.0, 0.0, 0.3)]
+def friction(columns):
+    return [columns.numbers["{0}"]]
+"""
+COLD, WIND = (definition_from(OWN.format(name), f"{name}.py") for name in ("cold", "wind"))
+
+
+def diagnosed(
+    cold: float, wind: float, together: float, seed: int, n_worlds: int = 39, n: int = 90
+) -> Diagnosis:
+    """Friction that follows two columns, whose correlation is `together`."""
+    # Other numbers than those of the volumes.
+    rng = np.random.default_rng(seed + 100)
+    first = rng.standard_normal(n)
+    second = together * first + np.sqrt(1.0 - together**2) * rng.standard_normal(n)
+    columns = {"cold": first, "wind": second}
+    records = shifted(lengths(n, 0.0, seed), columns, cold * first + wind * second)
+    return diagnose(
+        build_observations(records), Specification(law="power"), {}, (COLD, WIND), n_worlds=n_worlds
+    )
+
+
+@pytest.mark.slow
+def test_what_the_first_name_took_from_the_second_is_given_back() -> None:
+    found = diagnosed(0.15, 0.09, 0.6, seed=1)
+    assert found.missing == ("by-cold",)
+    assert [more.effects for more in found.together] == [("by-cold", "by-wind")]
+    (more,) = found.together
+    alone = next(c.fit for c in found.candidates if c.key == "by-cold")
+    assert alone is not None
+    taken = alone.parameters("by-cold")["by-cold.slope"]
+    given_back = more.fit.parameters("by-cold")["by-cold.slope"]
+    assert taken > 0.15 + 0.03
+    assert abs(given_back - 0.15) < 0.04
+    assert more.gain > more.gain_over_best_single > 3.0
+    assert more.p_value <= 0.03
+    told = diagnosis("m", found, 0)
+    assert told.pairs[0].effects == ("by-cold", "by-wind")
+    assert told.pairs[0].parameters["by-cold.slope"] == given_back
+    assert told.pairs[0].error_after_m < told.candidates[0].error_before_m
+    assert "by-cold and by-wind" in verdict_words(told)
+
+
+def test_two_that_hide_each_other_are_named_together() -> None:
+    found = diagnosed(0.3, -0.3, 0.95, seed=2, n_worlds=99)
+    assert found.verdict == "missing-effect"
+    (more,) = found.together
+    assert set(more.effects) == {"by-cold", "by-wind"}
+    assert found.missing == more.effects[:1]
+    alone = [c.screened.p_family for c in found.candidates if c.key in more.effects]
+    assert min(alone) > 0.03
+    assert more.gain_over_best_single > 8.0
+    parameters = more.fit.parameters("by-")
+    assert abs(parameters["by-cold.slope"] - 0.3) < 0.12
+    assert abs(parameters["by-wind.slope"] + 0.3) < 0.12
+
+
+@pytest.mark.slow
+def test_one_effect_has_no_second_and_none_has_no_pair() -> None:
+    one = diagnosed(0.15, 0.0, 0.6, seed=3)
+    assert one.missing == ("by-cold",)
+    assert one.together == ()
+    none = diagnosed(0.0, 0.0, 0.9, seed=4, n_worlds=119)
+    assert none.verdict == "adequate"
+    assert none.together == ()

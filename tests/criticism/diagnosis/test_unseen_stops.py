@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from avahazard.criticism.diagnosis import unseen_stops
+from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.unseen_stops import by_what_is_seen
+from avahazard.effects.catalogue import definition
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
+from avahazard.synth.making import make_world
+
+DRAG, SEASON, SIGHT = "turbulent-drag", "season", "observation-limit"
+
+
+def fit(evidence: float, key: str = "", motion: bool = False) -> Any:
+    effect = SimpleNamespace(key=key, motion=motion or None)
+    posterior = SimpleNamespace(effects=(effect,))
+    return SimpleNamespace(evidence=evidence, posterior=posterior)
+
+
+@pytest.mark.parametrize(
+    ("leader", "beside", "expected"),
+    [(DRAG, 21.0, SIGHT), (DRAG, 27.0, None), (SEASON, 21.0, None)],
+)
+def test_a_force_must_earn_its_evidence_beside_what_is_seen(
+    monkeypatch: pytest.MonkeyPatch, leader: str, beside: float, expected: str | None
+) -> None:
+    screening: Any = SimpleNamespace(
+        candidates=[SimpleNamespace(key=k, definition=definition(k)) for k in (DRAG, SIGHT)]
+    )
+    monkeypatch.setattr(unseen_stops, "_with", lambda *_: fit(beside))
+    fits = {leader: fit(10.0, leader, leader == DRAG), SIGHT: fit(20.0)}
+    nothing: Any = None
+    found = by_what_is_seen(nothing, (), nothing, fits, leader, screening)
+    assert found == expected
+    known: Any = SimpleNamespace(candidates=[])
+    assert by_what_is_seen(nothing, (), nothing, fits, leader, known) is None
+
+
+@pytest.mark.slow
+def test_short_runouts_that_nobody_saw_are_named_and_no_force() -> None:
+    named = []
+    for seed in range(900010, 900014):
+        n_events, n_paths = (120, 9) if seed % 2 else (250, 11)
+        records, _ = make_world(seed, n_events, n_paths, {SIGHT: 1.0})
+        named.append(diagnose(build_observations(records), Specification(), {}).missing)
+    assert sum(SIGHT in missing for missing in named) >= 3
+    assert not any(DRAG in missing for missing in named)
