@@ -13,6 +13,8 @@ from avahazard.report.html.content import ReportContent
 from tests.report.html.chromium import Seen, chromium
 
 WIDTHS = (390, 1400)
+HALF_A_PAGE_PX = (297 - 30) / 25.4 * 96 / 2 - 80
+"""Half of A4 between the margins, less a heading and the words below."""
 MOVE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input')); }"
 OVERLAPS = """() => {
   const hit = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
@@ -125,3 +127,16 @@ def test_the_block_moves_with_friction_and_with_volume(
     box.locator("[data-block=volume]").evaluate(MOVE, len(loop.volumes) - 1)
     assert "stops at x" in before
     assert box.locator(".stop").inner_text() != before
+
+
+def test_on_paper_two_figures_go_on_a_page(seen: Seen) -> None:
+    heights = "() => [...document.querySelectorAll('[data-figure]')].map((p) => p.clientHeight)"
+    before = seen.page.evaluate(heights)
+    seen.page.emulate_media(media="print")
+    seen.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    assert max(seen.page.evaluate(heights)) <= HALF_A_PAGE_PX
+    assert seen.page.locator("details:not([open])").count() == 0
+    assert not seen.page.locator("[data-path]").first.is_visible()
+    seen.page.emulate_media(media="screen")
+    seen.page.evaluate("() => window.dispatchEvent(new Event('afterprint'))")
+    assert seen.page.evaluate(heights) == before

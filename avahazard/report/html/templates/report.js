@@ -5,7 +5,7 @@
   var drawn = [];
   var shared = JSON.parse(document.getElementById("switch").textContent);
   var now = shared.own;
-  var PRINT_PX = 690, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
+  var PRINT_PX = 690, PRINT_HIGH_PX = 410, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
 
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
@@ -141,19 +141,22 @@
     all();
     drawn.forEach(function (place) {
       var most = place.closest(".small") ? PRINT_SMALL_PX : PRINT_PX;
-      if (place.clientWidth > most) {
-        place.style.width = most + "px";
-        Plotly.relayout(place, { width: most });
-      }
+      // So low that two figures with their words go on a page: no page is half empty.
+      var high = Math.min(place._fullLayout.height, PRINT_HIGH_PX);
+      place.was = place._fullLayout.height;
+      place.style.height = high + "px";
+      var size = { height: high };
+      if (place.clientWidth > most) { place.style.width = most + "px"; size.width = most; }
+      Plotly.relayout(place, size);
     });
   });
   window.addEventListener("afterprint", function () {
     document.querySelectorAll("details").forEach(function (fold) { fold.open = fold.dataset.was === "open"; });
     drawn.forEach(function (place) {
-      if (place.style.width) {
-        place.style.width = "";
-        Plotly.relayout(place, { width: null, autosize: true });
-      }
+      if (!place.was) { return; }
+      place.style.width = "";
+      place.style.height = place.was + "px";
+      Plotly.relayout(place, { width: null, height: place.was, autosize: true });
     });
   });
   next();
