@@ -69,7 +69,7 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
         ],
         layout(
             axis("times likelier", type="log", dtick=_ticks([*gain, *alone]),
-                 exponentformat="power"),
+                 exponentformat="power", tickangle=0),
             axis("", type="category", autorange="reversed"),
             height=120 + 28 * len(rows),
         ),
@@ -83,4 +83,4 @@ def times(gain: float) -> float:
 
 def _ticks(ratios: list[float]) -> int:
     """Decades from tick to tick, so that few enough stand on a narrow axis."""
-    return max(1, math.ceil(math.log10(max(ratios)) / 4.0))
+    return max(1, math.ceil(math.log10(max(ratios)) / 2.5))

@@ -18,7 +18,7 @@
       place.style.height = figure.layout.height + "px";
     }
     Plotly.newPlot(place, figure.data, figure.layout, {
-      responsive: true, displaylogo: false, showTips: false, displayModeBar: coarse ? false : "hover",
+      responsive: true, displaylogo: false, showTips: false, displayModeBar: coarse || place.clientWidth < NARROW_PX ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]
     });
     place.states = figure.states || {};
