@@ -14,7 +14,7 @@ from avahazard.records.collection import Records
 from avahazard.records.path import Profile
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings, SitePlan
-from avahazard.synth.sites import concave_profile, make_sites
+from avahazard.synth.sites import RUN_ON_M, concave_profile, make_sites
 from avahazard.synth.track import make_track
 
 
@@ -60,8 +60,8 @@ def _with_benches(site: SitePlan, seed: int) -> SitePlan:
     """The same site with benches 120 to 300 m long in the middle of its path."""
     rng = np.random.default_rng([seed, 9])
     true = site.profile
-    drop = float(np.ptp(true.y_m))
-    length = float(true.x_m[-1])
+    drop = site.drop_m or float(np.ptp(true.y_m))
+    length = float(true.x_m[-1]) - RUN_ON_M
     benches = (float(rng.uniform(0.2, 0.4)), length / rng.uniform(120.0, 300.0), rng.uniform())
     x, y = concave_profile(
         drop,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from rich.console import Console
 from rich.padding import Padding
@@ -34,7 +35,9 @@ def _story(found: HiddenEffect) -> Iterator[str]:
         f"“{model}” is calibrated without it. Its error, on {by} held out: "
         f"{found.held_out.runout.crps_m:.1f} m (CRPS in {unit_words(found.coordinate)})."
     )
-    yield f"{verdict_words(found.diagnosis, f'“{model}”')}{_evidence(found.diagnosis)}"
+    told = replace(found.diagnosis, where=())
+    yield f"{verdict_words(told, f'“{model}”')}{_evidence(told)}"
+    yield from found.diagnosis.where
     child = found.child
     if child is None or child.comparison is None:
         yield "No single effect is named, so none is added."
@@ -59,5 +62,5 @@ def _evidence(diagnosis: Diagnosis) -> str:
     floor = 1.0 / (diagnosis.n_worlds + 1)
     p = f"p = {best.p_value:.2f}"
     if best.p_value <= floor:
-        p = f"p ≤ 1/{diagnosis.n_worlds + 1}"
+        p = f"p < 1/{diagnosis.n_worlds + 1}"
     return f" By chance: {p}, from {diagnosis.n_worlds} worlds in which nothing is missing."

@@ -97,6 +97,11 @@ def no_facts(_columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return {}
 
 
+def nowhere(_columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    """For effects of which the records do not say where they would act."""
+    return None
+
+
 def never(_columns: EventColumns, _sites: Sequence[Site]) -> bool:
     """For effects of which the data do not state what they would estimate."""
     return False
@@ -147,6 +152,8 @@ class Definition:
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
     - `settled(columns, sites)`: the data state already what it would estimate, so that it is no
       candidate.
+    - `seen_in(columns, sites)`: where the records have what the effect is about, in a sentence.
+    - `trees`: where it acts on a path it is drawn as trees.
     - `order`: its place in the list; equal ones stand by key.
     """
 
@@ -166,6 +173,8 @@ class Definition:
     names_cause: bool = True
     column: str | None = None
     settled: Callable[[EventColumns, Sequence[Site]], bool] = never
+    seen_in: Callable[[EventColumns, Sequence[Site]], str | None] = nowhere
+    trees: bool = False
     order: int = 1000
 
     @property

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
-from avahazard.effects.needs import needs_profile
+from avahazard.effects.needs import named, needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
 
@@ -26,6 +28,16 @@ def _lacking(columns: EventColumns, sites: Sequence[Site]) -> str | None:
     )
 
 
+def _seen_in(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+    """The paths with forest, by name."""
+    wooded = [s.path.path_id for s in sites if s.land_cover is not None and FOREST in s.land_cover]
+    if not wooded:
+        return None
+    n = int(np.isin(np.array([*columns.paths, ""])[columns.path_index], wooded).sum())
+    has = "has" if len(wooded) == 1 else "have"
+    return f"{named(wooded)} {has} forest ({n} of {len(columns)} events)."
+
+
 def _build(_facts: Facts) -> Effect:
     grid = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.011, 0.017, 0.025, 0.04, 0.06, 0.1)
     drag = Parameter("drag", "1/m", 0.0, 0.0, 0.02, 0.0, grid[-1], grid)
@@ -40,5 +52,7 @@ DEFINITION = Definition(
     needs="land_cover",
     build=_build,
     lacking=_lacking,
+    seen_in=_seen_in,
+    trees=True,
     order=60,
 )

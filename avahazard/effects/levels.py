@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, Facts, Floats, Parameter
-from avahazard.effects.needs import MIN_LEVEL, level_counts, two_levels
+from avahazard.effects.needs import MIN_LEVEL, level_counts, named, two_levels
 
 SCATTERS = 2.5
 """Prior standard deviation of a level's log friction against the most common one, in spreads of
 all records: weakly informative (Gelman, Jakulin, Pittau & Su 2008; the default of rstanarm)."""
 LEAST_SD = 0.2
 """Least of it, and what it is where the records tell no spread."""
+MOST_LEVELS = 5
+"""Levels that a sentence names."""
 
 
 def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
@@ -54,6 +56,28 @@ def _prior_sd(columns: EventColumns) -> float:
     if len(known) < 2 * MIN_LEVEL:
         return LEAST_SD
     return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
+
+
+def level_words(columns: EventColumns, name: str) -> str | None:
+    """How many events, or for what a path has which paths, have each level; None without a column.
+
+    The most common level stands first.
+    """
+    values = text_column(columns, name)
+    if values is None:
+        return None
+    counts = level_counts(values)
+    ranked = sorted(counts, key=lambda k: (-counts[k], k))
+    of_path = all(len(set(values[columns.path_index == k])) == 1 for k in range(len(columns.paths)))
+    if of_path and len(columns.paths) > 1 and len(ranked) > 1:
+        paths = np.array(columns.paths)
+        level = np.array([values[columns.path_index == k][0] for k in range(len(columns.paths))])
+        parts = [f"{named(sorted(paths[level == k].tolist()))}: {k}" for k in ranked]
+        return f"{name} is a matter of the path: {'; '.join(parts)}."
+    parts = [f"{counts[k]} {k}" for k in ranked[:MOST_LEVELS]]
+    rest = len(ranked) - MOST_LEVELS
+    more = f" and {rest} other levels" if rest > 0 else ""
+    return f"{name} of the {len(columns)} events: {', '.join(parts)}{more}."
 
 
 def level_effect(key: str, name: str, facts: Facts) -> Effect:

@@ -36,3 +36,10 @@ def two_levels(name: str, values: np.ndarray) -> str | None:
     if len(enough) >= 2:
         return None
     return f"{name} has no two values with at least {MIN_LEVEL} events each"
+
+
+def named(names: Sequence[str]) -> str:
+    """Names in a row, as a sentence has them."""
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]}"

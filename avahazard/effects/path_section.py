@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Effect, Facts
-from avahazard.effects.levels import level_effect, level_facts, level_lacking
+from avahazard.effects.levels import level_effect, level_facts, level_lacking, level_words
 from avahazard.effects.site import Site
 
 
@@ -16,6 +16,10 @@ def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
 
 def _facts(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return level_facts(columns, "section")
+
+
+def _seen_in(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    return level_words(columns, "section")
 
 
 def _build(facts: Facts) -> Effect:
@@ -30,5 +34,6 @@ DEFINITION = Definition(
     build=_build,
     lacking=_lacking,
     facts=_facts,
+    seen_in=_seen_in,
     order=100,
 )

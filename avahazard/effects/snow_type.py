@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Effect, Facts
-from avahazard.effects.levels import level_effect, level_facts, level_lacking
+from avahazard.effects.levels import level_effect, level_facts, level_lacking, level_words
 from avahazard.effects.site import Site
 
 COLUMN = "snow_type"
@@ -18,6 +18,10 @@ def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
 
 def _facts(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return level_facts(columns, COLUMN)
+
+
+def _seen_in(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    return level_words(columns, COLUMN)
 
 
 def _build(facts: Facts) -> Effect:
@@ -32,6 +36,7 @@ DEFINITION = Definition(
     build=_build,
     lacking=_lacking,
     facts=_facts,
+    seen_in=_seen_in,
     event_columns=True,
     column=COLUMN,
     order=90,

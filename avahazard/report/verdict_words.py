@@ -6,8 +6,8 @@ from avahazard.results.diagnosis import Diagnosis
 
 
 def verdict_words(diagnosis: Diagnosis, who: str = "The model") -> str:
-    """What a diagnosis says of the model, in a sentence."""
-    return " ".join([_verdict(diagnosis, who), *_together(diagnosis)])
+    """What a diagnosis says of the model, and where the records have what is missing."""
+    return " ".join([_verdict(diagnosis, who), *_together(diagnosis), *diagnosis.where])
 
 
 def _together(diagnosis: Diagnosis) -> list[str]:

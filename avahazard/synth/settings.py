@@ -40,7 +40,7 @@ class SitePlan:
 
     Volumes are lognormal between `volume_low_m3` and `volume_high_m3`; with `pin_range`
     two of the events have just these. Releases are on steep places in the
-    topmost `release_share` of the drop.
+    topmost `release_share` of the drop, which is `drop_m` or that of the profile.
     """
 
     path: Path
@@ -52,6 +52,7 @@ class SitePlan:
     volume_high_m3: float = 8e5
     pin_range: bool = False
     release_share: float = 0.25
+    drop_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

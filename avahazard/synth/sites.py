@@ -14,6 +14,10 @@ from avahazard.synth.track import Floats
 
 SPACING_M = 15.0
 FIRST_YEAR, LAST_YEAR = 1900, 2020
+RUN_ON_M, RUN_ON_SPACING_M = 5000.0, 50.0
+"""How far the last slope of a made-up path goes on, so that rare avalanches stop on the profile."""
+BEND_M, VALLEY_SLOPE = 300.0, 0.01
+"""Over what distance the run-out of a falling path flattens, and to which slope."""
 
 
 def concave_profile(
@@ -102,10 +106,12 @@ def _make_site(rng: np.random.Generator, path_id: str, section: str, n_events: i
         waves=waves,
         tail=(float(rng.uniform(300.0, 500.0)), -0.12 if counter_slope else 0.06),
     )
+    length, fall = float(x[-1]), float(y.max() - y.min())
+    x, y = _run_on(x, y)
     cover = np.full(len(x), "open", dtype=object)
     if rng.uniform() < 0.65:
         first = rng.uniform(0.35, 0.6)
-        t = x / x[-1]
+        t = x / length
         cover[(t > first) & (t < first + rng.uniform(0.1, 0.3))] = "forest"
     return SitePlan(
         path=Path(
@@ -121,4 +127,19 @@ def _make_site(rng: np.random.Generator, path_id: str, section: str, n_events: i
         profile=Profile(path_id, x, y, land_cover=tuple(str(c) for c in cover)),
         n_events=n_events,
         volume_median_m3=float(rng.lognormal(np.log(7e4), 0.5)),
+        drop_m=fall,
     )
+
+
+def _run_on(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """The profile, and `RUN_ON_M` more of it; what was there stays as it was.
+
+    Where it falls it flattens to the valley's floor; where it rises it goes on to rise.
+    """
+    step = RUN_ON_SPACING_M
+    more = np.arange(step, RUN_ON_M + step, step)
+    last = float((y[-2] - y[-1]) / (x[-1] - x[-2]))
+    floor = min(last, VALLEY_SLOPE)
+    slope = floor + (last - floor) * np.clip(1.0 - more / BEND_M, 0.0, 1.0)
+    fall = np.cumsum(slope * step)
+    return np.append(x, np.round(x[-1] + more, 1)), np.append(y, np.round(y[-1] - fall, 3))

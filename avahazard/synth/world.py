@@ -126,7 +126,7 @@ def _draw_releases(
     release = np.empty(len(path))
     for k, (site, track) in enumerate(zip(sites, tracks, strict=True)):
         x, y = track.fine(2.0)
-        slope, drop = track.slope(x), float(y.max() - y.min())
+        slope, drop = track.slope(x), site.drop_m or float(y.max() - y.min())
         zone = (y >= y.max() - site.release_share * drop) & (y <= y.max() - 0.02 * drop)
         steep = np.flatnonzero(zone & (slope >= STEEP))
         if not len(steep):

@@ -25,7 +25,7 @@ MODEL, PAPERS_MODEL = "twin", "twin-gibbs"
 DATABASE, BOUNDS, PICTURE = "twin.db", "twin-bounds.csv", "twin-bounds.png"
 REPORT = "twin-report.html"
 RETURN_PERIOD = 100.0
-WEIGHTS = (7.0, 1.5, 8.0, 5.0, 2.5, 27.0)
+WEIGHTS = (7.0, 1.5, 8.0, 5.0, 3.5, 30.0)
 """Seconds of the calibrations, the bounds, the comparison, the report, and the hidden effect."""
 
 

@@ -26,7 +26,7 @@ Report = Callable[[str, float, float], None]
 WORLD, DATABASE, REPORT = "hidden-world", "hidden.db", "hidden-report.html"
 MODEL, CHILD = "base", "child"
 N_WORLDS = 39
-WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 1.0)
+WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 4.0)
 """Seconds of calibration, comparison, diagnosis, child, its design runouts, and report."""
 
 

@@ -16,10 +16,12 @@ from avahazard.criticism.diagnosis.together import Together
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
+from avahazard.effects.needs import named
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
+from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import (
     Candidate,
     Declared,
@@ -30,13 +32,16 @@ from avahazard.results.diagnosis import (
     Pair,
 )
 from avahazard.store.models import load_model, now
-from avahazard.store.results import DIAGNOSIS, save_result
+from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result, save_result
 from avahazard.store.session import reading, writing
+from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import read_own_of
 
 Report = Callable[[str, float, float], None]
+
+CHANCE, MOST_PATHS = 0.05, 4
 
 
 def diagnose_model(
@@ -85,6 +90,7 @@ def diagnose_model(
     )
     told = diagnosis(name, found, seed)
     told = replace(told, notes=(*notes_of_fit(stored), *told.notes))
+    told = replace(told, where=_where(database, stored, found, own))
     if expect:
         at = now().isoformat(timespec="seconds")
         told = replace(told, declared=Declared(tuple(dict.fromkeys(expect)), f"{at}Z"))
@@ -141,6 +147,33 @@ def _not_granted(key: str) -> str:
         f"{key} was not asked about: these records have too many groups (over {MOST_CROSSED} "
         "crossed with others) to fit together. Add it to the model to see what it does."
     )
+
+
+def _where(
+    database: str, stored: StoredFit, found: Findings, own: Sequence[Definition]
+) -> tuple[str, ...]:
+    """On which paths the model fails, if it was compared, and where is what it lacks."""
+    if not found.missing:
+        return ()
+    observations = stored.model.observations
+    with reading(database) as session:
+        compared = stored_comparison(latest_result(session, COMPARISON, stored.name))
+    words = [] if compared is None else failing_paths(compared)
+    tried = {c.key for c in found.candidates}
+    for key in found.missing:
+        if key in tried:
+            seen = find_definition(key, own).seen_in(observations.columns, observations.sites)
+            words += [seen] if seen else []
+    return tuple(words)
+
+
+def failing_paths(compared: Comparison) -> list[str]:
+    """The paths on which a model fails beyond chance, and which way, in a sentence; or none."""
+    paths = [row for row in compared.where_it_fails if row.axis == "path" and row.p_value < CHANCE]
+    if not paths:
+        return []
+    shown = [f"{row.level} ({row.bias_m:+.0f} m)" for row in paths[:MOST_PATHS]]
+    return [f"It fails beyond chance on {named(shown)}; predicted less recorded."]
 
 
 def _groups(found: Findings) -> Iterator[GroupTest]:

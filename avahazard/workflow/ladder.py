@@ -41,7 +41,7 @@ def ladder(
 ) -> Ladder:
     """Rank all models by their error; those never compared are compared, and that is stored.
 
-    `plot` is a picture of the held-out error from model to model.
+    `plot` is a picture of the held-out error from model to model, and of their error budgets.
 
     Raises:
         AvahazardError: the database is missing or has no model, or `plot` is no picture.
@@ -71,7 +71,7 @@ def ladder(
     if plot is not None:
         from avahazard.report.ladder_figure import draw_ladder  # noqa: PLC0415 (slow)
 
-        draw_ladder(plot, rows)
+        draw_ladder(plot, rows, {k: v for k, v in known.items() if v is not None})
     return Ladder(rows, tuple(notes))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path as FilePath
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
-from avahazard.report.html.content import ReportContent
+from avahazard.report.html.content import Cover, ReportContent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import list_models
@@ -23,12 +23,14 @@ from avahazard.workflow.model_friction import apparent_friction, friction_view
 from avahazard.workflow.models import show_model
 from avahazard.workflow.provenance import surroundings
 from avahazard.workflow.report_events import event_views, unknown_columns
+from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import path_views
 from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
 
 Report = Callable[[str, float, float], None]
 
+UNTITLED = Cover()
 ENDINGS = (".html", ".htm")
 
 
@@ -37,6 +39,7 @@ def write_report(
     name: str,
     file: FilePath,
     *,
+    cover: Cover = UNTITLED,
     effect_files: Sequence[FilePath] = (),
     report: Report = lambda _what, _done, _total: None,
 ) -> WrittenReport:
@@ -44,7 +47,7 @@ def write_report(
 
     Nothing is computed anew that a command stores: the report shows the latest comparison,
     diagnosis, bounds and zones, and says how to get what is missing. Equal databases give equal
-    files.
+    files. `cover` holds the title, the author, the place and the date, where they are given.
 
     Raises:
         AvahazardError: there is no such model, its own effects are not given, or `file` cannot
@@ -58,7 +61,7 @@ def write_report(
         raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     from avahazard.report.html.page import render  # noqa: PLC0415 (plotly and jinja2 are slow)
 
-    content = gather(database, name, effect_files=effect_files, report=report)
+    content = gather(database, name, cover=cover, effect_files=effect_files, report=report)
     text = render(content).encode("utf-8")
     whole = file.with_name(f".{file.name}.part")
     try:
@@ -84,6 +87,7 @@ def gather(
     database: str,
     name: str,
     *,
+    cover: Cover = UNTITLED,
     effect_files: Sequence[FilePath] = (),
     report: Report = lambda _what, _done, _total: None,
 ) -> ReportContent:
@@ -100,7 +104,11 @@ def gather(
             model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
             for model in models
         }
-        diagnosis = latest_result(session, DIAGNOSIS, name)
+        diagnoses = {
+            model.name: Diagnosis.from_dict(document)
+            for model in models
+            if (document := latest_result(session, DIAGNOSIS, model.name)) is not None
+        }
         rows = latest_documents(session, BOUNDS, name) or []
         zones = latest_documents(session, ZONES, name) or []
         grounds = {
@@ -116,6 +124,8 @@ def gather(
     report("Writing the report", 0.6, 1.0)
     baseline = plain(alpha_beta_paths(database)) if everything.profiles else []
     paths = path_views(stored, events, rows, baseline, zones, grounds)
+    report("Writing the report", 0.7, 1.0)
+    loop = loop_view(database, stored, models, comparisons, diagnoses)
     report("Writing the report", 0.9, 1.0)
     calibration = show_model(database, name)
     model = next(model for model in models if model.name == name)
@@ -131,7 +141,7 @@ def gather(
         densities=plain(friction_densities(found.mu, observations)),
         ladder=ladder_rows(models, comparisons),
         comparison=comparisons[name],
-        diagnosis=None if diagnosis is None else Diagnosis.from_dict(diagnosis),
+        diagnosis=diagnoses.get(name),
         rows=rows,
         records_changed=stored.records_changed,
         calibrated_paths=stored.paths,
@@ -143,10 +153,12 @@ def gather(
             stored,
             profiles=bool(everything.profiles),
             comparison=comparisons[name] is not None,
-            diagnosis=diagnosis is not None,
+            diagnosis=name in diagnoses,
             rows=bool(rows),
             zones=bool(zones),
         ),
+        loop=loop,
+        cover=cover,
     )
 
 

@@ -106,7 +106,8 @@ def unknown_columns(observations: Observations) -> Mapping[str, int]:
 
 def _predicted(model: FittedModel) -> tuple[Floats, NDArray[np.bool_]]:
     """Draws `[n_events, n_draws]` of each record with its error, and which left the profile."""
-    rng = generator(0, "report", "records")
+    # The very draws that `compare` scores.
+    rng = generator(0, "compare")
     if model.sigma_m is None:
         expected = expected_records(model, RECORD_DRAWS, rng)
         return expected.draws, expected.left

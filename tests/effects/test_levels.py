@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.effects.levels import level_effect, level_facts, level_lacking
+from avahazard.effects.levels import level_effect, level_facts, level_lacking, level_words
 from tests.effects.event_table import event_table
 
 ROCK = ["gneiss"] * 7 + ["lime"] * 5 + ["slate"] * 4
@@ -45,3 +45,9 @@ def test_one_level_tells_nothing(rock: list[str]) -> None:
     assert lack is not None
     assert "rock" in lack
     assert level_lacking(event_table(rock=rock), "other") is not None
+
+
+def test_where_a_column_has_its_levels_is_said() -> None:
+    words = level_words(event_table(rock=ROCK), "rock")
+    assert words == "rock of the 16 events: 7 gneiss, 5 lime, 4 slate."
+    assert level_words(event_table(), "rock") is None

@@ -24,3 +24,13 @@ def test_the_verdict_in_words(verdict: str, words: str) -> None:
     sentence = verdict_words(found, "base")
     assert sentence.startswith("base ")
     assert words in sentence
+
+
+def test_the_verdict_says_where_the_physics_is() -> None:
+    found = replace(
+        DIAGNOSIS,
+        verdict="missing-effect",
+        missing=("forest-drag",),
+        where=("It fails beyond chance on P01 (+40 m).", "P01 and P06 have forest."),
+    )
+    assert verdict_words(found).endswith("(+40 m). P01 and P06 have forest.")

@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from avahazard.records.reading import read_records
+from avahazard.synth import sites
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
-from avahazard.synth.sites import concave_profile, given_sites, make_sites
+from avahazard.synth.sites import RUN_ON_M, concave_profile, given_sites, make_sites
+
+
+def events_of(truth: dict[str, Any]) -> list[dict[str, Any]]:
+    """The true events."""
+    return list(truth["events"])
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_paths_look_like_avalanche_paths(seed: int) -> None:
-    sites = make_sites(seed, 10, 250)
-    assert sum(s.n_events for s in sites) == 250
-    assert len({s.n_events for s in sites}) > 3
-    assert {s.path.section for s in sites} == {"channelled", "open"}
-    for s in sites:
+    made = make_sites(seed, 10, 250)
+    assert sum(s.n_events for s in made) == 250
+    assert len({s.n_events for s in made}) > 3
+    assert {s.path.section for s in made} == {"channelled", "open"}
+    for s in made:
         x, y = s.profile.x_m, s.profile.y_m
-        drop = y[0] - y.min()
-        assert 580.0 < drop < 2080.0
-        assert 1200.0 < x[-1] < 5600.0
+        assert s.drop_m is not None
+        assert 580.0 < s.drop_m < 2080.0
+        assert s.drop_m <= y[0] - y.min() < s.drop_m + 70.0
+        assert 1200.0 < x[-1] - RUN_ON_M < 5600.0
         assert (y[0] - y[8]) / x[8] > 0.8
         assert abs((y[-2] - y[-1]) / (x[-1] - x[-2])) < 0.15
 
@@ -36,10 +44,39 @@ def test_profile_has_the_drop_and_the_slopes_asked_for() -> None:
     assert (np.diff(y) < 0.0).all()
 
 
+def test_a_longer_end_moves_no_avalanche_that_stopped_before_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    longer, truth = make_world(0, 120, 6)
+    monkeypatch.setattr(sites, "_run_on", lambda x, y: (x, y))
+    shorter, before = make_world(0, 120, 6)
+    stops = list(zip(events_of(truth), events_of(before), strict=True))
+    stopped = [(e, f) for e, f in stops if f["status"] == "stopped"]
+    assert 100 < len(stopped) < 120
+    assert all(abs(e["stop_x_m"] - f["stop_x_m"]) < 1.0 for e, f in stopped)
+    assert [e.volume_m3 for e in longer.events] == [e.volume_m3 for e in shorter.events]
+    releases = [[e.release_elevation_m or 0.0 for e in w.events] for w in (longer, shorter)]
+    assert releases[0] == pytest.approx(releases[1], abs=2.0)
+    assert not any(e.left_profile for e in longer.events)
+
+
+def test_forest_stands_where_it_stood(monkeypatch: pytest.MonkeyPatch) -> None:
+    def forest() -> list[list[float]]:
+        return [
+            [x for x, c in zip(p.x_m, p.land_cover or (), strict=True) if c == "forest"]
+            for p in (s.profile for s in make_sites(0, 6, 120))
+        ]
+
+    now = forest()
+    monkeypatch.setattr(sites, "_run_on", lambda x, y: (x, y))
+    assert now == forest()
+    assert any(now)
+
+
 def test_given_profiles_are_used_as_they_are(shared_data: Path) -> None:
     tyrol = read_records([shared_data / "tyrol-profiles"])
-    sites = given_sites(3, tyrol, 120)
-    records, truth = make_world(3, sites=sites, settings=Settings(smooth_m=200.0))
+    given = given_sites(3, tyrol, 120)
+    records, truth = make_world(3, sites=given, settings=Settings(smooth_m=200.0))
     assert len(records.events) == 120
     assert [p.path_id for p in records.profiles] == [p.path_id for p in tyrol.profiles]
     assert truth["n_paths"] == 9

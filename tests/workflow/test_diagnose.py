@@ -1,19 +1,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from avahazard.records.errors import AvahazardError
+from avahazard.results.base import Rows
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.results import DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.diagnose import diagnose_model, failing_paths
 from avahazard.workflow.import_files import import_files
 from tests.criticism.lengths import as_csv, lengths
+from tests.results.samples import COMPARISON, FAILURE
 
 KEYS = {"model", "verdict", "missing", "candidates", "detectable_m", "measure_next"}
 CANDIDATE_KEYS = {
@@ -92,3 +95,17 @@ def test_the_candidates_are_drawn(base: str, tmp_path: Path) -> None:
     file = tmp_path / "candidates.png"
     diagnosed(base, plot=file)
     assert file.stat().st_size > 5000
+
+
+def test_paths_that_fail_beyond_chance_are_named() -> None:
+    rows = [
+        replace(FAILURE, axis="path", level="P01", bias_m=41.2, p_value=0.01),
+        replace(FAILURE, axis="path", level="P06", bias_m=-30.0, p_value=0.02),
+        replace(FAILURE, axis="path", level="P03", bias_m=9.0, p_value=0.4),
+        FAILURE,
+    ]
+    (words,) = failing_paths(replace(COMPARISON, where_it_fails=Rows(rows)))
+    assert words == (
+        "It fails beyond chance on P01 (+41 m) and P06 (-30 m); predicted less recorded."
+    )
+    assert failing_paths(COMPARISON) == []

@@ -16,6 +16,10 @@ from avahazard.results.diagnosis import Candidate, Diagnosis
 
 ALONE = 0.05
 SHOWN = 8
+NATS_WORDS = (
+    "gain: natural logarithm of how many times likelier the records are with the effect (2.3 nats: "
+    "10 times, 4.6: 100 times)."
+)
 
 
 def diagnose(
@@ -43,6 +47,7 @@ def diagnose(
       avahazard diagnose first --expect snow-type
       avahazard diagnose first --worlds 399 --plot candidates.png
     """
+    from avahazard.report.html.words import chance  # noqa: PLC0415
     from avahazard.report.verdict_words import verdict_words  # noqa: PLC0415
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
@@ -67,7 +72,7 @@ def diagnose(
             (
                 c.effect,
                 f"{c.gain:.1f}",
-                f"{c.p_value:.3f}",
+                chance(c.p_value, 1.0 / (found.n_worlds + 1)),
                 "" if c.error_after_m is None else f"{c.error_after_m:.1f}",
                 ", ".join(c.confounded_with),
             )
@@ -76,6 +81,7 @@ def diagnose(
         columns = ("effect", ">gain, nats", ">p", ">own CRPS m", "looks like")
         title = f"Candidates (CRPS on the records of the calibration now {_before(found)} m)"
         console.print(table(title, columns, rows))
+        console.print(NATS_WORDS, soft_wrap=True)
         best = found.candidates[0] if found.candidates else None
         if found.missing and best is not None and best.effect in found.missing:
             console.print(best.physics, soft_wrap=True)

@@ -18,7 +18,7 @@ from avahazard.records.plain import plain
 
 def ladder(
     context: typer.Context,
-    plot: Annotated[Path | None, picture("Draw the held-out error")] = None,
+    plot: Annotated[Path | None, picture("Draw the held-out error and the error budgets")] = None,
 ) -> None:
     """List every model and its error, oldest first.
 

@@ -21,6 +21,12 @@ def report(
         Path,
         output_file("Where to write it: .html. One that is there is replaced."),
     ],
+    title: Annotated[str, typer.Option(help="Title of the document.")] = "",
+    author: Annotated[str, typer.Option(help="Who answers for it.")] = "",
+    place: Annotated[str, typer.Option(help="Commune, valley or region.")] = "",
+    date: Annotated[
+        str, typer.Option(help="Date of the document; else that of the calibration.")
+    ] = "",
     effect_file: EffectFiles = None,
 ) -> None:
     """Write a report of a model as one HTML file that needs no network.
@@ -28,8 +34,10 @@ def report(
     \b
     Examples:
       avahazard report first -o first.html
+      avahazard report first -o first.html --title "Val d'Arly" --author "A. Favre"
       avahazard --json report first -o first.html
     """
+    from avahazard.report.html.content import Cover  # noqa: PLC0415
     from avahazard.workflow.report import write_report  # noqa: PLC0415
 
     with show_progress() as progress:
@@ -37,6 +45,7 @@ def report(
             settings(context).database,
             name,
             output,
+            cover=Cover(title, author, place, date),
             effect_files=effect_file or (),
             report=progress,
         )

@@ -57,7 +57,7 @@ def _climbs(posterior: Posterior, start: Floats | None) -> list[Mode]:
             for j, k in enumerate(held)
         ]
         best = max(found, key=lambda mode: mode.log_density)
-        tried = [_held(posterior, best.u, held, corner) for corner in product(*grids)]
+        tried = [held_climb(posterior, best.u, held, corner) for corner in product(*grids)]
         value, u = max(tried, key=lambda fit: fit[0])
         if np.isfinite(value):
             found.append(find_mode(posterior, u))
@@ -69,7 +69,7 @@ def thinned(grid: Sequence[float], n: int) -> list[float]:
     return [grid[k] for k in np.unique(np.linspace(0, len(grid) - 1, n).round().astype(int))]
 
 
-def _held(
+def held_climb(
     posterior: Posterior, u: Floats, held: Sequence[int], corner: Sequence[float]
 ) -> tuple[float, Floats]:
     """Log density and coordinates of a short climb from u with slots `held` kept at `corner`."""

@@ -113,6 +113,85 @@ class PathView:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class StateView:
+    """What a model, or one with an effect at another strength, predicts for the same records.
+
+    `key` is its name in the page. `predicted` and `x` `[n_events, 3]` are the 5, 50 and 95 % of
+    each record in its own coordinate and of its place (m), nan where nothing is predicted; `error`
+    `[n_events]` (m) is predicted mean less record as `compare` counts it. `rmse_m` and `crps_m`
+    are of these records, `held_out_m` of what was kept back, None where that was never asked.
+    `stops` `[n_paths, n_friction]` is F(μ) as x (m) over `FRICTION`, infinite past the profile,
+    and `friction` `[n_paths, n_volumes]` that of the median avalanche over the report's volumes;
+    their rows are the paths `path_ids`.
+    """
+
+    key: str
+    predicted: Floats
+    x: Floats
+    error: Floats
+    rmse_m: float
+    crps_m: float
+    held_out_m: float | None
+    path_ids: tuple[str, ...]
+    stops: Floats
+    friction: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweepView:
+    """An effect of the model from not there (strength 0) over as it was fitted (1) to more.
+
+    `keys` are those of its states, one for each of `strengths`.
+    """
+
+    effect: str
+    strengths: tuple[float, ...]
+    keys: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceView:
+    """Stretches `(from, to)` (m) of a path where an effect acts, and how they are drawn."""
+
+    effect: str
+    path_id: str
+    stretches: tuple[tuple[float, float], ...]
+    trees: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopView:
+    """The model among those of the same records.
+
+    `models` are the states of the models, oldest first, `sweeps` the effects of the model that
+    can be moved, with their `swept` states. `comparisons` and `diagnoses` are those of the ladder
+    by model, `lineage` the model and its ancestors, the first one first; `left_out` are models
+    that are not shown, with the reason. `volumes` (m3) and `mu` are those of the states' tables.
+    """
+
+    models: tuple[StateView, ...]
+    swept: tuple[StateView, ...]
+    sweeps: tuple[SweepView, ...]
+    places: tuple[PlaceView, ...]
+    lineage: tuple[str, ...]
+    comparisons: Mapping[str, Comparison]
+    diagnoses: Mapping[str, Diagnosis]
+    left_out: Mapping[str, str]
+    volumes: Floats
+    mu: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Cover:
+    """What a document is called, who wrote it, and of which place; empty where it is not said."""
+
+    title: str = ""
+    author: str = ""
+    place: str = ""
+    date: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ReportContent:
     """All of a report.
 
@@ -142,3 +221,5 @@ class ReportContent:
     speed_limited: bool
     versions: Mapping[str, str]
     lacking: Mapping[str, str]
+    loop: LoopView
+    cover: Cover = Cover()

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import BLUE, ORANGE, VERMILION, axis, layout
+from avahazard.report.html.words import chance, likelier
 from avahazard.results.diagnosis import Diagnosis
 
 MOST_ROWS = 16
-LEAST_NATS = 0.1
+MOST_NATS = 600.0
+"""More would be no number."""
 SIGNIFICANT = 0.03
 
 
@@ -18,8 +22,10 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
         return None
     named = set(diagnosis.missing)
     names = [label(row.effect) for row in rows]
-    gain = [max(row.screened_gain or 0.0, LEAST_NATS) for row in rows]
-    alone = [max(row.chance_gain or 0.0, LEAST_NATS) for row in rows]
+    floor = 1.0 / (diagnosis.n_worlds + 1)
+    gain = [times(row.screened_gain) for row in rows]
+    alone = [times(row.chance_gain) for row in rows]
+    cut = len(diagnosis.candidates) - len(rows)
     colors = [
         VERMILION if row.effect in named
         else ORANGE if row.p_value <= SIGNIFICANT
@@ -29,18 +35,20 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     return Figure(
         "effects",
         "Candidate effects",
-        f"Gain in log likelihood of {len(rows)} candidate effects, beside the gain that chance "
-        "alone would show.",
-        "A mark right of its grey bar gains more than chance would, 19 times in 20, if the model "
-        "were complete; among many candidates some do so by chance, and the p-value below allows "
-        "for that. Red: named as missing. Gains under 0.1 are drawn at 0.1.",
+        f"How much likelier the records are with each of {len(rows)} candidate effects, beside "
+        "what chance alone would show.",
+        "How many times likelier the records are with the effect than without. A mark right of "
+        "its grey bar is more than chance would do, 19 times in 20, if the model were complete; "
+        "among many candidates some do so by chance, and the p-value below allows for that. Red: "
+        "named as missing."
+        + (f" {cut} more candidates, weaker than these, are in the table alone." if cut else ""),
         [
             {
                 "type": "bar",
                 "orientation": "h",
                 "name": "chance alone",
-                "x": [value - LEAST_NATS for value in alone],
-                "base": LEAST_NATS,
+                "x": [value - 1.0 for value in alone],
+                "base": 1.0,
                 "y": names,
                 "marker": {"color": "#CFCFCF"},
                 "hoverinfo": "skip",
@@ -48,17 +56,31 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
             {
                 "type": "scatter",
                 "mode": "markers",
-                "name": "gain of the effect",
+                "name": "with the effect",
                 "x": gain,
                 "y": names,
-                "customdata": [[row.p_value] for row in rows],
+                "text": [
+                    label(f"{likelier(row.screened_gain)} likelier, p {chance(row.p_value, floor)}")
+                    for row in rows
+                ],
                 "marker": {"color": colors, "size": 11, "symbol": "diamond"},
-                "hovertemplate": "%{y}: %{x:.1f} nats, p = %{customdata[0]:.3f}<extra></extra>",
+                "hovertemplate": "%{y}: %{text}<extra></extra>",
             },
         ],
         layout(
-            axis("gain in log likelihood (nats)", type="log", dtick=1),
+            axis("times likelier", type="log", dtick=_ticks([*gain, *alone]),
+                 exponentformat="power", tickangle=0),
             axis("", type="category", autorange="reversed"),
             height=120 + 28 * len(rows),
         ),
-    )
+    )  # fmt: skip
+
+
+def times(gain: float) -> float:
+    """A gain in log likelihood (nats) as a ratio of likelihoods, no less than 1."""
+    return math.exp(min(max(gain, 0.0), MOST_NATS))
+
+
+def _ticks(ratios: list[float]) -> int:
+    """Decades from tick to tick, so that few enough stand on a narrow axis."""
+    return max(1, math.ceil(math.log10(max(ratios)) / 2.5))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from markupsafe import Markup
@@ -12,6 +13,8 @@ from markupsafe import Markup
 from avahazard.records.plain import plain
 
 Trace = dict[str, Any]
+States = Mapping[str, Mapping[int, Trace]]
+"""By the name of a state, what it changes of the traces, by their number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +22,7 @@ class Figure:
     """Traces and layout of Plotly, with words for those who cannot see them.
 
     `key` is the figure's name in the page; `words` say what is drawn; `caption` how to read it.
-    Numbers keep `digits` significant digits.
+    Numbers keep `digits` significant digits. `states` are what a switch of the page changes.
     """
 
     key: str
@@ -29,6 +32,7 @@ class Figure:
     data: list[Trace]
     layout: dict[str, Any]
     digits: int = 5
+    states: States = field(default_factory=dict)
 
     @property
     def height(self) -> int:
@@ -38,7 +42,10 @@ class Figure:
     @property
     def json(self) -> Markup:
         """Traces and layout as JSON."""
-        return script_json({"data": self.data, "layout": self.layout}, self.digits)
+        drawn: dict[str, Any] = {"data": self.data, "layout": self.layout}
+        if self.states:
+            drawn["states"] = self.states
+        return script_json(drawn, self.digits)
 
 
 def script_json(value: Any, digits: int) -> Markup:

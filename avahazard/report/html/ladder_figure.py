@@ -30,7 +30,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
         }
     ]
     places = layout(
-        axis(f"error: CRPS on records kept back (m of {of})", rangemode="tozero"),
+        axis(f"error (m of {of})", rangemode="tozero"),
         axis("", type="category", autorange="reversed"),
         height=120 + 34 * len(rows),
         bargap=0.35,

@@ -11,10 +11,10 @@ import numpy as np
 from avahazard.report.html.content import Floats, PathView, PlanView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.hillshade import hillshade
-from avahazard.report.html.style import BLACK, INK, ROW_COLORS, axis, layout
+from avahazard.report.html.style import BLACK, INK, ROW_COLORS, TOOLBAR_PX, axis, layout
 from avahazard.report.html.words import case, event_words, interval
 
-MARGIN = {"l": 92, "r": 14, "t": 10, "b": 50}
+MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 BAR_PLACES = 24
 EDGE = 0.08
 """Room around what is drawn, as a share of its size."""

@@ -20,9 +20,6 @@ from avahazard.report.html.words import (
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 
-LEAST_ROWS, MOST_ROWS = 8, 24
-"""Rows of failures: all that are beyond chance, within these limits."""
-
 
 def ladder_table(content: ReportContent) -> HtmlTable:
     """Every model and its error, oldest first."""
@@ -79,7 +76,7 @@ def scores_table(comparison: Comparison) -> HtmlTable:
 
 
 def failures_table(comparison: Comparison, names: Mapping[str, str]) -> HtmlTable:
-    """Where the model fails, the least likely by chance first."""
+    """Where the model fails, the least likely by chance first; what may be chance is folded."""
     n_failing = len(failing(comparison))
     rows = [
         [
@@ -90,10 +87,11 @@ def failures_table(comparison: Comparison, names: Mapping[str, str]) -> HtmlTabl
             chance(row.p_value),
             "beyond chance" if row.p_value < SIGNIFICANT else "may be chance",
         ]
-        for row in comparison.where_it_fails[: min(max(n_failing, LEAST_ROWS), MOST_ROWS)]
+        for row in sorted(comparison.where_it_fails, key=lambda row: row.p_value >= SIGNIFICANT)
     ]
     columns = ("by", "level", ">events", ">predicted less recorded", ">p", "")
-    return HtmlTable("failures", "Where it fails", columns, rows)
+    folded = f"{len(rows) - n_failing} that may be chance"
+    return HtmlTable("failures", "Where it fails", columns, rows, shown=n_failing, folded=folded)
 
 
 def parameters_table(model: Calibration) -> HtmlTable:

@@ -12,12 +12,14 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avahazard.report.html import effect_tables, model_tables, path_tables
+from avahazard.report.html.budget_figure import budget_figure
 from avahazard.report.html.content import PathView, ReportContent
 from avahazard.report.html.density_figure import density_figure
 from avahazard.report.html.effects_figure import effects_figure
 from avahazard.report.html.figure import Figure
 from avahazard.report.html.force_figure import force_figure
 from avahazard.report.html.friction_figure import friction_figure
+from avahazard.report.html.front import path_answers, shown_period
 from avahazard.report.html.ladder_figure import ladder_figure
 from avahazard.report.html.limits import assumptions, zone_words
 from avahazard.report.html.map_figure import map_figure
@@ -25,6 +27,8 @@ from avahazard.report.html.path_figure import path_figure, reading_words
 from avahazard.report.html.posterior_figure import offsets_figure, posterior_figures
 from avahazard.report.html.predicted_figure import predicted_figures
 from avahazard.report.html.record_figure import record_figure
+from avahazard.report.html.residuals_figure import residuals_figure
+from avahazard.report.html.story import chapters
 from avahazard.report.html.summary import (
     cannot_tell,
     failing,
@@ -33,6 +37,7 @@ from avahazard.report.html.summary import (
     unknown_words,
     why_words,
 )
+from avahazard.report.html.switch import switch_json
 from avahazard.report.html.table import HtmlTable
 from avahazard.report.verdict_words import verdict_words
 
@@ -65,6 +70,8 @@ def render(content: ReportContent) -> str:
         "ladder": ladder_figure(content),
         "friction": None if friction is None else friction_figure(friction, content.events, names),
         "density": density_figure(content.densities, names),
+        "residuals": residuals_figure(content.events, names, content.loop),
+        "budget": budget_figure(content),
         "effects": None if diagnosis is None else effects_figure(diagnosis),
         "offsets": offsets_figure(model.parameters, names),
         "force": force_figure(comparison.measured_force)
@@ -87,8 +94,12 @@ def render(content: ReportContent) -> str:
         fails=comparison is not None and bool(failing(comparison)),
         figures=figures,
         posterior=posterior_figures(model.parameters, content.draws),
-        predicted=predicted_figures(content.events, names),
-        reading_words=reading_words(content.paths),
+        predicted=predicted_figures(content.events, names, content.loop),
+        reading_words=reading_words(content.paths, stops=bool(content.loop.models)),
+        chapters=chapters(content),
+        answers=path_answers(content),
+        period=shown_period(content),
+        switch=switch_json(content),
         sections=list(_sections(content)),
         tables=_tables(content, names),
     )
@@ -96,7 +107,7 @@ def render(content: ReportContent) -> str:
 
 def _sections(content: ReportContent) -> Iterator[PathSection]:
     for number, view in enumerate(content.paths, start=1):
-        drawn = (path_figure(number, view), map_figure(number, view))
+        drawn = (path_figure(number, view, content.loop, content.events), map_figure(number, view))
         yield PathSection(number, view, tuple(f for f in drawn if f is not None))
 
 

@@ -5,29 +5,54 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from avahazard.report.html.content import PathView
-from avahazard.report.html.figure import Figure, Trace
+import numpy as np
+
+from avahazard.report.html.content import EventView, LoopView, PathView
+from avahazard.report.html.figure import Figure, States, Trace
+from avahazard.report.html.place_traces import place_traces
 from avahazard.report.html.profile_panel import profile_range, profile_traces
 from avahazard.report.html.reach_panel import reach_of, reach_traces
 from avahazard.report.html.speed_panel import speed_traces
-from avahazard.report.html.style import axis, layout
+from avahazard.report.html.stops_panel import stops_height, stops_of, stops_traces
+from avahazard.report.html.style import TOOLBAR_PX, VERMILION, axis, layout
 
-MARGIN = {"l": 92, "r": 14, "t": 10, "b": 50}
+MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
+ROOM = 1.15
 PROFILE_PX, PANEL_PX, GAP_PX = 340, 140, 32
 
 
-def path_figure(k: int, view: PathView) -> Figure | None:
-    """Panels above one another over the same x; None for a path without a profile."""
+def path_figure(
+    k: int, view: PathView, loop: LoopView, all_events: Sequence[EventView]
+) -> Figure | None:
+    """Panels above one another over the same x; None for a path without a profile.
+
+    The last trace of the profile is the block, which the page's sliders move.
+    """
     if view.smooth is None or view.release_x is None:
         return None
+    shown = stops_of(view, loop, all_events)
+    bands = [float(np.max(state.x[shown, 2])) for state in loop.models if shown]
+    end = shown_end(view, bands)
+    here = [place for place in loop.places if place.path_id == view.path.path_id]
+    ground = [*profile_traces(view), *place_traces(here, view.smooth, end), block_trace(view)]
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [
         (
-            profile_traces(view),
+            ground,
             axis("elevation (m)", range=profile_range(view.smooth, len(view.rows))),
             PROFILE_PX,
         )
     ]
     words = ["its profile with the recorded stops and the predicted runouts"]
+    states: States = {}
+    if shown:
+        words.append("every record beside where it was expected")
+        traces, changes = stops_traces(view, loop, all_events, shown)
+        states = {
+            key: {len(ground) + number: trace for number, trace in change.items()}
+            for key, change in changes.items()
+        }
+        rows = axis("records", range=[0.0, len(shown) + 1.0], showticklabels=False)
+        panels.append((traces, {**rows, "ticks": "", "showgrid": False}, stops_height(len(shown))))
     speeds = speed_traces(view)
     if speeds:
         words.append("the speeds")
@@ -59,9 +84,9 @@ def path_figure(k: int, view: PathView) -> Figure | None:
         top -= px + GAP_PX
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
     x_axis = axis(
-        "horizontal distance along the path x (m)",
+        "distance along the path x (m)",
         anchor=last,
-        range=[view.smooth.x_min, view.smooth.x_max],
+        range=[view.smooth.x_min, end],
     )
     places = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=MARGIN, **axes)
     return Figure(
@@ -71,10 +96,45 @@ def path_figure(k: int, view: PathView) -> Figure | None:
         "",
         data,
         places,
+        states=states,
     )
 
 
-def reading_words(views: Sequence[PathView]) -> list[str]:
+def shown_end(view: PathView, more: Sequence[float] = ()) -> float:
+    """x (m) to which the path is drawn: a little past all that is shown there, and `more`."""
+    smooth = view.smooth
+    assert smooth is not None
+    found = [row["design"]["runout_x_m"] for row in view.rows if row.get("design")]
+    found += [row["runout_x_m"] for row in view.rows]
+    ends = [place[key] for place in found for key in ("q50", "q95")]
+    ends += [row["runout_x_m"] for row in view.alpha_beta if row["runout_x_m"] is not None]
+    ends += more
+    stops = [e.stop_x_m for e in view.events if e.stop_x_m is not None]
+    if (not ends and not stops) or None in ends:
+        return smooth.x_max
+    length = ROOM * (max([*ends, *stops]) - smooth.x_min)
+    return float(min(smooth.x_min + length, smooth.x_max))
+
+
+def block_trace(view: PathView) -> Trace:
+    """The block, on its release until a slider moves it."""
+    assert view.smooth is not None
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": "the block",
+        "showlegend": False,
+        "cliponaxis": False,
+        "x": [view.release_x],
+        "y": [float(view.smooth.height(view.release_x or 0.0))],
+        "visible": False,
+        "marker": {"symbol": "square", "size": 15, "color": VERMILION,
+                   "line": {"color": "white", "width": 2}},
+        "hovertemplate": "the block stops: x %{x:.0f} m, %{y:.0f} m<extra></extra>",
+    }  # fmt: skip
+
+
+def reading_words(views: Sequence[PathView], *, stops: bool = False) -> list[str]:
     """How to read the figures of the paths: of what they hold, once for all."""
     rows = [row for view in views for row in view.rows]
     words = []
@@ -88,6 +148,12 @@ def reading_words(views: Sequence[PathView]) -> list[str]:
             "Thin lines hold 90 % of avalanches of one volume (that of the return period, or a "
             "given one), and the humps on them are their distribution; the small tick is their "
             "median. A bar that ends at the edge goes on beyond the profile."
+        )
+    if stops:
+        words.append(
+            "Under the profile every record has a line: the tick is where it stopped, the bar "
+            "holds 90 % of where the model shown expects it, the grey one behind it that of the "
+            "parent, if it has one."
         )
     if any(view.alpha_beta for view in views):
         words.append(

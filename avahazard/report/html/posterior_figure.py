@@ -16,7 +16,7 @@ from avahazard.results.calibration import ParameterSummary
 BINS = 36
 JOINT_DRAWS = 800
 OFFSET = "path:"
-SMALL_MARGIN = {"l": 62, "r": 20, "t": 10, "b": 46}
+SMALL_MARGIN = {"l": 62, "r": 20, "t": 10, "b": 62}
 
 
 def posterior_figures(
@@ -97,10 +97,10 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
             }
         ],
         layout(
-            axis(label(name) + (f" ({label(unit_words(summary.unit))})" if unit else ""),
-                 exponentformat="power", nticks=5),
+            axis(label(name) + (f"<br>({label(unit_words(summary.unit))})" if unit else ""),
+                 exponentformat="power", nticks=3),
             axis("", showticklabels=False, ticks="", rangemode="tozero"),
-            height=230,
+            height=246,
             margin=SMALL_MARGIN,
             showlegend=False,
             bargap=0,
@@ -127,9 +127,9 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
             }
         ],
         layout(
-            axis(label(one[0]), exponentformat="power", nticks=5),
-            axis(label(other[0]), exponentformat="power", nticks=5),
-            height=230,
-            margin=SMALL_MARGIN,
+            axis(label(one[0]), exponentformat="power", nticks=3),
+            axis(label(other[0]), exponentformat="power", nticks=3),
+            height=246,
+            margin={**SMALL_MARGIN, "l": 88},
         ),
     )

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from avahazard.report.html.content import EventView
+from avahazard.report.html.content import EventView, LoopView, StateView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLACK, axis, by_path, layout
 from avahazard.report.html.words import event_words
@@ -18,21 +18,40 @@ WORDS = {
 }
 
 
-def predicted_figures(events: Sequence[EventView], names: dict[str, str]) -> list[Figure]:
-    """A figure for each coordinate that was recorded: elevation, x, runout length."""
+def predicted_figures(
+    events: Sequence[EventView], names: dict[str, str], loop: LoopView
+) -> list[Figure]:
+    """A figure for each coordinate that was recorded: elevation, x, runout length.
+
+    The states of the loop are those that the page's switch can show.
+    """
+    states = (*loop.models, *loop.swept)
+    place = {e.event_id: k for k, e in enumerate(events)}
     figures = []
     for coordinate in WORDS:
         mine = [e for e in events if e.coordinate == coordinate and e.predicted is not None]
         if mine:
-            figures.append(_figure(coordinate, mine, names))
+            figures.append(_figure(coordinate, mine, names, states, place))
     return figures
 
 
-def _figure(coordinate: str, events: list[EventView], names: dict[str, str]) -> Figure:
+def _figure(
+    coordinate: str,
+    events: list[EventView],
+    names: dict[str, str],
+    states: Sequence[StateView],
+    place: Mapping[str, int],
+) -> Figure:
     what, title = WORDS[coordinate]
     stopped = [e for e in events if e.observed_m is not None]
     data: list[Trace] = []
+    changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
     for name, color, symbol, mine in by_path(stopped, names):
+        rows = [place[e.event_id] for e in mine]
+        for state in states:
+            low, middle, high = state.predicted[rows].T
+            bars = {"error_x.array": high - middle, "error_x.arrayminus": middle - low}
+            changes[state.key][len(data)] = {"x": middle, **bars}
         low, middle, high = np.array([e.predicted for e in mine]).T
         data.append(
             {
@@ -83,8 +102,22 @@ def _figure(coordinate: str, events: list[EventView], names: dict[str, str]) -> 
         "within their bar. These records were used in the calibration."
         + (f" {left} events that left their profile have no stop to show." if left else ""),
         data,
-        layout(axis(f"predicted {what} (m)"), axis(f"recorded {what} (m)"), height=520),
-    )
+        layout(axis(f"predicted {what} (m)", **_range(stopped, states, place)),
+               axis(f"recorded {what} (m)"), height=520),
+        states=changes,
+    )  # fmt: skip
+
+
+def _range(
+    events: Sequence[EventView], states: Sequence[StateView], place: Mapping[str, int]
+) -> dict[str, list[float]]:
+    """One range for all states, so that it is the marks that move."""
+    if not states or not events:
+        return {}
+    rows = [place[e.event_id] for e in events]
+    values = np.concatenate([state.predicted[rows].ravel() for state in states])
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    return {"range": [low - 0.03 * (high - low), high + 0.03 * (high - low)]}
 
 
 def _inside(event: EventView) -> bool:

@@ -14,6 +14,8 @@ COLORS = (BLUE, VERMILION, GREEN, "#CC79A7", ORANGE, SKY, GREY, BLACK)
 SYMBOLS = (
     "circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x", "star"
 )  # fmt: skip
+TOOLBAR_PX = 42
+"""Right of the plot the toolbar has a margin of its own, so that it covers no legend."""
 GROUND, GRID, INK = "#E3DED5", "#E2E2E2", "#222222"
 ROW_COLORS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 
@@ -46,7 +48,8 @@ def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any)
                  "color": INK},
         "paper_bgcolor": "white",
         "plot_bgcolor": "white",
-        "margin": {"l": 66, "r": 14, "t": 10, "b": 50},
+        "margin": {"l": 66, "r": TOOLBAR_PX, "t": 10, "b": 50},
+        "modebar": {"orientation": "v"},
         "legend": {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom",
                    "font": {"size": 12}},
         "hovermode": "closest",

@@ -11,6 +11,7 @@ class HtmlTable:
     """Columns (a name that begins with '>' is set to the right) and rows of text.
 
     `cards`: on a narrow screen every row becomes a block of its own, with a line for each cell.
+    Rows after the first `shown` are folded under the words `folded`; None: no row is.
     """
 
     key: str
@@ -18,6 +19,15 @@ class HtmlTable:
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     cards: bool = False
+    shown: int | None = None
+    folded: str = ""
+
+    @property
+    def parts(self) -> list[tuple[bool, Sequence[Sequence[str]]]]:
+        """The rows that are always seen, and those that are folded, each if there are any."""
+        k = len(self.rows) if self.shown is None else self.shown
+        parts = [(False, self.rows[:k]), (True, self.rows[k:])]
+        return [part for part in parts if part[1]]
 
 
 def error_text(value: float | None) -> str:

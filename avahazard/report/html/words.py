@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -52,9 +53,25 @@ def number(value: float | None) -> str:
     return (integer(value) if abs(value) >= 1000 else f"{value:.4g}").replace("-", "−")
 
 
-def chance(p: float) -> str:
-    """A p-value."""
+def chance(p: float, floor: float = 0.0) -> str:
+    """A p-value; at its floor, 1 in n made worlds and the data themselves, as less than that."""
+    if 0.0 < p <= 1.0001 * floor:
+        return f"< 1/{1.0 / floor:.0f}"
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def likelier(gain: float) -> str:
+    """A gain in log likelihood (nats) as how many times likelier the records are."""
+    decades = gain / math.log(10.0)
+    if decades < 0.0:
+        return "no"
+    if decades < 4.0:
+        return (
+            f"{integer(float(f'{10.0**decades:.2g}'))} times"
+            if decades > 1.0
+            else (f"{10.0**decades:.1f} times")
+        )
+    return f"10{str(round(decades)).translate(RAISED)} times"
 
 
 def interval(spread: Mapping[str, float | None]) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
+from avahazard.report.html.content import Cover
 from avahazard.results.project import Step
 from avahazard.store.path_results import BOUNDS, ZONES, RunKind, latest_documents
 from avahazard.store.session import reading
@@ -26,7 +27,9 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
     if "report" not in project.skip:
         page = folder / project.report.file
         if _outdated(run, page):
-            report = write_report(run.database, model, page, report=run.report)
+            told = project.project
+            cover = Cover(told.title, told.author, told.place, told.date)
+            report = write_report(run.database, model, page, cover=cover, report=run.report)
             yield Step("report", DONE, page.name), list(report.lacking), [str(page)]
         else:
             yield Step("report", UP_TO_DATE, page.name), [], [str(page)]

@@ -27,6 +27,15 @@ Years = Annotated[float, Field(gt=1.0, allow_inf_nan=False)]
 Name = Annotated[str, Field(min_length=1, max_length=150)]
 
 
+class ProjectSection(Strict):
+    """`[project]`: what the document is called, who answers for it, and of which place it is."""
+
+    title: str = ""
+    author: str = ""
+    place: str = ""
+    date: str = ""
+
+
 class ModelSection(Strict):
     """`[model]`: what `calibrate` is asked for."""
 
@@ -89,6 +98,7 @@ class Project(Strict):
     dem: str | None = None
     land_cover: str | None = None
     skip: list[StepName] = Field(default=[])
+    project: ProjectSection = ProjectSection()
     model: ModelSection = ModelSection()
     diagnose: DiagnoseSection = DiagnoseSection()
     hazard: HazardSection = HazardSection()

@@ -9,6 +9,7 @@ import pytest
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.workflow.report import gather
+from tests.report.html.world import make_loop_database
 
 
 @pytest.fixture(scope="session")
@@ -28,4 +29,18 @@ def report_file(html: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give the report as a file."""
     file = tmp_path_factory.mktemp("html") / "report.html"
     file.write_text(html, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="session")
+def loop_content(tmp_path_factory: pytest.TempPathFactory) -> ReportContent:
+    """Give what the report of a child of a ladder of two models is made of."""
+    return gather(make_loop_database(tmp_path_factory.mktemp("loop")), "child")
+
+
+@pytest.fixture(scope="session")
+def loop_file(loop_content: ReportContent, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give that report as a file."""
+    file = tmp_path_factory.mktemp("html") / "loop.html"
+    file.write_text(render(loop_content), encoding="utf-8")
     return file

@@ -133,13 +133,19 @@ def test_scores_and_failures_come_from_the_comparison(content: ReportContent) ->
     fails = Failure("snow_type", "scey", 9, -50.0, 1e-4)
     comparison = replace(content.comparison, where_it_fails=Rows([fails] * 40))
     table = model_tables.failures_table(comparison, NAMES)
-    assert len(table.rows) == model_tables.MOST_ROWS
+    assert (len(table.rows), table.shown) == (40, 40)
     assert list(cells(table).values()) == [
         "snow type", NAMES["scey"], "9", "−50 m", "< 0.001", "beyond chance",
     ]  # fmt: skip
-    rows = Rows([replace(fails, p_value=1.0)] * 40)
+    rows = Rows([replace(fails, p_value=1.0)] * 40 + [fails])
     chance = replace(content.comparison, where_it_fails=rows)
-    assert len(model_tables.failures_table(chance, {}).rows) == model_tables.LEAST_ROWS
+    table = model_tables.failures_table(chance, {})
+    assert (len(table.rows), table.shown) == (41, 1)
+    assert cells(table)["p"] == "< 0.001"
+    (seen, first), (folded, rest) = table.parts
+    assert (seen, folded) == (False, True)
+    assert (len(first), len(rest)) == (1, 40)
+    assert table.folded == "40 that may be chance"
 
 
 def test_the_ladder_has_dashes_for_what_was_not_compared(content: ReportContent) -> None:
@@ -153,11 +159,13 @@ def test_the_ladder_has_dashes_for_what_was_not_compared(content: ReportContent)
 def test_candidates_and_what_to_measure(content: ReportContent) -> None:
     assert content.diagnosis is not None
     table = effect_tables.candidates_table(content.diagnosis)
-    assert cells(table)["gain, nats"] == "9.0"
-    assert cells(table, 2)["gain, nats"] == "−0.1"
+    likelier = [cells(table, k)["records likelier"] for k in (0, 2)]
+    assert likelier == [f"8{S}100 times", "no"]
+    assert [cells(table, k)["p"] for k in (0, 1)] == ["< 1/40", "< 1/40"]
+    assert table.shown == 2
     measure = effect_tables.measure_table(content.diagnosis)
     assert measure is not None
-    assert cells(measure)["expected gain"] == "6.0 nats"
+    assert cells(measure)["makes the right explanation likelier"] == "400 times"
     assert effect_tables.measure_table(DIAGNOSIS) is None
 
 

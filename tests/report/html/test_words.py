@@ -19,6 +19,9 @@ def test_numbers() -> None:
     assert words.number(None) == "–"
     assert words.chance(0.0004) == "< 0.001"
     assert words.chance(0.25) == "0.250"
+    assert words.chance(0.005, 1 / 200) == "< 1/200"
+    assert words.chance(0.01, 1 / 200) == "0.010"
+    assert words.chance(0.025, 1 / 40) == "< 1/40"
     assert words.count(1, "path") == "1 path"
     assert words.count(2, "path") == "2 paths"
 
@@ -45,3 +48,10 @@ def test_an_event_is_named_with_what_is_known() -> None:
         "e1", "P", "1950", 1950, None, False, "elevation", 900.0, 10.0, 800.0, 0.5, "unique"
     )
     assert words.event_words(event, {"P": "Path"}) == "e1 · Path · 1950 · volume unknown"
+
+
+def test_a_gain_is_a_ratio_in_words() -> None:
+    assert words.likelier(0.7) == "2.0 times"
+    assert words.likelier(4.605) == "100 times"
+    assert words.likelier(30.0) == "10¹³ times"
+    assert words.likelier(-0.1) == "no"

@@ -12,6 +12,9 @@ from avahazard.records.terrain_crop import TerrainCrop
 from avahazard.store import results, upkeep
 from avahazard.store.session import writing
 from avahazard.store.terrain import save_terrain
+from avahazard.synth.making import make_world
+from avahazard.synth.writing import write_records
+from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.hazard import hazard
@@ -44,6 +47,24 @@ def make_report_database(folder: Path) -> str:
     with writing(database) as session:
         results.save_result(session, results.DIAGNOSIS, "m", DIAGNOSIS)
         save_terrain(session, [_ground()])
+    return database
+
+
+def make_loop_database(folder: Path) -> str:
+    """A made world in which snow type rules: `base` does not know it, `child` does."""
+    database = str(folder / "loop.db")
+    records, _ = make_world(3, 60, 3, {"snow-type": 2.0})
+    upkeep.create(database)
+    import_files(database, [*write_records(folder, records)])
+    calibrate(database, "base", chains=2, draws=100)
+    compare(database, "base")
+    with writing(database) as session:
+        found = {**DIAGNOSIS, "model": "base", "verdict": "missing-effect",
+                 "missing": ["snow-type"], "where": ["P01 has snow."]}  # fmt: skip
+        best = {**DIAGNOSIS["candidates"][0], "effect": "snow-type", "p_value": 1 / 40}
+        results.save_result(session, results.DIAGNOSIS, "base", {**found, "candidates": [best]})
+    add(database, "base", ["snow-type"], "child")
+    hazard(database, "child", return_periods=[100.0], n_draws=300)
     return database
 
 

@@ -3,7 +3,9 @@
   var coarse = window.matchMedia("(pointer: coarse)").matches;
   var waiting = Array.prototype.slice.call(document.querySelectorAll("[data-figure]"));
   var drawn = [];
-  var PRINT_PX = 690, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
+  var shared = JSON.parse(document.getElementById("switch").textContent);
+  var now = shared.own;
+  var PRINT_PX = 690, PRINT_HIGH_PX = 410, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
 
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
@@ -16,11 +18,113 @@
       place.style.height = figure.layout.height + "px";
     }
     Plotly.newPlot(place, figure.data, figure.layout, {
-      responsive: true, displaylogo: false, showTips: false,
+      responsive: true, displaylogo: false, showTips: false, displayModeBar: coarse || place.clientWidth < NARROW_PX ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]
     });
+    place.states = figure.states || {};
+    place.state = shared.own;
     drawn.push(place);
+    restate(place);
   }
+  function restate(place) {
+    var change = place.states[now];
+    if (!change || place.state === now) { return; }
+    Object.keys(change).forEach(function (number) {
+      var trace = {};
+      Object.keys(change[number]).forEach(function (key) { trace[key] = [change[number][key]]; });
+      Plotly.restyle(place, trace, [Number(number)]);
+    });
+    place.state = now;
+  }
+  function metres(value) { return value.toFixed(1) + " m"; }
+  function tell() {
+    var state = shared.states[now];
+    if (!state) { return; }
+    var words = "Shown: " + now + ". Error on all records of the calibration " + metres(state.crps_m) +
+      " (CRPS; root mean square " + metres(state.rmse_m) + ")";
+    words += state.held_out_m === null ? "." : ", on what was kept back " + metres(state.held_out_m) + ".";
+    document.querySelectorAll("[data-switch]").forEach(function (box) {
+      box.querySelector(".shown-error").textContent = words;
+      box.querySelectorAll("[type=radio]").forEach(function (radio) {
+        radio.checked = radio.value === now;
+      });
+      box.querySelectorAll("[data-sweep]").forEach(function (slider) {
+        var sweep = shared.sweeps[Number(slider.dataset.sweep)], k = sweep.keys.indexOf(now);
+        if (k < 0) { k = sweep.strengths.indexOf(1); if (shared.models.indexOf(now) < 0) { slider.value = k; } }
+        else { slider.value = k; }
+        slider.nextElementSibling.textContent = sweep.strengths[slider.value] + " × that of " + shared.own;
+      });
+    });
+    document.documentElement.dataset.state = now;
+  }
+  function show(key) {
+    now = key;
+    drawn.forEach(restate);
+    tell();
+    document.querySelectorAll("[data-path]").forEach(function (box) { if (box.slid) { box.slid(); } });
+  }
+  document.querySelectorAll("[data-switch]").forEach(function (box) {
+    box.querySelectorAll("[type=radio]").forEach(function (radio) {
+      radio.addEventListener("change", function () { show(radio.value); });
+    });
+    box.querySelectorAll("[data-sweep]").forEach(function (slider) {
+      slider.addEventListener("input", function () {
+        show(shared.sweeps[Number(slider.dataset.sweep)].keys[Number(slider.value)]);
+      });
+    });
+  });
+  tell();
+
+  // Where the block stops: straight between two frictions, the nearer one where F has no number.
+  function stop(table, mu) {
+    var at = (mu - shared.mu[0]) / (shared.mu[1] - shared.mu[0]);
+    var k = Math.max(0, Math.min(table.length - 2, Math.floor(at))), share = Math.min(1, at - k);
+    if (table[k] === null || table[k + 1] === null) { return table[k + Math.round(share)]; }
+    return table[k] + share * (table[k + 1] - table[k]);
+  }
+  function between(x, y, at) {
+    var k = 0;
+    while (k < x.length - 2 && x[k + 1] < at) { k += 1; }
+    return y[k] + (at - x[k]) / (x[k + 1] - x[k]) * (y[k + 1] - y[k]);
+  }
+  function grouped(value) { return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, "\u202f"); }
+  document.querySelectorAll("[data-path]").forEach(function (box) {
+    var path = box.dataset.path, known = shared.paths[path];
+    var friction = box.querySelector("[data-block=mu]"), size = box.querySelector("[data-block=volume]");
+    if (!known || !shared.states[shared.own] || !shared.states[shared.own].tables[path]) {
+      box.hidden = true; return;
+    }
+    friction.min = shared.mu[0]; friction.max = shared.mu[shared.mu.length - 1];
+    friction.step = 0.001; friction.value = 0.4;
+    if (size) { size.min = 0; size.max = shared.volumes.length - 1; size.step = 0.25; size.value = 0; }
+    var place = document.querySelector("[data-figure='path-" + known.number + "']");
+    function tables() {
+      return shared.states[now].tables[path].map(function (number) { return shared.tables[number]; });
+    }
+    box.slid = function () {
+      var mu = Number(friction.value), x = stop(tables()[0], mu);
+      friction.nextElementSibling.textContent = mu.toFixed(3);
+      var words = "With μ = " + mu.toFixed(3) + " the block ";
+      var end = known.profile.x[known.profile.x.length - 1], at = x === null ? end : x;
+      var y = between(known.profile.x, known.profile.y, at);
+      words += x === null ? "runs past the end of the profile."
+        : "stops at x = " + grouped(x) + " m, " + grouped(y) + " m above sea level.";
+      box.querySelector(".stop").textContent = words;
+      var number = place.data ? place.data.findIndex(function (t) { return t.name === "the block"; }) : -1;
+      if (number >= 0) { Plotly.restyle(place, { x: [[at]], y: [[y]], visible: true }, [number]); }
+    };
+    friction.addEventListener("input", box.slid);
+    if (size) {
+      size.addEventListener("input", function () {
+        var at = Number(size.value), k = Math.min(Math.floor(at), shared.volumes.length - 2), share = at - k;
+        var curve = tables()[1];
+        var volume = shared.volumes[k] * Math.pow(shared.volumes[k + 1] / shared.volumes[k], share);
+        size.nextElementSibling.textContent = grouped(Number(volume.toPrecision(3))) + " m³";
+        friction.value = curve[k] + share * (curve[k + 1] - curve[k]);
+        box.slid();
+      });
+    }
+  });
   function next() {
     if (!waiting.length) { document.documentElement.dataset.drawn = "all"; return; }
     draw(waiting.shift());
@@ -31,21 +135,28 @@
   }
   // Paper is narrower than most screens; what is too wide would be cut off.
   window.addEventListener("beforeprint", function () {
+    document.querySelectorAll("details").forEach(function (fold) {
+      fold.dataset.was = fold.open ? "open" : ""; fold.open = true;
+    });
     all();
     drawn.forEach(function (place) {
       var most = place.closest(".small") ? PRINT_SMALL_PX : PRINT_PX;
-      if (place.clientWidth > most) {
-        place.style.width = most + "px";
-        Plotly.relayout(place, { width: most });
-      }
+      // So low that two figures with their words go on a page: no page is half empty.
+      var high = Math.min(place._fullLayout.height, PRINT_HIGH_PX);
+      place.was = place._fullLayout.height;
+      place.style.height = high + "px";
+      var size = { height: high };
+      if (place.clientWidth > most) { place.style.width = most + "px"; size.width = most; }
+      Plotly.relayout(place, size);
     });
   });
   window.addEventListener("afterprint", function () {
+    document.querySelectorAll("details").forEach(function (fold) { fold.open = fold.dataset.was === "open"; });
     drawn.forEach(function (place) {
-      if (place.style.width) {
-        place.style.width = "";
-        Plotly.relayout(place, { width: null, autosize: true });
-      }
+      if (!place.was) { return; }
+      place.style.width = "";
+      place.style.height = place.was + "px";
+      Plotly.relayout(place, { width: null, height: place.was, autosize: true });
     });
   });
   next();

@@ -1,0 +1,46 @@
+"""The error budgets of models as the parts of stacked bars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from avahazard.criticism.scoring.budget_rows import UNEXPLAINED
+from avahazard.results.comparison import Comparison
+
+PART_WORDS = {
+    "record": "errors of the records",
+    "volume": "volume and release",
+    "scatter": "natural scatter",
+    "parameters": "parameters",
+    UNEXPLAINED: "unexplained",
+}
+COLORS = {
+    "record": "#BBBBBB",
+    "volume": "#56B4E9",
+    "scatter": "#E69F00",
+    "parameters": "#CC79A7",
+    UNEXPLAINED: "#D55E00",
+}
+EXPLAINED = ("#009E73", "#66C2A5", "#1B7837", "#A6D96A")
+"""Colours of what added effects explain."""
+
+
+def bars(
+    names: Sequence[str], comparisons: Mapping[str, Comparison]
+) -> dict[str, dict[str, float]]:
+    """Metres by source of every compared model that has a budget, in the order of `names`."""
+    return {
+        name: {part.source: part.rms_m for part in comparisons[name].budget}
+        for name in names
+        if name in comparisons and comparisons[name].budget
+    }
+
+
+def parts_in_order(found: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
+    """The colour of every source: those of all models, each effect's, the unexplained last."""
+    sources = dict.fromkeys(source for bar in found.values() for source in bar)
+    effects = [source for source in sources if source not in COLORS]
+    known = [source for source in COLORS if source in sources and source != UNEXPLAINED]
+    colors = {source: COLORS[source] for source in known}
+    colors |= {source: EXPLAINED[k % len(EXPLAINED)] for k, source in enumerate(effects)}
+    return colors | ({UNEXPLAINED: COLORS[UNEXPLAINED]} if UNEXPLAINED in sources else {})

@@ -1,0 +1,137 @@
+"""The first screen: one sentence and one picture a path, drawn without a script."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from avahazard.report.html.content import Document, PathView, ReportContent
+from avahazard.report.html.path_figure import shown_end
+from avahazard.report.html.style import GROUND, INK, VERMILION
+from avahazard.report.html.summary import SIGNIFICANT
+from avahazard.report.html.words import BEYOND, interval, metres
+
+WIDTH, HEIGHT, PLACES = 300, 130, 60
+FOOT, LIFT = 8, 5
+USUAL_YEARS = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class PathAnswer:
+    """What the first screen says of one path: its number for links, its name, the rest."""
+
+    number: int
+    name: str
+    picture: Markup | None
+    sentence: str
+
+
+def path_answers(content: ReportContent) -> list[PathAnswer]:
+    """Every path with a profile or a design runout."""
+    period = shown_period(content)
+    return [
+        PathAnswer(number, view.name, _picture(view, period), _sentence(content, view, period))
+        for number, view in enumerate(content.paths, start=1)
+        if view.smooth is not None
+    ]
+
+
+def shown_period(content: ReportContent) -> float | None:
+    """The return period of the first screen: that nearest to 100 years; None without any."""
+    known = [row["return_period_years"] for row in content.rows if row.get("design")]
+    return min(known, key=lambda t: abs(np.log(t / USUAL_YEARS)), default=None)
+
+
+def _row(view: PathView, period: float | None) -> Document | None:
+    return next(
+        (r for r in view.rows if r.get("design") and r["return_period_years"] == period), None
+    )
+
+
+def _sentence(content: ReportContent, view: PathView, period: float | None) -> str:
+    """How far, how sure, and whether the model fails here."""
+    row = _row(view, period)
+    words = "No design runout was computed here."
+    if row is not None:
+        design = row["design"]
+        x, z = design["runout_x_m"], design["runout_elevation_m"]
+        if x["q50"] is None:
+            words = f"Once in {period:g} years avalanches run past the end of the profile."
+        else:
+            words = (
+                f"Once in {period:g} years avalanches pass x = {metres(x['q50'])} "
+                f"({metres(z['q50'])} above sea level); 90 % sure: {interval(x)}"
+                + (f" ({BEYOND}: past the profile)." if x["q95"] is None else ".")
+            )
+        past, n = design["records_beyond"], design["n_records"]
+        if past is not None and n:
+            words += f" {past} of {n} records lie past it."
+    return " ".join([words, *_trust(content, view)])
+
+
+def _trust(content: ReportContent, view: PathView) -> list[str]:
+    compared = content.comparison
+    if compared is None:
+        return []
+    words = []
+    mine = next((g for g in compared.held_out.groups if g.group == view.path.path_id), None)
+    if mine is not None:
+        words.append(f"Its records, kept back, were missed by {mine.crps_m:.0f} m.")
+    for failure in compared.where_it_fails:
+        on_it = failure.axis == "path" and failure.level == view.path.path_id
+        if on_it and failure.p_value < SIGNIFICANT:
+            bias = f"{failure.bias_m:+.0f} m".replace("-", "−")
+            words.append(f"Here the model fails beyond chance: {bias}, predicted less recorded.")
+    return words
+
+
+def _picture(view: PathView, period: float | None) -> Markup | None:
+    """The profile, the recorded stops, and the design runout with its 90 %."""
+    smooth = view.smooth
+    if smooth is None:
+        return None
+    end = shown_end(view)
+    x = np.linspace(smooth.x_min, end, PLACES)
+    y = smooth.height(x)
+    low, high = float(np.min(y)), float(np.max(y))
+
+    def at(place: float) -> tuple[float, float]:
+        across = (place - smooth.x_min) / (end - smooth.x_min) * WIDTH
+        up = (float(smooth.height(place)) - low) / (high - low)
+        return across, HEIGHT - FOOT - up * (HEIGHT - FOOT - 14)
+
+    ground = " ".join(f"{a:.1f},{b:.1f}" for a, b in map(at, x.tolist()))
+    parts = [
+        f'<polygon points="0,{HEIGHT} {ground} {WIDTH},{HEIGHT}" fill="{GROUND}"/>',
+        f'<polyline points="{ground}" fill="none" stroke="{INK}" stroke-width="1.2"/>',
+    ]
+    for event in view.events:
+        if event.stop_x_m is not None and smooth.x_min <= event.stop_x_m <= end:
+            a, b = at(event.stop_x_m)
+            parts.append(f'<path d="M{a:.1f} {b - 4:.1f}v8" stroke="{INK}" stroke-width="0.9"/>')
+    row = _row(view, period)
+    if row is not None:
+        parts += _design(row["design"]["runout_x_m"], end, at)
+    words = escape(f"{view.name}: the profile, the recorded stops and the design runout")
+    return Markup(
+        f'<svg viewBox="0 -8 {WIDTH} {HEIGHT + 8}" role="img" aria-label="{words}">'
+        + "".join(parts)
+        + "</svg>"
+    )
+
+
+def _design(found: Document, last: float, at) -> list[str]:  # type: ignore[no-untyped-def]
+    """The band that holds 90 %, above the ground, and the median as a line."""
+    if found["q05"] is None:
+        return []
+    end = last if found["q95"] is None else found["q95"]
+    places = [at(v) for v in np.linspace(found["q05"], end, 20).tolist()]
+    points = " ".join(f"{a:.1f},{b - LIFT:.1f}" for a, b in places)
+    line = f'fill="none" stroke="{VERMILION}"'
+    parts = [f'<polyline points="{points}" {line} stroke-width="5" opacity="0.75"/>']
+    if found["q50"] is not None:
+        a, b = at(found["q50"])
+        parts.append(f'<path d="M{a:.1f} {b - 22:.1f}V{b + 3:.1f}" {line} stroke-width="2.2"/>')
+    return parts

@@ -1,0 +1,142 @@
+"""The switch and the sliders of the report in real headless Chromium."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avahazard.report.html.content import ReportContent
+from tests.report.html.chromium import Seen, chromium
+
+WIDTHS = (390, 1400)
+HALF_A_PAGE_PX = (297 - 30) / 25.4 * 96 / 2 - 80
+"""Half of A4 between the margins, less a heading and the words below."""
+MOVE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input')); }"
+OVERLAPS = """() => {
+  const hit = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
+    && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1;
+  const box = (e) => e.getBoundingClientRect();
+  const found = [];
+  document.querySelectorAll("[data-figure]").forEach((place) => {
+    const name = place.dataset.figure;
+    const legend = place.querySelector(".legend"), bar = place.querySelector(".modebar");
+    if (legend && bar && hit(box(legend), box(bar))) { found.push([name, "toolbar on legend"]); }
+    const edge = box(place);
+    place.querySelectorAll("text").forEach((text) => {
+      const b = box(text);
+      const out = b.width > 0 && (b.left < edge.left - 1 || b.right > edge.right + 1);
+      if (out) { found.push([name, "cut", text.textContent]); }
+    });
+    for (const kind of [".xtick text", ".ytick text"]) {
+      const ticks = [...place.querySelectorAll(kind)].map((e) => [box(e), e.textContent]);
+      ticks.forEach((a, i) => ticks.slice(i + 1).forEach((b) => {
+        if (hit(a[0], b[0])) { found.push([name, a[1], b[1]]); }
+      }));
+    }
+  });
+  return found;
+}"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Give a running Chromium."""
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="module", params=WIDTHS)
+def seen(request: pytest.FixtureRequest, browser: Any, loop_file: Path) -> Iterator[Seen]:
+    """Give the report of the child, on a phone and on a desk."""
+    opened = Seen(browser, loop_file, request.param)
+    yield opened
+    opened.page.close()
+
+
+def shown_error(seen: Seen) -> float:
+    """The first figure of the words beside the switch: the error on all records."""
+    words = seen.page.locator("#loop .shown-error").inner_text()
+    return float(re.findall(r"(\d+\.\d) m", words)[0])
+
+
+def drawn_middles(seen: Seen) -> list[float]:
+    """x of the first trace of measured against predicted."""
+    return list(
+        seen.page.evaluate(
+            "() => Array.from(document.querySelector('[data-figure^=predicted]').data[0].x)"
+        )
+    )
+
+
+def test_nothing_is_said_nor_cut(seen: Seen) -> None:
+    assert seen.said == []
+    assert seen.overflow() <= 0
+    assert seen.blank() == []
+
+
+def test_nothing_overlaps(seen: Seen) -> None:
+    seen.page.mouse.move(5, 5)
+    assert seen.page.evaluate(OVERLAPS) == []
+
+
+def test_the_switch_redraws_and_shows_the_error_of_compare(
+    seen: Seen, loop_content: ReportContent
+) -> None:
+    drawn = {}
+    for name in ("base", "child"):
+        seen.page.locator(f"#loop input[value={name}]").click()
+        drawn[name] = drawn_middles(seen)
+        error = loop_content.loop.comparisons[name].scores.runout.crps_m
+        assert shown_error(seen) == pytest.approx(error, rel=0.01)
+        held_out = loop_content.loop.comparisons[name].held_out.runout.crps_m
+        words = seen.page.locator("#loop .shown-error").inner_text()
+        assert f"kept back {held_out:.1f} m" in words
+    assert drawn["base"] != drawn["child"]
+
+
+def test_the_error_falls_under_the_finger(seen: Seen) -> None:
+    slider = seen.page.locator("#loop [data-sweep]")
+    errors = []
+    for place in (0, 2, 4):
+        slider.evaluate(MOVE, place)
+        errors.append(shown_error(seen))
+    assert errors[0] > errors[1] > errors[2]
+
+
+def test_the_block_moves_with_friction_and_with_volume(
+    seen: Seen, loop_content: ReportContent
+) -> None:
+    loop = loop_content.loop
+    child = next(state for state in loop.models if state.key == "child")
+    first = loop_content.paths[0].path.path_id
+    table = child.stops[child.path_ids.index(first)]
+    box = seen.page.locator(f"[data-path={first}]")
+    k = 60
+    box.locator("[data-block=mu]").evaluate(MOVE, round(float(loop.mu[k]), 6))
+    place = seen.page.evaluate(
+        "() => document.querySelector('[data-figure=path-1]').data"
+        ".find((t) => t.name === 'the block')"
+    )
+    assert place["visible"] is True
+    assert place["x"][0] == pytest.approx(table[k], abs=2.0)
+    before = box.locator(".stop").inner_text()
+    box.locator("[data-block=volume]").evaluate(MOVE, len(loop.volumes) - 1)
+    assert "stops at x" in before
+    assert box.locator(".stop").inner_text() != before
+
+
+def test_on_paper_two_figures_go_on_a_page(seen: Seen) -> None:
+    heights = "() => [...document.querySelectorAll('[data-figure]')].map((p) => p.clientHeight)"
+    before = seen.page.evaluate(heights)
+    seen.page.emulate_media(media="print")
+    seen.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    assert max(seen.page.evaluate(heights)) <= HALF_A_PAGE_PX
+    assert seen.page.locator("details:not([open])").count() == 0
+    assert not seen.page.locator("[data-path]").first.is_visible()
+    seen.page.emulate_media(media="screen")
+    seen.page.evaluate("() => window.dispatchEvent(new Event('afterprint'))")
+    assert seen.page.evaluate(heights) == before

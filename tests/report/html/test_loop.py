@@ -1,0 +1,141 @@
+"""The loop in the report: the story, the switch, the budget, the first screen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.report.html.budget_figure import budget_figure
+from avahazard.report.html.content import Cover, PlaceView, ReportContent
+from avahazard.report.html.front import path_answers
+from avahazard.report.html.page import render
+from avahazard.report.html.place_traces import place_traces
+from avahazard.report.html.predicted_figure import predicted_figures
+from avahazard.report.html.residuals_figure import residuals_figure
+from avahazard.report.html.stops_panel import stops_of, stops_traces
+from avahazard.report.html.story import chapters
+from avahazard.results.base import Rows
+from avahazard.results.comparison import BudgetPart
+from tests.telling import untold
+
+
+def test_the_shown_error_is_that_of_compare(loop_content: ReportContent) -> None:
+    loop = loop_content.loop
+    assert [state.key for state in loop.models] == ["base", "child"]
+    for state in loop.models:
+        scores = loop.comparisons[state.key].scores.runout
+        assert state.crps_m == pytest.approx(scores.crps_m, rel=0.01)
+        assert state.rmse_m == pytest.approx(scores.rmse_m, rel=0.01)
+        assert state.held_out_m == loop.comparisons[state.key].held_out.runout.crps_m
+
+
+def test_the_error_falls_from_no_effect_to_the_fitted_one(loop_content: ReportContent) -> None:
+    loop = loop_content.loop
+    (sweep,) = loop.sweeps
+    assert sweep.effect == "snow-type"
+    error = {state.key: state.crps_m for state in (*loop.models, *loop.swept)}
+    by_strength = dict(zip(sweep.strengths, (error[key] for key in sweep.keys), strict=True))
+    assert by_strength[1.0] == error["child"]
+    # Without the effect it is the parent, but for the draws.
+    assert by_strength[0.0] == pytest.approx(error["base"], rel=0.05)
+    assert by_strength[0.0] > by_strength[0.5] > by_strength[1.0] < by_strength[2.0]
+
+
+def test_a_block_of_more_friction_stops_earlier(loop_content: ReportContent) -> None:
+    loop = loop_content.loop
+    for state in loop.models:
+        assert state.stops.shape == (3, len(loop.mu))
+        assert np.all(np.diff(np.where(np.isfinite(state.stops), state.stops, 1e6), axis=1) <= 0.0)
+        assert np.all(np.diff(state.friction, axis=1) < 0.0)
+
+
+def test_the_story_has_failure_evidence_fall_and_what_is_left(loop_content: ReportContent) -> None:
+    base, child = chapters(loop_content)
+    text = " ".join(base.sentences)
+    assert (
+        untold(text, "kept back", "snow-type", "times likelier", "p < 1/40", "P01 has snow") == []
+    )
+    assert "none of 39 made worlds" in text
+    assert "nats" not in text
+    assert "snow-type" in child.heading
+    before, after = (
+        loop_content.loop.comparisons[k].held_out.runout.crps_m for k in ("base", "child")
+    )
+    text = " ".join(child.sentences)
+    assert untold(text, f"{before:.1f} m of “base”", f"{after:.1f} m, after", "90 %:") == []
+    assert "not asked" in text
+
+
+def test_states_change_the_traces_that_they_name(loop_content: ReportContent) -> None:
+    names = {view.path.path_id: view.name for view in loop_content.paths}
+    (predicted, *_) = predicted_figures(loop_content.events, names, loop_content.loop)
+    residuals = residuals_figure(loop_content.events, names, loop_content.loop)
+    assert residuals is not None
+    for figure, key in ((predicted, "x"), (residuals, "y")):
+        assert set(figure.states) >= {"base", "child"}
+        for number, change in figure.states["child"].items():
+            np.testing.assert_allclose(change[key], figure.data[number][key])
+        assert any(
+            not np.allclose(change[key], figure.data[number][key])
+            for number, change in figure.states["base"].items()
+        )
+
+
+def test_a_path_shows_every_record_with_both_bands(loop_content: ReportContent) -> None:
+    view = loop_content.paths[0]
+    shown = stops_of(view, loop_content.loop, loop_content.events)
+    assert len(shown) == sum(e.stop_x_m is not None for e in view.events)
+    before, now, _, records = stops_traces(view, loop_content.loop, loop_content.events, shown)[0]
+    assert "base" in before["name"]
+    assert len(now["x"]) == 3 * len(shown)
+    assert records["x"] == [loop_content.events[k].stop_x_m for k in shown]
+    volumes = [loop_content.events[k].volume_m3 or 0.0 for k in shown]
+    assert volumes == sorted(volumes)
+
+
+def test_forest_is_drawn_as_trees_and_other_places_as_a_band(loop_content: ReportContent) -> None:
+    smooth = loop_content.paths[0].smooth
+    assert smooth is not None
+    stretches = ((500.0, 900.0), (1200.0, 1300.0))
+    for trees, mode in ((True, "markers"), (False, "lines")):
+        (trace,) = place_traces([PlaceView("own", "P01", stretches, trees)], smooth, 4000.0)
+        assert trace["mode"] == mode
+        x = np.array([v for v in trace["x"] if v is not None])
+        assert all(any(a <= v <= b for a, b in stretches) for v in x)
+
+
+def test_the_budget_is_one_bar_a_model_whose_squares_add_up(loop_content: ReportContent) -> None:
+    parts = {"record": 10.0, "scatter": 30.0, "snow-type": 20.0, "unexplained": 5.0}
+    budget = Rows(BudgetPart(source, rms) for source, rms in parts.items())
+    known = {k: replace(c, budget=budget) for k, c in loop_content.loop.comparisons.items()}
+    loop = replace(loop_content.loop, comparisons=known)
+    figure = budget_figure(replace(loop_content, loop=loop))
+    assert figure is not None
+    assert [t["name"] for t in figure.data] == [
+        "errors of the records", "natural scatter", "explained by snow-type", "unexplained",
+    ]  # fmt: skip
+    assert [sum(t["x"][k] for t in figure.data) for k in (0, 1)] == [1425.0, 1425.0]
+    bare = {k: replace(c, budget=Rows()) for k, c in known.items()}
+    bare_loop = replace(loop, comparisons=bare)
+    assert budget_figure(replace(loop_content, loop=bare_loop)) is None
+
+
+def test_the_first_screen_answers_for_every_path(loop_content: ReportContent) -> None:
+    answers = path_answers(loop_content)
+    assert [a.name for a in answers] == [view.name for view in loop_content.paths]
+    for answer in answers:
+        assert "Once in 100 years avalanches" in answer.sentence
+        assert ("90 % sure: " in answer.sentence) != ("past the end" in answer.sentence)
+        assert ("90 % sure: " in answer.sentence) == ("records lie past it" in answer.sentence)
+        assert str(answer.picture).startswith("<svg")
+
+
+def test_the_cover_leads_the_page(loop_content: ReportContent) -> None:
+    cover = Cover("Val <d'Arly>", "A. Favre", "Megève", "2026-01-31")
+    text = render(replace(loop_content, cover=cover))
+    assert "<h1>Val &lt;d&#39;Arly&gt;</h1>" in text
+    assert "<title>Val &lt;d" in text
+    assert untold(text, "A. Favre, 2026-01-31", "· Megève") == []
+    assert len(text) < 10e6
