@@ -16,7 +16,7 @@ SPACING_M = 15.0
 FIRST_YEAR, LAST_YEAR = 1900, 2020
 RUN_ON_M, RUN_ON_SPACING_M = 5000.0, 50.0
 """How far the last slope of a made-up path goes on, so that rare avalanches stop on the profile."""
-BEND_M, VALLEY_SLOPE = 300.0, 0.01
+BEND_M, VALLEY_SLOPE = 300.0, 0.03
 """Over what distance the run-out of a falling path flattens, and to which slope."""
 
 
