@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from avahazard.report.html.words import chance, likelier
 from avahazard.results.diagnosis import Diagnosis
 
 
@@ -16,9 +17,10 @@ def _together(diagnosis: Diagnosis) -> list[str]:
         return []
     last = diagnosis.pairs[-1]
     names = f"{', '.join(last.effects[:-1])} and {last.effects[-1]}"
+    more, floor = likelier(last.gain_over_best_single), 1.0 / (diagnosis.n_worlds + 1)
     return [
-        f"Needed together: {names}, which gain {last.gain_over_best_single:.1f} nats over the best "
-        f"of them alone (p {last.p_value:.3f})."
+        f"Needed together: {names}. With all of them the records are {more} likelier than with the "
+        f"best of them alone (p {chance(last.p_value, floor)})."
     ]
 
 
