@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from avahazard.report.html.content import EventView
+if TYPE_CHECKING:
+    from avahazard.report.html.content import EventView
 
 BEYOND = "beyond"
 COORDINATES = {
