@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: lock, paper-tables, tutorial, avanodes, coverage.
+# For maintainers: lock, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -18,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes coverage lock
+.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage lock
 
 setup: $(VENV)/.installed
 
@@ -60,6 +60,12 @@ coverage: setup
 
 avanodes: setup
 	$(PYTHON) benchmarks/avanodes.py
+
+alpha-beta: setup
+	$(PYTHON) benchmarks/alpha_beta.py
+
+real-data: setup
+	$(PYTHON) benchmarks/real_data.py
 
 # $(1): environment, $(2): lock. The package comes last, without anything that is not locked.
 define install

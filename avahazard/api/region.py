@@ -164,17 +164,17 @@ class Region:
 
         return volumes(self.database, **options)
 
-    def alpha_beta(self, path_id: str | None = None) -> Rows[TerrainRunout]:
+    def alpha_beta(self, path_id: str | None = None, by: Sequence[str] = ()) -> Rows[TerrainRunout]:
         """The α-β runout of one path or all, a row for each regression; angles in degrees.
 
-        Raises `AvahazardError` where there is no such path.
+        `by` names the regressions. Raises `AvahazardError` where there is no such path.
 
         >>> region.alpha_beta("P01")[0].coefficients
         'norway'
         """
         from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
 
-        return alpha_beta_paths(self.database, path_id)
+        return alpha_beta_paths(self.database, path_id, by=by)
 
     def effects(self) -> Rows[EffectEntry]:
         """The catalogue of effects, and what the present records lack for each.

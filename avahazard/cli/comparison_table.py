@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from avahazard.results.amounts import RATIO, amount, bare, unit_of
 from avahazard.results.comparison import Comparison, HeldOutScores, Scores
 from avahazard.results.ladder import BeforeAndAfter
 from avahazard.results.prediction import PredictionScores
@@ -17,6 +18,7 @@ COORDINATES = {
     "elevation": "elevation z, m",
     "x": "distance x, m",
     "length": "runout length, m",
+    RATIO: "H/L",
     "mixed": "as recorded, m",
 }
 """What the scores of a coordinate are of."""
@@ -54,7 +56,10 @@ def show_scores(
                 name,
                 what,
                 one.n,
-                *(f"{getattr(one, f'{key}_{unit}'):.1f}" for key in ("rmse", "bias", "crps")),
+                *(
+                    bare(getattr(one, f"{key}_{unit}"), coordinate if unit == "m" else None)
+                    for key in ("rmse", "bias", "crps")
+                ),
                 f"{one.coverage_50:.0%}",
                 f"{one.coverage_90:.0%}",
             )
@@ -90,8 +95,18 @@ def failures(comparison: Comparison) -> Iterator[str]:
 
 def unit_words(coordinate: str) -> str:
     """Metres of what, in a sentence."""
-    of = {"elevation": "m of elevation", "x": "m of x", "length": "m of runout length"}
+    of = {
+        "elevation": "m of elevation",
+        "x": "m of x",
+        "length": "m of runout length",
+        RATIO: "H/L",
+    }
     return of.get(coordinate, "m, as recorded")
+
+
+def crps_words(coordinate: str | None) -> str:
+    """What the CRPS is, in the unit of the records."""
+    return CRPS_WORDS.replace("metres", unit_of(coordinate)) if coordinate == RATIO else CRPS_WORDS
 
 
 def budget_table(found: Comparison) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
@@ -100,12 +115,13 @@ def budget_table(found: Comparison) -> tuple[tuple[str, ...], list[tuple[Any, ..
     rows = [
         (
             SOURCES.get(part.source, f"explained by {part.source}"),
-            f"{part.rms_m:.1f}",
+            bare(part.rms_m, found.coordinate),
             f"{part.rms_m**2 / whole:.0%}" if whole > 0.0 else "-",
         )
         for part in found.budget
     ]
-    return ("where the error comes from", ">rms, m", ">share of squares"), rows
+    unit = unit_of(found.coordinate)
+    return ("where the error comes from", f">rms, {unit}", ">share of squares"), rows
 
 
 def error_words(found: Comparison | BeforeAndAfter) -> str:
@@ -113,8 +129,9 @@ def error_words(found: Comparison | BeforeAndAfter) -> str:
     floor = found.scores.runout if isinstance(found, Comparison) else found
     return (
         f"Errors of the recorded runouts and volumes alone would leave a CRPS of "
-        f"{floor.noise_floor_crps_m:.1f} m (RMSE {floor.noise_floor_m:.0f} m). What varies from "
-        "avalanche to avalanche comes on top for every model."
+        f"{amount(floor.noise_floor_crps_m, found.coordinate)} (RMSE "
+        f"{amount(floor.noise_floor_m, found.coordinate, 0)}). What varies from avalanche to "
+        "avalanche comes on top for every model."
     )
 
 
@@ -124,20 +141,24 @@ def fall_of_error(found: BeforeAndAfter) -> str:
     what = f"Error (CRPS in {unit_words(found.coordinate)}, {by} held out)"
     after = found.after.held_out_crps_m
     if found.before is None:
-        return f"{what}: {after:.1f} m. {error_words(found)}"
+        return f"{what}: {amount(after, found.coordinate)}. {error_words(found)}"
     before = found.before.held_out_crps_m
-    text = f"{what} {_change(before, after)}"
+    text = f"{what} {_change(before, after, found.coordinate)}"
     if found.fall is not None:
-        text += f" (by {found.fall.q05_m:.1f} to {found.fall.q95_m:.1f} m with 90 % confidence)"
+        low = bare(found.fall.q05_m, found.coordinate)
+        high = amount(found.fall.q95_m, found.coordinate)
+        text += f" (by {low} to {high} with 90 % confidence)"
     x = (found.before.held_out_crps_x_m, found.after.held_out_crps_x_m)
     if found.coordinate != "x" and x[0] is not None and x[1] is not None:
-        text += f"; in x it {_change(x[0], x[1])}"
+        text += f"; in x it {_change(x[0], x[1], 'x')}"
     return f"{text}. {error_words(found)}"
 
 
 def _direction(coordinate: str, bias: float) -> str:
     """Where the records lie against the prediction."""
-    size = f"{abs(bias):.0f} m"
+    size = amount(abs(bias), coordinate, 0)
+    if coordinate == RATIO:
+        return f"{size} {'lower (farther)' if bias > 0 else 'higher (shorter)'} than predicted"
     if coordinate == "elevation":
         return f"{size} of elevation {'lower' if bias > 0 else 'higher'} than predicted"
     if coordinate == "mixed":
@@ -150,6 +171,7 @@ def _chance(p: float) -> str:
     return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
 
 
-def _change(before: float, after: float) -> str:
+def _change(before: float, after: float, coordinate: str) -> str:
     verb = "fell" if after < before else "rose"
-    return f"{verb} from {before:.1f} to {after:.1f} m ({(after - before) / before:+.1%})"
+    numbers = f"{bare(before, coordinate)} to {amount(after, coordinate)}"
+    return f"{verb} from {numbers} ({(after - before) / before:+.1%})"

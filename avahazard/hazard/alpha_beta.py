@@ -12,26 +12,32 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.hazard.beta_point import avaframe_points, first_flat_step, lasting_flats
 from avahazard.physics.smooth_profile import SmoothProfile
 
 Floats = NDArray[np.float64]
 Status = Literal["stopped", "left_profile", "no_beta_point"]
 
-BETA_SLOPE_DEG = 10.0
-SHORTEST_RUNOUT_ZONE_M = 100.0
-"""A bench shorter than this is no runout zone: real tracks have many of 30 to 50 m."""
 STEP_M = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Regression:
-    """α = `slope` β + `intercept_deg`, with standard deviation `sd_deg`, in degrees."""
+    """α = `slope` β + `intercept_deg`, with standard deviation `sd_deg`, in degrees.
+
+    With `bend` (degrees times m) and `drop` (degrees per m) also + `bend` y'' + `drop` H0: the
+    second derivative and the fall of the parabola fitted to the path from the release on, as
+    AvaFrame has it; `first_step` tells that the β-point is AvaFrame's too.
+    """
 
     name: str
     slope: float
     intercept_deg: float
     sd_deg: float
     source: str
+    bend: float = 0.0
+    drop: float = 0.0
+    first_step: bool = False
 
 
 REGRESSIONS = (
@@ -51,6 +57,21 @@ REGRESSIONS = (
         "Lied, Weiler, Bakkehøi & Hopf (ANENA symposium, Chamonix, 1995), 80 paths",
     ),
 )
+"""What is asked where nothing else is said."""
+AVAFRAME_SOURCE = "AvaFrame, module com2AB (settings com2ABCfg.ini), for the Austrian Alps"
+AVAFRAME = (
+    Regression("avaframe", 1.05, -2.38, 1.25, AVAFRAME_SOURCE, bend=-3130.0, first_step=True),
+    Regression(
+        "avaframe-small",
+        0.933,
+        -5.02,
+        2.36,
+        f"{AVAFRAME_SOURCE}; small avalanches",
+        drop=0.0088,
+        first_step=True,
+    ),
+)
+BY_NAME = {regression.name: regression for regression in (*REGRESSIONS, *AVAFRAME)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,29 +96,37 @@ class AlphaBeta:
     further_beta_x: tuple[float, ...] = ()
 
 
-def alpha_beta_runouts(smooth: SmoothProfile, release_x: float) -> tuple[AlphaBeta, ...]:
-    """The runouts of a path by all `REGRESSIONS`, in their order."""
-    return tuple(alpha_beta(smooth, release_x, regression) for regression in REGRESSIONS)
+def alpha_beta_runouts(
+    smooth: SmoothProfile, release_x: float, by: tuple[Regression, ...] = REGRESSIONS
+) -> tuple[AlphaBeta, ...]:
+    """The runouts of a path by these regressions, in their order."""
+    return tuple(alpha_beta(smooth, release_x, regression) for regression in by)
 
 
 def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) -> AlphaBeta:
     """Apply a regression to the path from its release at `release_x` (m).
 
     The β-point is the first place below the release from which the smoothed path is no steeper
-    than 10° for `SHORTEST_RUNOUT_ZONE_M` of x (or to its end); a release that is itself so flat is
-    passed first. The runout is where the line at α from the release meets the path, sought from
-    the β-point on: downhill where α < β, uphill otherwise.
+    than 10° for a runout zone's length of x (or to its end); a release that is itself so flat is
+    passed first. A regression with `first_step` has AvaFrame's instead (`beta_point`). The runout
+    is where the line at α from the release meets the path, sought from the β-point on: downhill
+    where α < β, uphill otherwise.
     """
     n = max(int(np.ceil((smooth.x_max - release_x) / STEP_M)), 1)
     x = np.linspace(release_x, smooth.x_max, n + 1)
     y, gradient, _ = smooth.derivatives(x)
     release_y = float(y[0])
-    places = _beta_places(x, -gradient)
+    if regression.first_step:
+        place = first_flat_step(smooth, release_x)
+        places = np.array([] if place is None else [place])
+    else:
+        places = lasting_flats(x, -gradient)
     if not len(places):
         return AlphaBeta(regression, "no_beta_point", release_x, release_y)
     beta_x = float(places[0])
     beta_deg = float(_angle(smooth, release_x, release_y, np.array([beta_x]))[0])
     alpha_deg = regression.slope * beta_deg + regression.intercept_deg
+    alpha_deg += _of_parabola(smooth, release_x, regression)
     # From the release itself there is no line to a place.
     angle = _angle(smooth, release_x, release_y, x[1:])
     runout, low, high = (
@@ -119,19 +148,15 @@ def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) 
     )
 
 
-def _beta_places(x: Floats, steepness: Floats) -> Floats:
-    """Where the path flattens to 10° for long enough, from the top down."""
-    excess = steepness - np.tan(np.radians(BETA_SLOPE_DEG))
-    flat = excess <= 0.0
-
-    def crossings(j: NDArray[np.intp]) -> Floats:
-        share = excess[j] / (excess[j] - excess[j + 1])
-        return np.asarray(x[j] + share * (x[j + 1] - x[j]))
-
-    falls = crossings(np.flatnonzero(~flat[:-1] & flat[1:]))
-    ends = np.append(crossings(np.flatnonzero(flat[:-1] & ~flat[1:])), np.inf)
-    ends = ends[np.searchsorted(ends, falls)]
-    return np.asarray(falls[ends - falls >= SHORTEST_RUNOUT_ZONE_M])
+def _of_parabola(smooth: SmoothProfile, release_x: float, regression: Regression) -> float:
+    """Degrees that the bend and the fall of the fitted parabola add to α."""
+    if regression.bend == regression.drop == 0.0:
+        return 0.0
+    x, y = avaframe_points(smooth, release_x)
+    parabola = np.polynomial.Polynomial.fit(x - release_x, y, 2).convert()
+    on_it = parabola(x - release_x)
+    second = float(parabola.deriv(2)(0.0))
+    return regression.bend * second + regression.drop * float(on_it.max() - on_it.min())
 
 
 def _angle(smooth: SmoothProfile, release_x: float, release_y: float, x: Floats) -> Floats:

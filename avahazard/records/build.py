@@ -37,9 +37,10 @@ def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]
         )
     if row.volume_rel_sigma is None:
         values["volume_rel_sigma"] = defaults.VOLUME_REL_SIGMA
-    del values["h_over_l"]
     if isinstance(row, StraightRow):
         values["fall_height_m"], values["runout_length_m"] = row.height_and_reach
+        if values["fall_height_m"] is not None:
+            values["h_over_l"] = None
         values["runout_elevation_m"] = None
     values["left_profile"] = isinstance(row, EventRow) and row.left_profile
     return Event(**values, covariates=covariates)

@@ -13,7 +13,7 @@ from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
 
 ON_A_PATH = ("path_id", "runout_elevation_m", "runout_x_m", "left_profile")
-ON_A_LINE = ("fall_height_m", "runout_length_m")
+ON_A_LINE = ("fall_height_m", "runout_length_m", "h_over_l")
 COORDINATES = ("easting_m", "northing_m", "crs", "lon", "lat")
 
 

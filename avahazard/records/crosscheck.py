@@ -65,6 +65,22 @@ def check_places(intake: Intake, known: Records) -> None:
             intake.refuse(speed_key(speed), *fault)
 
 
+def check_one_scale(intake: Intake, known: Records) -> None:
+    """Refuse H/L alone beside runouts in metres: no score could be taken over both."""
+    read = {e.event_id for e in intake.records.events}
+    stored = [e for e in known.events if e.event_id not in read]
+    ratios = [e for e in intake.records.events if e.in_ratio]
+    others = [e for e in intake.records.events if not e.in_ratio]
+    remedy = "or a database of its own: H/L and metres have no score in common"
+    if ratios and (others or any(not e.in_ratio for e in stored)):
+        first = ratios[0]
+        accepted = f"H or L in metres with it, as the other events have, {remedy}"
+        intake.refuse(("event", first.event_id), "h_over_l", first.h_over_l or "", accepted)
+    elif others and any(e.in_ratio for e in stored):
+        accepted = f"h_over_l alone, as the stored events have, {remedy}"
+        intake.refuse(("event", others[0].event_id), "event_id", others[0].event_id, accepted)
+
+
 def _check_volumes(intake: Intake) -> None:
     for event in intake.records.events:
         if fault := volume_fault(event):

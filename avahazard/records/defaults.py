@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 VOLUME_REL_SIGMA = 0.5
+H_OVER_L_REL_SIGMA = 0.05
+"""Error of an H/L that is recorded alone, as a share of it: tables give two digits."""
 
 
 def runout_sigma_m(year: int | None) -> float:

@@ -13,11 +13,11 @@ class Event:
     """One recorded avalanche, complete: defaults are filled in when it is read.
 
     Either `path_id` is set and the stop is `runout_x_m` or `runout_elevation_m` (both
-    None only when `left_profile`), or `fall_height_m` and `runout_length_m` are set and
-    there is no profile. `date` is ISO text, `YYYY` or `YYYY-MM-DD`. `release_elevation_m`
-    None means the path's own, else the top of its profile. `runout_sigma_m` is the
-    standard deviation of the record in the coordinate that was recorded; `volume_rel_sigma`
-    that of log volume.
+    None only when `left_profile`), or `fall_height_m` and `runout_length_m` are set, or
+    `h_over_l` alone, and there is no profile. `date` is ISO text, `YYYY` or `YYYY-MM-DD`.
+    `release_elevation_m` None means the path's own, else the top of its profile.
+    `runout_sigma_m` is the standard deviation of the record in the coordinate that was recorded
+    (not of H/L alone); `volume_rel_sigma` that of log volume.
     """
 
     event_id: str
@@ -35,7 +35,13 @@ class Event:
     volume_rel_sigma: float = 0.5
     fall_height_m: float | None = None
     runout_length_m: float | None = None
+    h_over_l: float | None = None
     covariates: Mapping[str, Covariate] = field(default_factory=dict)
+
+    @property
+    def in_ratio(self) -> bool:
+        """Whether H/L is all that its record tells of where it stopped."""
+        return self.path_id is None and self.fall_height_m is None
 
     @property
     def year(self) -> int | None:

@@ -23,7 +23,7 @@ def data_fingerprint(records: Records) -> str:
     for kind, texts in (
         ("paths", sorted(_line(p) for p in records.paths)),
         ("profiles", sorted(_profile_line(p) for p in records.profiles)),
-        ("events", sorted(_line(e) for e in records.events)),
+        ("events", sorted(_event_line(e) for e in records.events)),
         ("speeds", sorted(_line(s) for s in records.speeds)),
     ):
         digest.update(f"{kind} {len(texts)}\n".encode())
@@ -32,8 +32,16 @@ def data_fingerprint(records: Records) -> str:
     return digest.hexdigest()
 
 
-def _line(record: Path | Event | Speed) -> str:
+def _line(record: Path | Speed) -> str:
     return json.dumps(_exact(asdict(record)), sort_keys=True)
+
+
+def _event_line(event: Event) -> str:
+    values = asdict(event)
+    # Records from before this column was have the fingerprint that they had.
+    if event.h_over_l is None:
+        del values["h_over_l"]
+    return json.dumps(_exact(values), sort_keys=True)
 
 
 def _profile_line(profile: Profile) -> str:

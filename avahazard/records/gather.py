@@ -93,7 +93,13 @@ def gather_events(
                 intake.problems,
                 context={"need_runout": given},
             ),
-            *check_rows(StraightRow, table.file, iter(straight), intake.problems),
+            *check_rows(
+                StraightRow,
+                table.file,
+                iter(straight),
+                intake.problems,
+                context={"need_runout": need_runout},
+            ),
         ]
         for line, row in sorted(found, key=lambda item: item[0]):
             event = build_event(row, covariates[table.file, line])

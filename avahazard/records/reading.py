@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path as FilePath
 
 from avahazard.records.collection import Records
-from avahazard.records.crosscheck import check_places, check_references
+from avahazard.records.crosscheck import check_one_scale, check_places, check_references
 from avahazard.records.drawn import Drawn
 from avahazard.records.errors import RejectedRows, RowProblem, told_once
 from avahazard.records.files.conventions import UNKNOWN, Conventions
@@ -81,6 +81,7 @@ def read_files(
     intake.records = Records((*paths, *implied), tuple(profiles), tuple(events), tuple(speeds))
     check_references(intake, path_ids, event_ids)
     check_places(intake, known)
+    check_one_scale(intake, known)
     intake.problems = told_once(intake.problems)
     return intake
 

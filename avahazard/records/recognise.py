@@ -12,7 +12,8 @@ Kind = Literal["paths", "profiles", "events", "velocities"]
 
 FORMS = (
     "the columns of paths (path_id), profiles (path_id, x_m, y_m), events (event_id and path_id, "
-    "or fall_height_m and runout_length_m) or velocities (event_id, x_m or elevation_m, speed_m_s)"
+    "or fall_height_m and runout_length_m, or h_over_l) or velocities (event_id, x_m or "
+    "elevation_m, speed_m_s)"
 )
 
 
@@ -64,10 +65,10 @@ def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[st
         return [("event_id",), ("speed_m_s",), ("x_m", "elevation_m")]
     straight = {"fall_height_m", "runout_length_m", "h_over_l"}
     if "path_id" not in columns and columns & straight:
-        heights = ("fall_height_m", "runout_elevation_m")
         if "h_over_l" in columns:
-            return [("event_id",), (*heights, "runout_length_m")]
-        return [("event_id",), heights, ("runout_length_m",)]
+            return [("event_id",)]
+        heights = ("fall_height_m", "runout_elevation_m")
+        return [("event_id",), heights, *([("runout_length_m",)] if need_runout else [])]
     needed: list[tuple[str, ...]] = [("event_id",), ("path_id",)]
     if need_runout:
         needed.append(("runout_x_m", "runout_elevation_m", "left_profile", *sorted(straight)))

@@ -27,7 +27,12 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-COLORS = {"norway": "#009e73", "austria": "#e69f00"}
+COLORS = {
+    "norway": "#009e73",
+    "austria": "#e69f00",
+    "avaframe": "#cc79a7",
+    "avaframe-small": "#56b4e9",
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import numpy as np
 from avahazard.report.budget_parts import PART_WORDS, bars, parts_in_order
 from avahazard.report.html.words import COORDINATES
 from avahazard.report.picture import figure, picture
+from avahazard.results.amounts import RATIO, amount, unit_of
 from avahazard.results.comparison import Comparison
 from avahazard.results.ladder import Rung
 
@@ -44,11 +45,11 @@ def draw_ladder(
     with figure(file, (8.0, 6.0 + 0.45 * len(budgets))) as whole:
         above, below = whole.subplots(2, height_ratios=[5.0, 1.2 + 0.4 * len(budgets)])
         _waterfall(above, shown)
-        _draw_budgets(below, budgets)
+        _draw_budgets(below, budgets, _coordinate(shown))
 
 
-def _draw_budgets(axes: Axes, budgets: Mapping[str, Mapping[str, float]]) -> None:
-    """One stacked bar a model: squares of the parts, with their metres in them."""
+def _draw_budgets(axes: Axes, budgets: Mapping[str, Mapping[str, float]], coordinate: str) -> None:
+    """One stacked bar a model: squares of the parts, with their metres (or H/L) in them."""
     names = list(budgets)
     start = np.zeros(len(names))
     longest = max(sum(v * v for v in bar.values()) for bar in budgets.values())
@@ -65,15 +66,23 @@ def _draw_budgets(axes: Axes, budgets: Mapping[str, Mapping[str, float]]) -> Non
         for k, value in enumerate(metres):
             if value * value >= LEAST_SHARE * longest:
                 middle = start[k] + 0.5 * value * value
-                axes.text(middle, k, f"{value:.0f} m", ha="center", va="center", fontsize=8)
+                text = amount(value, coordinate, 0)
+                axes.text(middle, k, text, ha="center", va="center", fontsize=8)
         start += metres**2
     axes.invert_yaxis()
-    axes.set_xlabel("square of the error on its own records (m²); figures in metres")
+    unit = "H/L" if coordinate == RATIO else "metres"
+    axes.set_xlabel(f"square of the error on its own records; figures in {unit}")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False, fontsize=8)
     axes.spines[["top", "right"]].set_visible(False)
 
 
+def _coordinate(shown: Sequence[tuple[Rung, float]]) -> str:
+    """The coordinate of the records."""
+    return (shown[0][0].coordinate if shown else None) or "mixed"
+
+
 def _waterfall(axes: Axes, shown: Sequence[tuple[Rung, float]]) -> None:
+    coordinate = _coordinate(shown)
     place = {row.model: k for k, (row, _) in enumerate(shown)}
     for k, (row, value) in enumerate(shown):
         axes.bar(k, value, color=LEVEL, width=WIDTH)
@@ -87,7 +96,7 @@ def _waterfall(axes: Axes, shown: Sequence[tuple[Rung, float]]) -> None:
             axes.bar(k, -change, bottom=value, color=color, width=WIDTH)
             axes.plot([at - WIDTH / 2, k + WIDTH / 2], [before, before], color="0.4", lw=0.8)
             sign = "−" if change < 0.0 else "+"
-            text = f"{sign}{abs(change):.0f} m ({sign}{abs(change) / before:.0%})"
+            text = f"{sign}{amount(abs(change), coordinate, 0)} ({sign}{abs(change) / before:.0%})"
             axes.annotate(
                 text,
                 (k, max(value, before)),
@@ -97,7 +106,7 @@ def _waterfall(axes: Axes, shown: Sequence[tuple[Rung, float]]) -> None:
                 color=color,
             )
         axes.annotate(
-            f"{value:.0f} m",
+            amount(value, coordinate, 0),
             (k, low),
             (0, -4),
             textcoords="offset points",
@@ -112,14 +121,14 @@ def _waterfall(axes: Axes, shown: Sequence[tuple[Rung, float]]) -> None:
             min(floors),
             color="tab:blue",
             linestyle="--",
-            label=f"errors of records and volumes alone: {min(floors):.0f} m",
+            label=f"errors of records and volumes alone: {amount(min(floors), coordinate, 0)}",
         )
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     axes.margins(y=0.1)
     axes.set_ylim(bottom=0.0)
     axes.set_xticks(np.arange(len(shown)), [_label(row) for row, _ in shown])
-    coordinate = (shown[0][0].coordinate if shown else None) or "mixed"
-    axes.set_ylabel(f"error: CRPS where held out (m of {COORDINATES[coordinate]})")
+    of = f"{unit_of(coordinate)} of {COORDINATES[coordinate]}"
+    axes.set_ylabel(f"error: CRPS where held out ({of})")
     axes.spines[["top", "right"]].set_visible(False)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from avahazard.report.html.words import chance, likelier
+from avahazard.results.amounts import amount
 from avahazard.results.diagnosis import Diagnosis
 
 
@@ -35,7 +36,8 @@ def _verdict(diagnosis: Diagnosis, who: str) -> str:
             f"{who} fails along {missing}, and no effect of the catalogue explains it: look at "
             "its shape, and write an effect of your own (avahazard effect new FILE)."
         )
+    size = amount(diagnosis.detectable_m, diagnosis.coordinate, 0)
     return (
         f"{who} is adequate: these data show no missing effect. One that moves runouts by "
-        f"{diagnosis.detectable_m:.0f} m (rms) would have been seen 4 times in 5."
+        f"{size} (rms) would have been seen 4 times in 5."
     )

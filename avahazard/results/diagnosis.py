@@ -95,12 +95,13 @@ class Diagnosis(Result):
 
     `missing` holds the effect, the set that cannot be told apart, or the axis. `groups` are those
     that were let to differ before anything was blamed on physics. `pairs` are effects that are
-    needed together with, or in the place of, the one that is missing. An effect of
-    `detectable_m` would have been seen with 80 % power. `still_needed` is the evidence (nats) that
-    the model would lose without each of its effects; `where` says in sentences on which paths the
-    model fails and where the records have what is missing; `suspect_events` are records hard to
-    believe, `impossible_stops` those on ground too steep for any block to stop. `declared` is what
-    was expected beforehand; `notes` is what a reader must know.
+    needed together with, or in the place of, the one that is missing.
+    An effect of `detectable_m` (H/L where `coordinate`, that of the records, says so) would have
+    been seen with 80 % power. `still_needed` is the evidence (nats) that the model would lose
+    without each of its effects; `where` says in sentences on which paths the model fails and
+    where the records have what is missing; `suspect_events` are records hard to believe,
+    `impossible_stops` those on ground too steep for any block to stop. `declared` is what was
+    expected beforehand; `notes` is what a reader must know.
     """
 
     model: str
@@ -121,3 +122,4 @@ class Diagnosis(Result):
     declared: Declared | None = None
     notes: tuple[str, ...] = ()
     where: tuple[str, ...] = ()
+    coordinate: str = "elevation"

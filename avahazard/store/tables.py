@@ -97,6 +97,7 @@ class EventTable(Base):
     volume_rel_sigma: Mapped[float]
     fall_height_m: Mapped[float | None]
     runout_length_m: Mapped[float | None]
+    h_over_l: Mapped[float | None]
 
 
 class PathCovariateTable(Base):

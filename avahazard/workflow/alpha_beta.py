@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
 from avahazard.effects.site import recorded_stops, release_place
-from avahazard.hazard.alpha_beta import AlphaBeta, alpha_beta_runouts
+from avahazard.hazard.alpha_beta import (
+    BY_NAME,
+    REGRESSIONS,
+    AlphaBeta,
+    Regression,
+    alpha_beta_runouts,
+)
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -27,18 +34,22 @@ def alpha_beta_paths(
     database: str,
     path_id: str | None = None,
     *,
+    by: Sequence[str] = (),
     model: str | None = None,
     plot: FilePath | None = None,
 ) -> Rows[TerrainRunout]:
-    """Return the α-β runout by every regression, for one path or all that have a profile.
+    """Return the α-β runout by regressions `by` name, for one path or all that have a profile.
+
+    Where none is named they are `hazard.alpha_beta.REGRESSIONS`.
 
     With `plot` a picture is written there; it shows the latest bounds by `model` too, if one is
     named.
 
     Raises:
-        AvahazardError: the database, the path, its profile, or the model or its bounds are
-            missing, or `plot` is not the name of a picture.
+        AvahazardError: the database, the path, its profile, a regression, or the model or its
+            bounds are missing, or `plot` is not the name of a picture.
     """
+    regressions = _regressions(by)
     with reading(database) as session:
         records = load_records(session)
         bounds: list[dict[str, Any]] | None = []
@@ -50,16 +61,28 @@ def alpha_beta_paths(
             f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"
         )
     paths = _paths(records, path_id)
-    found = [(path, *_runouts(records, path)) for path in paths]
+    found = [(path, *_runouts(records, path, regressions)) for path in paths]
     if plot is not None:
         _draw(plot, records, found, [HazardRow.from_dict(row) for row in bounds])
     return Rows(_row(path, smooth, one) for path, smooth, both in found for one in both)
 
 
-def _runouts(records: Records, path: Path) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
+def _regressions(by: Sequence[str]) -> tuple[Regression, ...]:
+    unknown = [name for name in by if name not in BY_NAME]
+    if unknown:
+        raise AvahazardError(
+            f"There are no α-β coefficients '{unknown[0]}'.", f"There are {', '.join(BY_NAME)}."
+        )
+    return tuple(BY_NAME[name] for name in dict.fromkeys(by)) or REGRESSIONS
+
+
+def _runouts(
+    records: Records, path: Path, regressions: tuple[Regression, ...]
+) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
     profile = find_profile(records, path)
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-    return smooth, alpha_beta_runouts(smooth, release_place(smooth, path.release_elevation_m))
+    release_x = release_place(smooth, path.release_elevation_m)
+    return smooth, alpha_beta_runouts(smooth, release_x, regressions)
 
 
 def _paths(records: Records, path_id: str | None) -> list[Path]:

@@ -42,6 +42,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results.amounts import RATIO
 from avahazard.results.comparison import (
     Comparison,
     HeldOutScores,
@@ -157,7 +158,9 @@ def comparison(
 
 
 def coordinate_name(observations: Observations) -> str:
-    """The coordinate of the records: elevation, x, length, or mixed."""
+    """The coordinate of the records: elevation, x, length, h_over_l, or mixed."""
+    if observations.in_ratio:
+        return RATIO
     names = {
         COORDINATES[int(kind)] for kind in np.unique(observations.kind[observations.kind != LEFT])
     }

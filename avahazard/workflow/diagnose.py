@@ -20,6 +20,7 @@ from avahazard.effects.needs import named
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results.amounts import amount
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import (
@@ -34,7 +35,7 @@ from avahazard.results.diagnosis import (
 from avahazard.store.models import load_model, now
 from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result, save_result
 from avahazard.store.session import reading, writing
-from avahazard.workflow.compare import stored_comparison
+from avahazard.workflow.compare import coordinate_name, stored_comparison
 from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import read_own_of
@@ -139,6 +140,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         notes=tuple(_not_granted(key) for key in found.not_granted),
         n_worlds=found.screening.n_worlds,
         seed=seed,
+        coordinate=coordinate_name(found.base.posterior.observations),
     )
 
 
@@ -230,5 +232,8 @@ def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:
         return measurement_gains(fits[0], found.base, seed)
     # An effect as large as the smallest detectable gains in proportion to the events.
     n = found.base.posterior.observations.n_events
-    text = f"{n} more events: effects of {found.detectable_m / 2**0.5:.0f} m show"
+    half = amount(
+        found.detectable_m / 2**0.5, coordinate_name(found.base.posterior.observations), 0
+    )
+    text = f"{n} more events: effects of {half} show"
     return Rows([Measurement(text, found.screening.critical_gain)])

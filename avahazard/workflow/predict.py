@@ -20,6 +20,7 @@ from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
+from avahazard.results.amounts import RATIO
 from avahazard.results.base import Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import coordinate_name, require_comparable, x_scores
@@ -41,7 +42,8 @@ def predict(
     """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
 
     Numbers are elevations of the stop in m, of the avalanche itself and not of a record with its
-    error; for events without a profile they are runout lengths, and `coordinate` says so. A draw
+    error; for events without a profile they are runout lengths, or H/L where that alone is known,
+    and `coordinate` says so. A draw
     that leaves the profile counts as reaching its end.
 
     Raises:
@@ -58,14 +60,17 @@ def predict(
     model = stored.on(new.events)
     stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
     lengths = model.observations.kind == LENGTH
-    values = np.where(lengths[:, None], stops.record, stops.elevation)
+    records = model.observations.as_recorded(stops.record)
+    values = np.where(lengths[:, None], records, stops.elevation)
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
         notes.append(
             f"{share:.2%} of the draws of friction are 0 or less (normal distribution) and leave "
             "any profile"
         )
-    if np.any(lengths):
+    if model.observations.in_ratio:
+        notes.append("events without a profile, of which H/L alone is known, have H/L")
+    elif np.any(lengths):
         notes.append("events without a profile have runout lengths, not elevations")
     measured = tuple(e for e in new.events if _has_runout(e))
     scores = None
@@ -92,7 +97,12 @@ def _extrapolated(stored: StoredFit, events: Sequence[Event]) -> list[str]:
 
 
 def _has_runout(event: Event) -> bool:
-    found = (event.runout_x_m, event.runout_elevation_m, event.runout_length_m)
+    found = (
+        event.runout_x_m,
+        event.runout_elevation_m,
+        event.runout_length_m,
+        event.h_over_l,
+    )
     return event.left_profile or any(value is not None for value in found)
 
 
@@ -101,7 +111,7 @@ def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> PredictedEven
     return PredictedEvent(
         event_id=event.event_id,
         path_id=event.path_id,
-        coordinate="elevation" if event.path_id else "length",
+        coordinate="elevation" if event.path_id else RATIO if event.in_ratio else "length",
         mean_m=float(np.mean(values)),
         sd_m=float(np.std(values, ddof=1)),
         q05_m=float(q05),

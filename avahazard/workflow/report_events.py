@@ -17,8 +17,10 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.event import Event
 from avahazard.report.html.content import EventView
+from avahazard.results.amounts import RATIO
 from avahazard.workflow.compare import COORDINATES
 from avahazard.workflow.model_friction import from_reference
 
@@ -40,7 +42,8 @@ def event_views(
     observations = model.observations
     draws, left = _predicted(model)
     metres = model.sigma_m is not None
-    observed = recorded_elevation(observations) if metres else observations.observed
+    recorded = observations.as_recorded(observations.observed)
+    observed = recorded_elevation(observations) if metres else recorded
     smooth = {site.path.path_id: site.smooth for site in observations.sites}
     reference = mu * np.exp(-from_reference(model))
     views = []
@@ -52,7 +55,7 @@ def event_views(
             event_view(
                 event,
                 smooth.get(event.path_id or ""),
-                coordinate=COORDINATES[kind],
+                coordinate=RATIO if observations.in_ratio else COORDINATES[kind],
                 observed_m=None if observations.kind[i] == LEFT else float(observed[i]),
                 mu=float(mu[i]) if np.isfinite(mu[i]) else None,
                 mu_status=STATUSES[status[i]],
@@ -86,7 +89,9 @@ def event_view(
         left_profile=event.left_profile,
         coordinate=coordinate,
         observed_m=observed_m,
-        sigma_m=event.runout_sigma_m,
+        sigma_m=H_OVER_L_REL_SIGMA * (event.h_over_l or 0.0)
+        if event.in_ratio
+        else event.runout_sigma_m,
         stop_x_m=None if smooth is None else stop_place(smooth, event),
         mu=mu,
         mu_status=mu_status,

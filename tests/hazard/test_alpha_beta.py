@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, Regression, alpha_beta
+from avahazard.hazard.alpha_beta import AVAFRAME, REGRESSIONS, AlphaBeta, Regression, alpha_beta
 from avahazard.physics.smooth_profile import (
     SmoothProfile,
     legendre_profile,
@@ -143,3 +144,62 @@ def test_real_terrain_by_a_plain_search(shared_data: Path) -> None:
         x = np.arange(found.beta_x, smooth.x_max, 0.1)
         line = found.release_y - np.tan(np.radians(found.alpha_deg)) * (x - found.release_x)
         assert found.runout_x == pytest.approx(x[np.argmax(smooth.height(x) >= line)], abs=0.3)
+
+
+def test_avaframes_published_coefficients() -> None:
+    """k1 to k4 and SD of com2ABCfg.ini."""
+    numbers = {r.name: (r.slope, r.bend, r.drop, r.intercept_deg, r.sd_deg) for r in AVAFRAME}
+    assert numbers == {
+        "avaframe": (1.05, -3130.0, 0.0, -2.38, 1.25),
+        "avaframe-small": (0.933, 0.0, 0.0088, -5.02, 2.36),
+    }
+
+
+@pytest.mark.parametrize("regression", AVAFRAME)
+@pytest.mark.parametrize("start", [0.0, 300.0])
+def test_avaframes_angles_on_a_parabola(regression: Regression, start: float) -> None:
+    """The parabola fitted is the path itself: y'' is twice its bend, H0 its fall."""
+    smooth = parabola(2400.0)
+    found = alpha_beta(smooth, start, regression)
+    beta_x = (1 - np.tan(np.radians(10))) / (2 * BEND)
+    # A step of 10 m is flat if its middle is.
+    step = start + 10.0 * np.ceil((beta_x - 5.0 - start) / 10.0) + 10.0
+    assert found.beta_x == pytest.approx(step)
+    beta = np.degrees(np.arctan(FALL - BEND * (step + start)))
+    assert found.beta_deg == pytest.approx(beta, abs=1e-4)
+    y = 2000.0 - FALL * np.array([start, 2000.0]) + BEND * np.array([start, 2000.0]) ** 2
+    expected = regression.slope * beta + regression.intercept_deg
+    expected += regression.bend * 2 * BEND + regression.drop * (y[0] - y[1])
+    assert found.alpha_deg == pytest.approx(expected, abs=0.01)
+
+
+def naive_first_step(smooth: SmoothProfile) -> float | None:
+    """Step by step of 10 m: once it was steep, the first that is flat with the next three."""
+    places = [10.0 * k for k in range(int(smooth.x_max // 10.0) + 1)]
+    angles = [
+        np.degrees(np.arctan((smooth.height(a) - smooth.height(b)) / 10.0))
+        for a, b in pairwise(places)
+    ]
+    was_steep = False
+    for k, angle in enumerate(angles):
+        was_steep = was_steep or bool(angle > 10.0)
+        if was_steep and k + 3 < len(angles) and max(angles[k : k + 4]) <= 10.0:
+            return places[k + 1]
+    return None
+
+
+@pytest.mark.parametrize(("bench_m", "at_bench"), [(20.0, False), (60.0, True), (300.0, True)])
+def test_avaframes_point_is_on_the_first_bench_of_30_m(bench_m: float, at_bench: bool) -> None:
+    smooth = benched(bench_m)
+    found = alpha_beta(smooth, 0.0, AVAFRAME[0])
+    assert found.beta_x == naive_first_step(smooth)
+    assert found.beta_x is not None
+    assert (found.beta_x < 1100.0) == at_bench
+    # Ours passes by what is no runout zone.
+    ours = alpha_beta(smooth, 0.0, AUSTRIA)
+    assert ours.beta_x is not None
+    assert (ours.beta_x < 1100.0) == (bench_m >= 100.0)
+
+
+def test_avaframes_point_needs_a_flattening() -> None:
+    assert alpha_beta(parabola(1500.0), 0.0, AVAFRAME[0]).status == "no_beta_point"

@@ -49,3 +49,10 @@ def test_a_zero_has_no_sign() -> None:
 )
 def test_every_value_matters(other: Records) -> None:
     assert data_fingerprint(other) != data_fingerprint(RECORDS)
+
+
+def test_an_event_without_h_over_l_has_the_fingerprint_that_it_had_before_that_column() -> None:
+    events = Records(events=(Event("e", fall_height_m=1.0, runout_length_m=2.0),))
+    assert data_fingerprint(events).startswith("748848fe0a60e0c4")
+    ratio = Records(events=(Event("e", h_over_l=0.5),))
+    assert data_fingerprint(ratio) != data_fingerprint(Records(events=(Event("e", h_over_l=0.4),)))

@@ -18,6 +18,7 @@ from avahazard.records.table import Table
         ("path_id,x_m", "paths.csv", "paths"),
         ("event_id,path_id,runout_x_m", "profiles.csv", "events"),
         ("event_id,fall_height_m,runout_length_m", "x.csv", "events"),
+        ("event_id,h_over_l", "x.csv", "events"),
         ("event_id,x_m,speed_m_s", "events.csv", "velocities"),
         ("event_id,elevation_m,speed_m_s", "x.csv", "velocities"),
     ],

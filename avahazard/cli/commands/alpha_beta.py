@@ -20,6 +20,14 @@ def alpha_beta(
         str | None,
         typer.Argument(help="The path_id of a path; all where none is given.", show_default=False),
     ] = None,
+    by: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="norway, austria, avaframe or avaframe-small; may be given several times. "
+            "[default: norway, austria]",
+        ),
+    ] = None,
     model: Annotated[
         str | None,
         typer.Option(
@@ -33,13 +41,14 @@ def alpha_beta(
     \b
     Examples:
       avahazard alpha-beta P01
+      avahazard alpha-beta --by austria --by avaframe
       avahazard alpha-beta --plot baseline.png --model first
     """
     if model is not None and plot is None:
         raise typer.BadParameter("A --model is shown in a picture only: give --plot FILE.")
     from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
 
-    rows = alpha_beta_paths(settings(context).database, path, model=model, plot=plot)
+    rows = alpha_beta_paths(settings(context).database, path, by=by or (), model=model, plot=plot)
 
     def render(console: Console) -> None:
         console.print(

@@ -9,8 +9,8 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.comparison_table import (
-    CRPS_WORDS,
     budget_table,
+    crps_words,
     error_words,
     failures,
     show_scores,
@@ -20,6 +20,7 @@ from avahazard.cli.options import EffectFiles, StoredModel, picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
+from avahazard.results.amounts import bare
 
 
 def compare(
@@ -54,11 +55,11 @@ def compare(
         console.print(table(f"{name} against the records", columns, cells))
         console.print(
             f"The error of {name}, as add and ladder give it: CRPS where {whole} were held out, "
-            f"{held.runout.crps_m:.1f} {unit_words(found.coordinate)}."
+            f"{bare(held.runout.crps_m, found.coordinate)} {unit_words(found.coordinate)}."
         )
         if held.n_fits is not None and held.n_fits < len(held.groups):
             console.print(f"{len(held.groups)} {whole} were held out in {held.n_fits} parts.")
-        console.print(CRPS_WORDS)
+        console.print(crps_words(found.coordinate))
         console.print(f"bias: predicted mean less recorded. {error_words(found)}")
         console.print(
             f"Log predictive density, each record left out in turn (higher is better): "

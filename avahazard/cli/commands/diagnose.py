@@ -12,6 +12,7 @@ from avahazard.cli.options import EffectFiles, StoredModel, picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
+from avahazard.results.amounts import bare, unit_of
 from avahazard.results.diagnosis import Candidate, Diagnosis
 
 ALONE = 0.05
@@ -73,13 +74,14 @@ def diagnose(
                 c.effect,
                 f"{c.gain:.1f}",
                 chance(c.p_value, 1.0 / (found.n_worlds + 1)),
-                "" if c.error_after_m is None else f"{c.error_after_m:.1f}",
+                "" if c.error_after_m is None else bare(c.error_after_m, found.coordinate),
                 ", ".join(c.confounded_with),
             )
             for c in found.candidates[:SHOWN]
         ]
-        columns = ("effect", ">gain, nats", ">p", ">own CRPS m", "looks like")
-        title = f"Candidates (CRPS on the records of the calibration now {_before(found)} m)"
+        unit = unit_of(found.coordinate)
+        columns = ("effect", ">gain, nats", ">p", f">own CRPS {unit}", "looks like")
+        title = f"Candidates (CRPS on the records of the calibration now {_before(found)} {unit})"
         console.print(table(title, columns, rows))
         console.print(NATS_WORDS, soft_wrap=True)
         best = found.candidates[0] if found.candidates else None
@@ -106,7 +108,9 @@ def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
 
 
 def _before(found: Diagnosis) -> str:
-    return f"{found.candidates[0].error_before_m:.1f}" if found.candidates else "-"
+    if not found.candidates:
+        return "-"
+    return bare(found.candidates[0].error_before_m, found.coordinate)
 
 
 def _witnesses(console: Console, found: Diagnosis) -> None:

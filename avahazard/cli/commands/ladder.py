@@ -8,12 +8,13 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import COORDINATES, CRPS_WORDS
+from avahazard.cli.comparison_table import COORDINATES, crps_words
 from avahazard.cli.options import picture
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
 from avahazard.records.plain import plain
+from avahazard.results.amounts import amount, bare, unit_of
 
 
 def ladder(
@@ -40,31 +41,36 @@ def ladder(
                 row.model,
                 row.parent,
                 ", ".join(row.added) or None,
-                _metres(row.held_out_crps_m),
-                _metres(row.held_out_crps_x_m),
-                _metres(row.crps_m),
+                _error(row.held_out_crps_m, row.coordinate),
+                _error(row.held_out_crps_x_m, "x"),
+                _error(row.crps_m, row.coordinate),
                 None if row.elpd_loo is None else f"{row.elpd_loo:.0f}",
                 None if row.coverage_90 is None else f"{row.coverage_90:.0%}",
                 row.speed_rmse_m_s,
             )
             for row in found.rows
         ]
+        coordinates = {row.coordinate for row in found.rows if row.coordinate is not None}
+        coordinate = next(iter(coordinates)) if len(coordinates) == 1 else None
+        unit = unit_of(coordinate)
         columns = (
-            "model", "parent", "added", ">error m", ">in x m", ">own m", ">elpd", ">in 90 %", ">m/s"
+            "model", "parent", "added", f">error {unit}", ">in x m", f">own {unit}", ">elpd",
+            ">in 90 %", ">m/s",
         )  # fmt: skip
         console.print(table("Every model and its error", columns, cells))
-        of = {COORDINATES[row.coordinate] for row in found.rows if row.coordinate is not None}
+        of = {COORDINATES[known] for known in coordinates}
         console.print(
             f"error: CRPS where held out, of {' or '.join(sorted(of))}; in x: the same of the "
             "distance along the path; own: on the records that the model was calibrated on, as "
             "the share in 90 % and the speeds (RMSE, m/s) are."
         )
-        console.print(CRPS_WORDS)
+        console.print(crps_words(coordinate))
         floors = [row.noise_floor_crps_m for row in found.rows if row.noise_floor_crps_m]
         if floors:
             console.print(
-                f"Errors of the recorded runouts and volumes alone would leave {min(floors):.1f} "
-                "m; what varies from avalanche to avalanche comes on top."
+                f"Errors of the recorded runouts and volumes alone would leave "
+                f"{amount(min(floors), coordinate)}; what varies from avalanche to avalanche "
+                "comes on top."
             )
 
     emit(context, document, render)
@@ -72,5 +78,5 @@ def ladder(
         warn(note)
 
 
-def _metres(value: float | None) -> str | None:
-    return None if value is None else f"{value:.0f}"
+def _error(value: float | None, coordinate: str | None) -> str | None:
+    return None if value is None else bare(value, coordinate, 0)

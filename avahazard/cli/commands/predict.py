@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.comparison_table import CRPS_WORDS, show_scores
+from avahazard.cli.comparison_table import crps_words, show_scores
 from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, table, warn
 from avahazard.cli.settings import settings
+from avahazard.results.amounts import RATIO, bare
 
 
 def predict(
@@ -36,29 +37,30 @@ def predict(
     document = rows if scores is None else {"events": rows, "scores": scores}
 
     def render(console: Console) -> None:
-        columns = ("event", "path", ">mean m", ">sd", ">q05", ">median", ">q95", ">leaves")
+        columns = ("event", "path", ">mean", ">sd", ">q05", ">median", ">q95", ">leaves")
         cells = [
             (
                 row.event_id,
                 row.path_id,
-                f"{row.mean_m:.0f}",
-                f"{row.sd_m:.0f}",
-                f"{row.q05_m:.0f}",
-                f"{row.q50_m:.0f}",
-                f"{row.q95_m:.0f}",
+                *(
+                    bare(value, row.coordinate, 0)
+                    for value in (row.mean_m, row.sd_m, row.q05_m, row.q50_m, row.q95_m)
+                ),
                 f"{row.p_left_profile:.0%}",
             )
             for row in rows
         ]
         kinds = {row.coordinate for row in rows}
-        what = {"elevation": "elevations", "length": "lengths"}.get(
-            kinds.pop() if len(kinds) == 1 else "", "elevations; lengths where there is no path"
+        of = {"elevation": "elevations in m", "length": "lengths in m", RATIO: "H/L"}
+        what = of.get(
+            kinds.pop() if len(kinds) == 1 else "",
+            "elevations in m; lengths in m where there is no path",
         )
-        console.print(table(f"Predicted stops, {what} in m", columns, cells))
+        console.print(table(f"Predicted stops, {what}", columns, cells))
         if scores is not None:
             columns_of, lines = show_scores(scores.coordinate, (name, scores))
             console.print(table("Against the file's own runouts", columns_of, lines))
-            console.print(CRPS_WORDS)
+            console.print(crps_words(scores.coordinate))
 
     emit(context, document, render)
     for note in found.notes:

@@ -29,6 +29,6 @@ def detectable(base: Refit, critical_gain: float) -> tuple[float, float]:
     gain = max(critical_gain, MARGIN + price)
     shift = (np.sqrt(2.0 * gain) + float(stats.norm.ppf(0.8))) / np.sqrt(information)
     # The record's spread in metres against that in log friction tells metres per unit.
-    sigma = base.posterior.record_sigma(base.mode.u)
+    sigma = observations.recorded_sigma(base.posterior.record_sigma(base.mode.u))
     ratio = sigma[stopped] / np.sqrt(np.maximum(variance.record[stopped], 1e-8))
     return float(shift), float(shift * np.median(ratio))

@@ -61,7 +61,7 @@ class ErrorBudget:
 def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
     """The parts of the error of every event of the model that are known beforehand."""
     observations = model.observations
-    runout = _runouts(model, rng)
+    runout = observations.as_recorded(_runouts(model, rng))
     cost = {
         differ: 0.5 * np.mean((runout[0, 0, 0] - runout[differ]) ** 2, axis=1)
         for differ in np.ndindex(2, 2, 2)

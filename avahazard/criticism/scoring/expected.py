@@ -24,7 +24,7 @@ FEWEST_SEEN = 20
 class ExpectedRecords:
     """Records `observed` `[n_events]` (m) and `draws` `[n_events, n_draws]` of what they might be.
 
-    Both are in the coordinate of each record (elevation, x or runout length); `sigma`
+    Both are in the coordinate of each record (elevation, x, runout length, H/L); `sigma`
     `[n_events]` is its measurement error. What left its profile, in the records or in the draws
     (`left` `[n_events, n_draws]`), counts as reaching the profile's end. `x` `[n_events, n_draws]`
     is the place of the stops, nan without a profile. `sign` `[n_events]` is -1 where an x or a
@@ -55,8 +55,8 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
     n_stops = SPARE * n_draws if limited else n_draws
     stops = predict_stops(model, n_stops, rng)
     end = profile_end(observations)[:, None]
-    noise = stops.sigma * rng.standard_normal(stops.record.shape)
-    draws = np.where(stops.left, end, stops.record + noise)
+    noise = _errors(observations, stops.sigma) * rng.standard_normal(stops.record.shape)
+    draws = np.where(stops.left, end, observations.as_recorded(stops.record) + noise)
     left, x = stops.left, stops.x
     if limited:
         first, place = np.unique(model.evenly(n_stops), return_inverse=True)
@@ -81,16 +81,22 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
 
 def mean_record_sigma(model: FittedModel) -> Floats:
     """Error of the records `[n_events]` (m): root of its mean square over the posterior."""
-    posterior, stated = model.posterior, model.observations.sigma
+    posterior, observations = model.posterior, model.observations
     if all(e.record_scale is None for e in posterior.effects):
-        return stated
+        return observations.recorded_sigma(observations.sigma)
     squares = [posterior.record_sigma(u) ** 2 for u in model.draws]
-    return np.asarray(np.sqrt(np.mean(squares, axis=0)))
+    return observations.recorded_sigma(np.sqrt(np.mean(squares, axis=0)))
+
+
+def _errors(observations: Observations, sigma: Floats) -> Floats:
+    """Errors `[n_events, n_draws]` of the records in their own unit."""
+    return observations.recorded_sigma(sigma.T).T
 
 
 def observed_records(observations: Observations) -> Floats:
     """The records `[n_events]` (m); an event that left its profile reached its end."""
-    return np.where(observations.kind == LEFT, profile_end(observations), observations.observed)
+    observed = observations.as_recorded(observations.observed)
+    return np.where(observations.kind == LEFT, profile_end(observations), observed)
 
 
 def error_sign(observations: Observations) -> Floats:

@@ -13,6 +13,7 @@ from avahazard.effects.site import Site, build_site, release_place
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
+from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 
@@ -37,7 +38,8 @@ class Observations:
     """Events `[n_events]` with the sites that they ran on.
 
     `kind` says what `observed` (m) is, `sigma` (m) is its measurement error; `release` indexes
-    `site.release_x` of the event's site; `fall_height` (m) is set for events without a profile;
+    `site.release_x` of the event's site; `fall_height` (m) is set for events without a profile.
+    Where H/L is all that is known (`in_ratio`) the fall is 1, and `observed` is L/H.
     `limit` (m) is the elevation above which a stop is not seen, nan where all are.
     """
 
@@ -51,6 +53,15 @@ class Observations:
     limit: Floats
     volumes: VolumeNodes
     speeds: tuple[SpeedRecord, ...]
+    in_ratio: bool = False
+
+    def as_recorded(self, record: Floats) -> Floats:
+        """Records `[n_events, …]` in their own unit: m, or H/L instead of the L/H held here."""
+        return 1.0 / record if self.in_ratio else record
+
+    def recorded_sigma(self, sigma: Floats) -> Floats:
+        """Errors of the records `[n_events]` in their own unit."""
+        return sigma / self.observed**2 if self.in_ratio else sigma
 
     @property
     def n_events(self) -> int:
@@ -63,12 +74,19 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
 
     With `prior`, volumes are read in the light of the volumes of those (prediction), and the
     profiles of its paths, which are the same, are not regularised again.
-    Raises `AvahazardError` where an event's path has no profile.
+    Raises `AvahazardError` where an event's path has no profile, or some events have H/L alone and
+    others, here or in `prior`, metres.
     """
     events = records.events
     if not events:
         raise AvahazardError(
             "There are no events to work on.", "Import some: avahazard import FOLDER."
+        )
+    in_ratio = events[0].in_ratio
+    if any(e.in_ratio != in_ratio for e in events) or (prior and prior.in_ratio != in_ratio):
+        raise AvahazardError(
+            "H/L alone and runouts in metres have no score in common.",
+            "Give H or L with each h_over_l, or keep such events in a database of their own.",
         )
     paths = {p.path_id: p for p in records.paths}
     profiles = {p.path_id: p for p in records.profiles}
@@ -112,14 +130,15 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         columns=columns,
         kind=np.array([k for k, _ in kinds], dtype=np.int64),
         observed=np.array([v for _, v in kinds]),
-        sigma=np.array([e.runout_sigma_m for e in events]),
+        sigma=np.array([_sigma(e) for e in events]),
         release=release,
-        fall_height=np.array([e.fall_height_m or np.nan for e in events]),
+        fall_height=np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events]),
         limit=np.array(
             [_or_nan(paths[e.path_id].observed_below_m) if e.path_id else np.nan for e in events]
         ),
         volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
         speeds=_speed_records(records.speeds, index, events, {s.path.path_id: s for s in sites}),
+        in_ratio=in_ratio,
     )
 
 
@@ -161,10 +180,18 @@ def _observation(event: Event) -> tuple[int, float]:
     if event.left_profile:
         return LEFT, np.nan
     if event.path_id is None:
+        if event.in_ratio:
+            return LENGTH, 1.0 / _or_nan(event.h_over_l)
         return LENGTH, _or_nan(event.runout_length_m)
     if event.runout_x_m is not None:
         return PLACE, event.runout_x_m
     return ELEVATION, _or_nan(event.runout_elevation_m)
+
+
+def _sigma(event: Event) -> float:
+    if event.in_ratio:
+        return H_OVER_L_REL_SIGMA / (event.h_over_l or 1.0)
+    return event.runout_sigma_m
 
 
 def _speed_records(

@@ -14,7 +14,8 @@ class EventRow(DepositRow):
     """An event on a path: its stop is a place along the profile, or beyond its end."""
 
     path_id: Name = Field(
-        description="the path_id of a path, or fall_height_m and runout_length_m instead"
+        description="the path_id of a path, or fall_height_m and runout_length_m instead, "
+        "or h_over_l"
     )
     runout_elevation_m: Number | None = Field(None, description=ELEVATION)
     runout_x_m: Number | None = Field(None, description="the distance along the profile in metres")

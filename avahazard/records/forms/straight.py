@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from avahazard.records.forms.deposit import DepositRow
 from avahazard.records.forms.row import ELEVATION, Number, Positive, wrong
@@ -17,7 +17,8 @@ ROUNDING = 0.05
 class StraightRow(DepositRow):
     """An event on the straight line from release to stop: apparent friction H/L.
 
-    H is also the release less the stop, or H/L times L; L is also H over H/L.
+    H is also the release less the stop, or H/L times L; L is also H over H/L. H/L alone is enough
+    too: the event then has neither H nor L.
     """
 
     fall_height_m: Positive | None = Field(None, description="the height of fall H in m, over 0")
@@ -42,16 +43,25 @@ class StraightRow(DepositRow):
         return height, reach
 
     @model_validator(mode="after")
-    def _height_and_reach_given(self) -> Self:
+    def _height_and_reach_given(self, info: ValidationInfo) -> Self:
+        needed = (info.context or {}).get("need_runout", True)
         drop = self._drop()
         if self.runout_elevation_m is not None and drop is None:
             raise wrong("release_elevation_m", "the elevation of the release, or a path_id")
         if drop is not None and drop <= 0.0:
             raise wrong("runout_elevation_m", "an elevation below release_elevation_m")
+        if self._ratio_alone(needed):
+            if self.runout_sigma_m is not None:
+                raise wrong("runout_sigma_m", "empty, or fall_height_m or runout_length_m with it")
+            return self
         height, reach = self.height_and_reach
         if height is None:
-            accepted = "H in metres, or release_elevation_m and runout_elevation_m"
+            accepted = (
+                "H in metres, or release_elevation_m and runout_elevation_m, or h_over_l alone"
+            )
             raise wrong("fall_height_m", accepted)
+        if reach is None and not needed:
+            return self
         if reach is None:
             raise wrong("runout_length_m", "L in metres, or h_over_l beside H")
         if drop is not None and abs(drop - height) > ROUNDING * height:
@@ -59,6 +69,10 @@ class StraightRow(DepositRow):
         if self.h_over_l is not None and abs(self.h_over_l * reach - height) > ROUNDING * height:
             raise wrong("h_over_l", f"about {height / reach:.4g}, H over L of the row")
         return self
+
+    def _ratio_alone(self, needed: bool) -> bool:
+        given = (self.fall_height_m, self.runout_length_m, self.runout_elevation_m)
+        return given == (None, None, None) and (self.h_over_l is not None or not needed)
 
     def _drop(self) -> float | None:
         if self.release_elevation_m is None or self.runout_elevation_m is None:

@@ -6,6 +6,7 @@ from avahazard.report.budget_parts import PART_WORDS, bars, parts_in_order
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import axis, layout
+from avahazard.results.amounts import RATIO, amount, unit_of
 
 LEAST_SHARE = 0.06
 """Of the longest bar: shorter segments have their metres on hover only."""
@@ -16,6 +17,8 @@ def budget_figure(content: ReportContent) -> Figure | None:
     found = bars([row.model for row in content.ladder], content.loop.comparisons)
     if not found:
         return None
+    coordinate = next(iter(content.loop.comparisons.values())).coordinate
+    unit = unit_of(coordinate)
     longest = max(sum(v * v for v in bar.values()) for bar in found.values())
     models = [label(name) for name in found]
     data: list[Trace] = []
@@ -28,13 +31,17 @@ def budget_figure(content: ReportContent) -> Figure | None:
                 "name": label(PART_WORDS.get(source, f"explained by {source}")),
                 "x": [v * v for v in metres],
                 "y": models,
-                "text": [f"{v:.0f} m" if v * v >= LEAST_SHARE * longest else "" for v in metres],
+                "text": [
+                    amount(v, coordinate, 0) if v * v >= LEAST_SHARE * longest else ""
+                    for v in metres
+                ],
                 "textposition": "inside",
                 "insidetextanchor": "middle",
                 "textangle": 0,
                 "customdata": metres,
                 "marker": {"color": color},
-                "hovertemplate": "%{y}, %{fullData.name}: %{customdata:.1f} m<extra></extra>",
+                "hovertemplate": "%{y}, %{fullData.name}: "
+                f"%{{customdata:{'.4f' if coordinate == RATIO else '.1f'}}} {unit}<extra></extra>",
             }
         )
     return Figure(
@@ -42,13 +49,18 @@ def budget_figure(content: ReportContent) -> Figure | None:
         "Where the error comes from",
         f"Stacked bars of the error budget of {len(found)} models.",
         "Errors from sources that know nothing of each other add up by their squares, so the bars "
-        "are squares, and the figures in them are metres, on the records of the calibration. "
+        "are squares, and the figures in them are "
+        f"{'H/L' if coordinate == RATIO else 'metres'}, on the records of the calibration. "
         "Errors of the records and of their volumes are no fault of the model; natural scatter is "
         "what varies from one avalanche to the next of the same volume. What an added effect "
         "explains was unexplained or taken for scatter before it.",
         data,
         layout(
-            axis("square of the error (m²)", rangemode="tozero", nticks=5),
+            axis(
+                "square of the error" + ("" if coordinate == RATIO else " (m²)"),
+                rangemode="tozero",
+                nticks=5,
+            ),
             axis("", type="category", autorange="reversed"),
             height=150 + 40 * len(found),
             barmode="stack",

@@ -17,8 +17,8 @@ def candidates_table(diagnosis: Diagnosis) -> HtmlTable:
             c.effect,
             likelier(c.screened_gain),
             chance(c.p_value, floor),
-            error_text(c.error_before_m),
-            error_text(c.error_after_m),
+            error_text(c.error_before_m, diagnosis.coordinate),
+            error_text(c.error_after_m, diagnosis.coordinate),
             ", ".join(c.confounded_with) or "–",
             c.physics,
         ]

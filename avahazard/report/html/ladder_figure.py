@@ -6,6 +6,7 @@ from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLUE, VERMILION, axis, layout
 from avahazard.report.html.words import COORDINATES, count
+from avahazard.results.amounts import amount, unit_of
 
 
 def ladder_figure(content: ReportContent) -> Figure | None:
@@ -14,7 +15,8 @@ def ladder_figure(content: ReportContent) -> Figure | None:
     if not rows:
         return None
     name = content.model.model
-    of = COORDINATES[rows[0].coordinate or "mixed"]
+    coordinate = rows[0].coordinate or "mixed"
+    of, unit = COORDINATES[coordinate], unit_of(coordinate)
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     data: list[Trace] = [
         {
@@ -22,15 +24,19 @@ def ladder_figure(content: ReportContent) -> Figure | None:
             "orientation": "h",
             "x": [row.held_out_crps_m for row in rows],
             "y": [label(row.model) for row in rows],
-            "text": [f"{row.held_out_crps_m:.0f} m" for row in rows],
+            "text": [
+                amount(row.held_out_crps_m, coordinate, 0)
+                for row in rows
+                if row.held_out_crps_m is not None
+            ],
             "textposition": "auto",
             "marker": {"color": [BLUE if row.model == name else "#B8B8B8" for row in rows]},
-            "hovertemplate": "%{y}: %{x:.1f} m<extra></extra>",
+            "hovertemplate": f"%{{y}}: %{{x:.4g}} {unit}<extra></extra>",
             "showlegend": False,
         }
     ]
     places = layout(
-        axis(f"error (m of {of})", rangemode="tozero"),
+        axis(f"error ({unit} of {of})", rangemode="tozero"),
         axis("", type="category", autorange="reversed"),
         height=120 + 34 * len(rows),
         bargap=0.35,
@@ -55,7 +61,8 @@ def ladder_figure(content: ReportContent) -> Figure | None:
                 "yanchor": "bottom",
                 "xanchor": "left",
                 "showarrow": False,
-                "text": f"errors of records and volumes alone: {min(floors):.0f} m",
+                "text": "errors of records and volumes alone: "
+                + amount(min(floors), coordinate, 0),
                 "font": {"color": VERMILION, "size": 12},
             }
         ]
@@ -66,10 +73,10 @@ def ladder_figure(content: ReportContent) -> Figure | None:
         "Error of each model on what it had not seen",
         f"Bars of the held-out error of {len(rows)} models, with the floor that the errors of "
         "the records leave.",
-        "The CRPS is a mean error in metres that counts the width of the forecast too; for a "
-        "forecast without scatter it is the mean absolute error. The dashed line is what errors of "
-        "the recorded runouts and volumes alone would leave: what varies from avalanche to "
-        "avalanche comes on top for every model."
+        f"The CRPS is a mean error in {unit.replace('m', 'metres')} that counts the width of the "
+        "forecast too; for a forecast without scatter it is the mean absolute error. The dashed "
+        "line is what errors of the recorded runouts and volumes alone would leave: what varies "
+        "from avalanche to avalanche comes on top for every model."
         + (f" Left out: {count(lost, 'model')} never compared." if lost else ""),
         data,
         places,

@@ -17,6 +17,7 @@ from avahazard.report.html.words import (
     share,
     unit_words,
 )
+from avahazard.results.amounts import RATIO, amount, bare
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 
@@ -29,8 +30,12 @@ def ladder_table(content: ReportContent) -> HtmlTable:
             row.parent or "–",
             ", ".join(row.added) or "–",
             *(
-                error_text(getattr(row, key))
-                for key in ("held_out_crps_m", "held_out_crps_x_m", "crps_m")
+                error_text(getattr(row, key), known)
+                for key, known in (
+                    ("held_out_crps_m", row.coordinate),
+                    ("held_out_crps_x_m", "x"),
+                    ("crps_m", row.coordinate),
+                )
             ),
             "–" if row.elpd_loo is None else f"{row.elpd_loo:.0f}".replace("-", "−"),
             "–" if row.coverage_90 is None else share(row.coverage_90),
@@ -57,14 +62,15 @@ def scores_table(comparison: Comparison) -> HtmlTable:
                                    None if coordinate == "x" else scores.runout_x),
                                   ("speed", "m_s", scores.speed)):  # fmt: skip
             if found is not None:
-                ending = unit.replace("_", "/")
+                in_ratio = unit == "m" and coordinate == RATIO
+                ending = "H/L" if in_ratio else unit.replace("_", "/")
                 rows.append(
                     [
                         name,
                         what,
                         str(found.n),
                         *(
-                            f"{_signed(getattr(found, f'{key}_{unit}'))} {ending}"
+                            f"{_signed(getattr(found, f'{key}_{unit}'), in_ratio)} {ending}"
                             for key in ("rmse", "bias", "crps")
                         ),
                         share(found.coverage_50),
@@ -83,7 +89,8 @@ def failures_table(comparison: Comparison, names: Mapping[str, str]) -> HtmlTabl
             axis_words(row.axis),
             names.get(row.level, row.level),
             str(row.n),
-            f"{row.bias_m:+.0f} m".replace("-", "−"),
+            ("+" if row.bias_m > 0 else "")
+            + amount(row.bias_m, comparison.coordinate, 0).replace("-", "−"),
             chance(row.p_value),
             "beyond chance" if row.p_value < SIGNIFICANT else "may be chance",
         ]
@@ -146,10 +153,10 @@ def made_table(content: ReportContent) -> HtmlTable:
     return HtmlTable("made", "How to make it again", ("", ""), rows)
 
 
-def _signed(value: float) -> str:
-    """One decimal; nothing is less than nothing by nothing."""
-    text = f"{value:.1f}"
-    return "0.0" if text == "-0.0" else text.replace("-", "−")
+def _signed(value: float, in_ratio: bool) -> str:
+    """One decimal, of H/L four; nothing is less than nothing by nothing."""
+    text = bare(value, RATIO if in_ratio else None)
+    return text.lstrip("-") if float(text) == 0.0 else text.replace("-", "−")
 
 
 def _as_sure_as(sd: float, value: float) -> str:

@@ -10,11 +10,13 @@ from avahazard.report.html.content import EventView, LoopView, StateView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLACK, axis, by_path, layout
 from avahazard.report.html.words import event_words
+from avahazard.results.amounts import RATIO
 
 WORDS = {
     "elevation": ("elevation of the stop", "Elevations of the stops"),
     "x": ("distance x of the stop", "Places of the stops along the path"),
     "length": ("runout length", "Runout lengths"),
+    RATIO: ("H/L", "H over L"),
 }
 
 
@@ -43,6 +45,9 @@ def _figure(
     place: Mapping[str, int],
 ) -> Figure:
     what, title = WORDS[coordinate]
+    unit = "" if coordinate == RATIO else " m"
+    of = ".4g" if coordinate == RATIO else ".0f"
+    on_axis = "" if coordinate == RATIO else " (m)"
     stopped = [e for e in events if e.observed_m is not None]
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
@@ -72,8 +77,8 @@ def _figure(
                 "marker": {"color": color, "symbol": symbol, "size": 7},
                 "opacity": 0.8,
                 "text": [label(event_words(e, names)) for e in mine],
-                "hovertemplate": "%{text}<br>predicted %{x:.0f} m, recorded %{y:.0f} m"
-                "<extra></extra>",
+                "hovertemplate": f"%{{text}}<br>predicted %{{x:{of}}}{unit}, "
+                f"recorded %{{y:{of}}}{unit}<extra></extra>",
             }
         )
     inside = sum(_inside(e) for e in stopped)
@@ -102,8 +107,8 @@ def _figure(
         "within their bar. These records were used in the calibration."
         + (f" {left} events that left their profile have no stop to show." if left else ""),
         data,
-        layout(axis(f"predicted {what} (m)", **_range(stopped, states, place)),
-               axis(f"recorded {what} (m)"), height=520),
+        layout(axis(f"predicted {what}{on_axis}", **_range(stopped, states, place)),
+               axis(f"recorded {what}{on_axis}"), height=520),
         states=changes,
     )  # fmt: skip
 

@@ -10,6 +10,7 @@ from avahazard.report.html.content import EventView, LoopView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLACK, axis, by_path, layout
 from avahazard.report.html.words import event_words
+from avahazard.results.amounts import RATIO
 
 ROOM = 1.08
 
@@ -24,6 +25,8 @@ def residuals_figure(
     if own is None or not with_volume:
         return None
     place = {e.event_id: k for k, e in enumerate(events)}
+    ratio = {e.coordinate for e in events} == {RATIO}
+    shape = "%{y:.4f}" if ratio else "%{y:.0f} m"
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
     for name, color, symbol, mine in by_path(with_volume, names):
@@ -40,7 +43,7 @@ def residuals_figure(
                 "marker": {"color": color, "symbol": symbol, "size": 7},
                 "opacity": 0.8,
                 "text": [label(event_words(e, names)) for e in mine],
-                "hovertemplate": "%{text}<br>predicted less recorded: %{y:.0f} m<extra></extra>",
+                "hovertemplate": "%{text}<br>predicted less recorded: " + shape + "<extra></extra>",
             }
         )
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
@@ -48,7 +51,7 @@ def residuals_figure(
     lost = len(events) - len(with_volume)
     places = layout(
         axis("volume (m³)", type="log", dtick=1),
-        axis("predicted less recorded (m)", range=[-most, most]),
+        axis(f"predicted less recorded ({'H/L' if ratio else 'm'})", range=[-most, most]),
         height=420,
         shapes=[{**line, "line": {"color": BLACK, "width": 1, "dash": "dash"}}],
     )
@@ -56,7 +59,7 @@ def residuals_figure(
         "residuals",
         "What the model misses",
         f"Predicted mean less record of {len(with_volume)} events over their volume.",
-        "Each mark is an event: the mean of what the model expects less the record, in metres of "
+        "Each mark is an event: the mean of what the model expects less the record, in the unit of "
         "what was recorded. A model that lacks nothing scatters evenly about the dashed line."
         + (f" {lost} events without a volume are left out." if lost else ""),
         data,

@@ -9,6 +9,7 @@ from avahazard.criticism.scoring.error_fall import error_fall
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import failing
 from avahazard.report.html.words import axis_words, chance, count, likelier, metres
+from avahazard.results.amounts import RATIO, amount, bare, unit_of
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Candidate, Diagnosis
 
@@ -50,9 +51,10 @@ def _error(found: Comparison, before: Comparison | None, parent: str | None) -> 
     own = found.held_out.runout.crps_m
     what = "paths" if found.held_out.by == "path" else "events"
     if before is None:
-        return [f"Its error on {what} kept back: {own:.1f} m."]
+        return [f"Its error on {what} kept back: {amount(own, found.coordinate)}."]
     was = before.held_out.runout.crps_m
-    words = f"Its error on {what} kept back: {own:.1f} m, after {was:.1f} m of “{parent}”"
+    now, then = amount(own, found.coordinate), amount(was, found.coordinate)
+    words = f"Its error on {what} kept back: {now}, after {then} of “{parent}”"
     fall = error_fall(before, found)
     if fall is None:
         return [f"{words}; too few groups were kept back to say how sure that is."]
@@ -62,8 +64,11 @@ def _error(found: Comparison, before: Comparison | None, parent: str | None) -> 
         sure = "it rose"
     else:
         sure = "whether it fell is not sure"
-    ends = f"{_signed(fall.q05_m)} to {_signed(fall.q95_m)} m"
-    return [f"{words}: a fall of {_signed(fall.mean_m)} m (90 %: {ends}), so {sure}."]
+    low, high, mean = (
+        _minus(bare(value, found.coordinate)) for value in (fall.q05_m, fall.q95_m, fall.mean_m)
+    )
+    unit = unit_of(found.coordinate)
+    return [f"{words}: a fall of {mean} {unit} (90 %: {low} to {high} {unit}), so {sure}."]
 
 
 def _failure(found: Comparison) -> list[str]:
@@ -72,7 +77,7 @@ def _failure(found: Comparison) -> list[str]:
         return ["It fails nowhere that chance could not explain."]
     parts = [
         f"{axis_words(row.axis)} “{row.level}” ({count(row.n, 'event')}, "
-        f"{_signed(row.bias_m, 0)} m)"
+        f"{_plus(row.bias_m, found.coordinate)})"
         for row in rows[:3]
     ]
     more = f", and {len(rows) - 3} more" if len(rows) > 3 else ""
@@ -86,7 +91,7 @@ def diagnosis_sentences(found: Diagnosis) -> list[str]:
     if found.verdict == "adequate":
         return [
             f"{asked}, the records show none: one that moves runouts by "
-            f"{metres(found.detectable_m)} would have been seen 4 times in 5."
+            f"{_size(found.detectable_m, found.coordinate)} would have been seen 4 times in 5."
         ]
     named = [candidates[key] for key in found.missing if key in candidates]
     if found.verdict == "missing-effect" and named:
@@ -122,9 +127,10 @@ def _left(found: Comparison | None, diagnosis: Diagnosis | None) -> list[str]:
     """What is still not explained."""
     words = []
     budget = {} if found is None else {part.source: part.rms_m for part in found.budget}
-    if UNEXPLAINED in budget:
+    if found is not None and UNEXPLAINED in budget:
+        size = _size(budget[UNEXPLAINED], found.coordinate)
         words.append(
-            f"Still unexplained: {metres(budget[UNEXPLAINED])} (root mean square), beyond what "
+            f"Still unexplained: {size} (root mean square), beyond what "
             "errors of the records, natural scatter and parameters let expect."
             if budget[UNEXPLAINED] > 0.0
             else "Nothing is left that errors of the records, natural scatter and parameters do "
@@ -135,5 +141,14 @@ def _left(found: Comparison | None, diagnosis: Diagnosis | None) -> list[str]:
     return words
 
 
-def _signed(value: float, digits: int = 1) -> str:
-    return f"{value:+.{digits}f}".replace("-", "−").replace("+", "+" if digits == 0 else "")
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
+
+
+def _size(value: float, coordinate: str) -> str:
+    return amount(value, coordinate) if coordinate == RATIO else metres(value)
+
+
+def _plus(value: float, coordinate: str) -> str:
+    sign = "-" if value < 0.0 else "+"
+    return _minus(sign + amount(abs(value), coordinate, 0))

@@ -8,8 +8,9 @@ from typing import Any
 from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.inference.model.laws import law
 from avahazard.report.html.content import Document, ReportContent
-from avahazard.report.html.words import COORDINATES, axis_words, count, metres, number, share
+from avahazard.report.html.words import COORDINATES, axis_words, count, number, share
 from avahazard.report.verdict_words import verdict_words
+from avahazard.results.amounts import amount
 from avahazard.results.comparison import Comparison, Failure
 
 METHODS = {
@@ -57,7 +58,8 @@ def why_words(content: ReportContent) -> list[str]:
     if len(known) < 2 or name not in known:
         return []
     best = min(known, key=lambda key: known[key])
-    own, least = f"{known[name]:.1f} m", f"{known[best]:.1f} m"
+    coordinate = next(row.coordinate for row in content.ladder if row.model == name)
+    own, least = amount(known[name], coordinate), amount(known[best], coordinate)
     if best == name:
         words = [
             f"Of {len(known)} compared models it has the least error, the CRPS on records kept "
@@ -70,7 +72,7 @@ def why_words(content: ReportContent) -> list[str]:
         ]
     parent = content.model.parent
     if parent in known and parent != best:
-        words.append(f"Its parent “{parent}” has {known[parent]:.1f} m.")
+        words.append(f"Its parent “{parent}” has {amount(known[parent], coordinate)}.")
     return words
 
 
@@ -82,14 +84,22 @@ def sure_words(content: ReportContent) -> list[str]:
     runout = held.runout
     what = "paths" if held.by == "path" else "events"
     of = COORDINATES[content.comparison.coordinate]
+    crps, rmse, floor = (
+        amount(value, content.comparison.coordinate, digits)
+        for value, digits in (
+            (runout.crps_m, 1),
+            (runout.rmse_m, 0),
+            (runout.noise_floor_m, 0),
+        )
+    )
     along = ""
     if held.runout_x is not None and content.comparison.coordinate != "x":
         along = f" and {number(held.runout_x.crps_m)} m of distance along the path"
     words = [
-        f"The error of the model, on {what} that were kept back: {runout.crps_m:.1f} m of {of}"
+        f"The error of the model, on {what} that were kept back: {crps} of {of}"
         f"{along} (CRPS; of a forecast without scatter it would be the mean absolute error).",
-        f"Root mean square of predicted mean less record: {metres(runout.rmse_m)} of {of}. Errors "
-        f"of the recorded runouts and volumes alone would leave {metres(runout.noise_floor_m)}; "
+        f"Root mean square of predicted mean less record: {rmse} of {of}. Errors "
+        f"of the recorded runouts and volumes alone would leave {floor}; "
         "what varies from avalanche to avalanche comes on top for every model.",
         f"{share(runout.coverage_90)} of these records lie in the interval that should hold 90 %.",
     ]

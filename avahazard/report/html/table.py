@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from avahazard.results.amounts import amount
+
 
 @dataclass(frozen=True, slots=True)
 class HtmlTable:
@@ -30,6 +32,6 @@ class HtmlTable:
         return [part for part in parts if part[1]]
 
 
-def error_text(value: float | None) -> str:
-    """An error in metres, a dash where it is not known."""
-    return "–" if value is None else f"{value:.1f} m"
+def error_text(value: float | None, coordinate: str | None = None) -> str:
+    """An error in metres, or H/L in that coordinate; a dash where it is not known."""
+    return "–" if value is None else amount(value, coordinate)

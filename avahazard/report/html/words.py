@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from avahazard.results.amounts import RATIO
+
 if TYPE_CHECKING:
     from avahazard.report.html.content import EventView
 
@@ -14,6 +16,7 @@ COORDINATES = {
     "elevation": "elevation",
     "x": "distance along the path",
     "length": "runout length",
+    RATIO: "the ratio H/L",
     "mixed": "what was recorded",
 }
 """What was recorded of a stop, in words."""

@@ -46,7 +46,9 @@ def test_height_and_reach(cells: dict[str, str], height: float, reach: float) ->
     [
         ({"fall_height_m": "640"}, "runout_length_m"),
         ({"runout_length_m": "640"}, "fall_height_m"),
-        ({"h_over_l": "0.4"}, "fall_height_m"),
+        ({"h_over_l": "0.4", "runout_elevation_m": "900"}, "release_elevation_m"),
+        ({"h_over_l": "0.4", "runout_sigma_m": "20"}, "runout_sigma_m"),
+        ({"release_elevation_m": "900", "runout_elevation_m": "400"}, "runout_length_m"),
         ({"release_elevation_m": "900", "runout_length_m": "1600"}, "fall_height_m"),
         ({"runout_elevation_m": "900", "runout_length_m": "1600"}, "release_elevation_m"),
         (
@@ -72,3 +74,13 @@ def test_too_little_or_contradicting(cells: dict[str, str], column: str) -> None
     with pytest.raises(ValidationError) as caught:
         StraightRow.model_validate({"event_id": "e"} | cells)
     assert caught.value.errors()[0]["ctx"]["column"] == column
+
+
+def test_the_ratio_alone_has_neither_height_nor_reach() -> None:
+    row = StraightRow.model_validate({"event_id": "e", "h_over_l": "0.4"})
+    assert row.height_and_reach == (None, None)
+
+
+@pytest.mark.parametrize("cells", [{}, {"fall_height_m": "640"}])
+def test_what_is_to_be_predicted_needs_no_reach(cells: dict[str, str]) -> None:
+    StraightRow.model_validate({"event_id": "e"} | cells, context={"need_runout": False})
