@@ -14,6 +14,7 @@ from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screening
+from avahazard.engine import close_engine, set_engine
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
@@ -64,6 +65,18 @@ def test_tables_that_find_no_room_change_nothing(monkeypatch: pytest.MonkeyPatch
     assert made_anew.candidates == held.candidates
     assert made_anew.groups == held.groups
     assert made_anew.n_worlds == held.n_worlds
+
+
+@pytest.mark.slow
+def test_a_process_of_its_own_gives_the_same() -> None:
+    here = on_paths(n_worlds=3)
+    set_engine("processes", workers=1)
+    try:
+        there = on_paths(n_worlds=3)
+    finally:
+        close_engine()
+    assert there.candidates == here.candidates
+    assert there.groups == here.groups
 
 
 def test_it_stops_where_chance_plainly_does_as_well() -> None:
