@@ -10,6 +10,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.workers import set_workers
 
 EngineName = Literal["local", "processes", "dask"]
+LOCAL: EngineName = "local"
 ENGINES: tuple[EngineName, ...] = get_args(EngineName)
 Tell = Callable[[str], None]
 
@@ -21,7 +22,7 @@ class Choice:
     `tell` is called with what a person should know, such as where dask's dashboard is.
     """
 
-    name: EngineName = "local"
+    name: EngineName = LOCAL
     scheduler: str | None = None
     tell: Tell = lambda _words: None
 
@@ -30,7 +31,7 @@ _chosen = Choice()
 
 
 def set_engine(
-    name: EngineName = "local",
+    name: EngineName = LOCAL,
     *,
     workers: int | None = None,
     scheduler: str | None = None,

@@ -5,7 +5,9 @@ Their tables and designs do not change between made worlds.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -76,6 +78,21 @@ class Alternative:
     log_prior: float
     margin: float | None = None
     other_law: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AtHand:
+    """Alternatives that share the tables of the model: they cost nothing to keep."""
+
+    alternatives: list[Alternative]
+
+    def __call__(self) -> list[Alternative]:
+        """The alternatives."""
+        return self.alternatives
+
+
+Spelled = AtHand | Callable[[], list[Alternative]]
+"""Gives alternatives that share one run of every site's block, made anew at each call."""
 
 
 def base_design(posterior: Posterior, u: Floats, plan: OffsetPlan, scale: Floats) -> Design:
@@ -206,28 +223,43 @@ def alternatives_of(
     coefficients: Floats,
     speed_scatter: float,
     runs: BlockRuns,
-) -> list[Alternative]:
-    """Every value of one candidate that the screening tries."""
+) -> list[Spelled]:
+    """Every value of one candidate that the screening tries.
+
+    What needs tables of its own is spelled out when it is asked for.
+    """
     setting, key = definition.changes, definition.key
     if setting is None:
         observations = posterior.observations
         effect = definition.build(definition.facts(observations.columns, observations.sites))
         if effect.design is not None:
             wider = _with_columns(design, effect, effect.design(observations.columns))
-            return [Alternative(key, base, wider, 0.0)]
+            return [AtHand([Alternative(key, base, wider, 0.0)])]
         if effect.volume_scale is not None:
-            return _volume_errors(effect, posterior, u, base, design)
+            return [AtHand(_volume_errors(effect, posterior, u, base, design))]
         return _tabulated(effect, posterior, u, design, speed_scatter, runs)
     if setting.field == "law":
         mine = posterior.specification.law
         names = [name for name, item in LAWS.items() if name != mine and item.uses_volume]
         designs = [_law_design(posterior, u, name, design, coefficients) for name in names]
-        return [Alternative(key, base, other, 0.0, other_law=True) for other in designs]
+        laws = [Alternative(key, base, other, 0.0, other_law=True) for other in designs]
+        return [AtHand(laws)]
     if setting.field == "scatter":
-        return _scatter_slopes(key, posterior.volumes(u), base, design)
+        return [AtHand(_scatter_slopes(key, posterior.volumes(u), base, design))]
     changed = posterior.specification.put(setting, setting.value)
-    tables = _tables_of(posterior, u, changed, speed_scatter)
-    return [Alternative(key, tables, design, 0.0)]
+    return [partial(_put, key, posterior, u, changed, design, speed_scatter)]
+
+
+def _put(
+    key: str,
+    posterior: Posterior,
+    u: Floats,
+    changed: Specification,
+    design: Design,
+    speed_scatter: float,
+) -> list[Alternative]:
+    """The model with another setting of the block."""
+    return [Alternative(key, _tables_of(posterior, u, changed, speed_scatter), design, 0.0)]
 
 
 def _volume_errors(
@@ -299,29 +331,39 @@ def _tabulated(
     design: Design,
     speed_scatter: float,
     runs: BlockRuns,
-) -> list[Alternative]:
+) -> list[Spelled]:
     """An effect on the motion or on the record: tables for each value that is tried."""
+    return [
+        partial(_tabulated_at, effect, values, log_prior, posterior, u, design, speed_scatter, runs)
+        for values, log_prior in _values_tried(effect)
+    ]
+
+
+def _tabulated_at(
+    effect: Effect,
+    values: Floats,
+    log_prior: float,
+    posterior: Posterior,
+    u: Floats,
+    design: Design,
+    speed_scatter: float,
+    runs: BlockRuns,
+) -> list[Alternative]:
     observations = posterior.observations
-    values_of_model = posterior.layout.effect_values(u)
-    result = []
-    for values, log_prior in _values_tried(effect):
-        limit = (
-            observations.limit
-            if effect.limit is None
-            else effect.limit(observations.columns, values)
-        )
-        predicted = predict_records(
-            observations,
-            (*posterior.effects, effect),
-            {**values_of_model, effect.key: values},
-            float(posterior.specification.centrifugal),
-            runs if effect.motion is None else None,
-        )
-        margin = float(values[0]) if effect.limit is not None else None
-        for share in SPEED_SHARES if observations.speeds else (1.0,):
-            tables = make_tables(observations, predicted, limit, share * speed_scatter)
-            result.append(Alternative(effect.key, tables, design, log_prior, margin))
-    return result
+    limit = observations.limit
+    if effect.limit is not None:
+        limit = effect.limit(observations.columns, values)
+    predicted = predict_records(
+        observations,
+        (*posterior.effects, effect),
+        {**posterior.layout.effect_values(u), effect.key: values},
+        float(posterior.specification.centrifugal),
+        runs if effect.motion is None else None,
+    )
+    margin = float(values[0]) if effect.limit is not None else None
+    shares = SPEED_SHARES if observations.speeds else (1.0,)
+    tables = [make_tables(observations, predicted, limit, s * speed_scatter) for s in shares]
+    return [Alternative(effect.key, each, design, log_prior, margin) for each in tables]
 
 
 def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:

@@ -1,13 +1,16 @@
-"""The gain of every candidate effect on one world, by quick fits."""
+"""The gain of every candidate effect on many worlds, by quick fits."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.criticism.screening.alternatives import LOG_MU, Alternative, Tables
+from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.laplace_fit import Design, Edges, LaplaceFit, laplace_fit
 from avahazard.criticism.screening.masked_pairs import (
     EffectColumns,
@@ -15,8 +18,9 @@ from avahazard.criticism.screening.masked_pairs import (
     most_surprising_pair,
 )
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
-from avahazard.criticism.screening.record_moments import record_moments
+from avahazard.criticism.screening.record_moments import RecordMoments, record_moments
 from avahazard.inference.model.observations import PLACE, Observations
+from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +36,7 @@ class Gains:
 
     base: Tables
     design: Design
-    alternatives: list[Alternative]
+    alternatives: HeldAlternatives
     keys: list[str]
     coefficients: Floats
     log_scatter: float
@@ -41,73 +45,104 @@ class Gains:
     observations: Observations
     columns: EffectColumns
 
-    def of_candidates(self, measured: BootstrapRecords) -> Floats:
-        """Gain of every candidate `[n_candidates]` on one world."""
-        reference = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
-        best = np.zeros(len(self.keys))
+    def of_candidates(
+        self,
+        worlds: Sequence[BootstrapRecords],
+        progress: Callable[[float], None] = lambda _share: None,
+    ) -> Floats:
+        """Gain of every candidate `[n_worlds, n_candidates]`.
+
+        All worlds are gone through with one alternative before the next, whose tables may need the
+        room.
+        """
+        references = list(ordered_map(self._reference, worlds))
+        best = np.zeros((len(worlds), len(self.keys)))
         place = {key: k for k, key in enumerate(self.keys)}
-        summaries = {id(self.base): moments_of(self.base, measured)}
-        for alternative in self.alternatives:
-            summary = summaries.get(id(alternative.tables))
-            if summary is None:
-                summary = moments_of(alternative.tables, measured)
-            width = alternative.design.x.shape[1]
-            start = np.zeros(width)
-            shared = min(width, len(reference.coefficients))
-            if alternative.other_law:
-                start = alternative.design.prior_mean.copy()
-            else:
-                start[:shared] = reference.coefficients[:shared]
-            edges = alternative.tables.edges
-            if alternative.margin is not None:
-                edges = sight_edges(alternative, measured, self.observations)
-            fit = laplace_fit(
-                summary,
-                measured.left,
-                edges,
-                alternative.design,
-                start,
-                reference.log_scatter,
-                reference.tau,
-                self.student,
-            )
-            gain = fit.log_likelihood + alternative.log_prior - reference.log_likelihood
-            best[place[alternative.key]] = max(best[place[alternative.key]], gain)
+        for done, alternatives in enumerate(self.alternatives):
+            gains = ordered_map(partial(self._largest, alternatives), worlds, references)
+            k = place[alternatives[0].key]
+            best[:, k] = np.maximum(best[:, k], list(gains))
+            progress((done + 1) / len(self.alternatives))
         return best
+
+    def _reference(self, measured: BootstrapRecords) -> tuple[RecordMoments, LaplaceFit]:
+        """What the records say, and the fit of the model itself."""
+        moments = moments_of(self.base, measured)
+        return moments, self._fit_to(moments, self.design, measured, self.tau)
+
+    def _largest(
+        self,
+        alternatives: Sequence[Alternative],
+        measured: BootstrapRecords,
+        reference: tuple[RecordMoments, LaplaceFit],
+    ) -> float:
+        """The largest gain of these on one world."""
+        moments, fit = reference
+        gains = []
+        for alternative in alternatives:
+            if alternative.tables is not self.base:
+                moments = moments_of(alternative.tables, measured)
+            found = self._from_reference(alternative, moments, measured, fit)
+            gains.append(found.log_likelihood + alternative.log_prior - fit.log_likelihood)
+        return max(gains)
+
+    def _from_reference(
+        self,
+        alternative: Alternative,
+        moments: RecordMoments,
+        measured: BootstrapRecords,
+        reference: LaplaceFit,
+    ) -> LaplaceFit:
+        width = alternative.design.x.shape[1]
+        start = np.zeros(width)
+        shared = min(width, len(reference.coefficients))
+        if alternative.other_law:
+            start = alternative.design.prior_mean.copy()
+        else:
+            start[:shared] = reference.coefficients[:shared]
+        edges = alternative.tables.edges
+        if alternative.margin is not None:
+            edges = sight_edges(alternative, measured, self.observations)
+        found: LaplaceFit = laplace_fit(
+            moments,
+            measured.left,
+            edges,
+            alternative.design,
+            start,
+            reference.log_scatter,
+            reference.tau,
+            self.student,
+        )
+        return found
 
     def of_pair(self, measured: BootstrapRecords) -> Paired | None:
         """The pair of effects on friction that gains most over either alone, on one world."""
-        fit = self._fit(self.base, self.design, measured, self.coefficients, self.tau)
-        moments = moments_of(self.base, measured)
+        moments, fit = self._reference(measured)
         return most_surprising_pair(
             moments, measured.left, self.design, fit, self.columns, self.student
         )
 
     def of_grouping(self, g: int, measured: BootstrapRecords, without: Design) -> float:
         """Gain of the offsets of one grouping on one world, over the design without them."""
-        bare = self._fit(self.base, without, measured, self.coefficients, np.delete(self.tau, g))
+        moments = moments_of(self.base, measured)
+        bare = self._fit_to(moments, without, measured, np.delete(self.tau, g))
         likeliest = bare.log_likelihood
         for first in (self.tau[g], *FIRST_SPREADS):
             tau = self.tau.copy()
             tau[g] = first
-            whole = self._fit(self.base, self.design, measured, self.coefficients, tau)
+            whole = self._fit_to(moments, self.design, measured, tau)
             likeliest = max(likeliest, whole.log_likelihood)
         return likeliest - bare.log_likelihood
 
-    def _fit(
-        self,
-        tables: Tables,
-        design: Design,
-        measured: BootstrapRecords,
-        start: Floats,
-        tau: Floats,
+    def _fit_to(
+        self, moments: RecordMoments, design: Design, measured: BootstrapRecords, tau: Floats
     ) -> LaplaceFit:
         fit: LaplaceFit = laplace_fit(
-            moments_of(tables, measured),
+            moments,
             measured.left,
-            tables.edges,
+            self.base.edges,
             design,
-            start,
+            self.coefficients,
             self.log_scatter,
             tau,
             self.student,
@@ -159,9 +194,9 @@ def sight_edges(
     )
 
 
-def moments_of(tables: Tables, measured: BootstrapRecords):  # type: ignore[no-untyped-def]
+def moments_of(tables: Tables, measured: BootstrapRecords) -> RecordMoments:
     """RecordMoments of one world under one set of tables."""
-    return record_moments(
+    moments: RecordMoments = record_moments(
         tables.record,
         tables.bounds,
         tables.last_left,
@@ -173,3 +208,4 @@ def moments_of(tables: Tables, measured: BootstrapRecords):  # type: ignore[no-u
         tables.speeds,
         measured.speeds,
     )
+    return moments

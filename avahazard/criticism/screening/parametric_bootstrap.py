@@ -54,12 +54,13 @@ def make_world(
     tau: Floats,
     speed_scatter: float,
     rng: np.random.Generator,
+    broken: NDArray[np.bool_] | None = None,
 ) -> BootstrapRecords:
     """Records of the same events in a world where the model at u is true.
 
     Groups have offsets of spreads `tau` `[n_groupings]`; where a limit of sight stands, events are
     drawn again until they are seen. With Student's tails a record is wrong here as likely as it is
-    in truth.
+    in truth. `broken` as in `look_up`.
     """
     observations = posterior.observations
     shift = plan.shift(tau[plan.of] * rng.standard_normal(len(plan.of)))
@@ -67,14 +68,14 @@ def make_world(
         own = np.sqrt(np.sum(plan.alone * tau[:, None] ** 2, axis=0))
         shift = shift + own * rng.standard_normal(len(own))
     friction = draw_friction(posterior, u, shift, rng)
-    observed, elevation, left = _record(predicted, predicted.sigma, friction, rng)
+    observed, elevation, left = _record(predicted, friction, broken, rng)
     for _ in range(MAX_REDRAWS):
         hidden = ~left & (elevation > observations.limit)
         if not np.any(hidden):
             break
         again = draw_friction(posterior, u, shift, rng)
         friction = np.where(hidden, again, friction)
-        fresh = _record(predicted, predicted.sigma, again, rng)
+        fresh = _record(predicted, again, broken, rng)
         observed = np.where(hidden, fresh[0], observed)
         elevation = np.where(hidden, fresh[1], elevation)
         left = np.where(hidden, fresh[2], left)
@@ -98,8 +99,11 @@ def wrong_chance(posterior: Posterior, u: Floats) -> Floats:
 
 
 def _record(
-    predicted: Predicted, sigma: Floats, friction: Floats, rng: np.random.Generator
+    predicted: Predicted,
+    friction: Floats,
+    broken: NDArray[np.bool_] | None,
+    rng: np.random.Generator,
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    record, _, elevation, left = look_up(predicted, friction[:, None])
-    error = sigma * rng.standard_normal(len(sigma))
+    record, _, elevation, left = look_up(predicted, friction[:, None], broken)
+    error = predicted.sigma * rng.standard_normal(len(predicted.sigma))
     return record[:, 0] + error, elevation[:, 0] + error, left[:, 0]

@@ -95,6 +95,11 @@ def record_moments(  # type: ignore[no-untyped-def]
         elif not np.isnan(height[i]):
             count = straight_points(height[i], observed[i], sigma[i], True, points, logs)
             log_norm = 0.0
+        elif row < 0:
+            first = max(last_left[i], 0)
+            found = _stop_moments(record[i], bounds[i], first, observed[i], sigma[i], log_mu)
+            mean[i], variance[i], log_mass[i] = found
+            continue
         else:
             count = _stop_points(
                 record[i],
@@ -105,17 +110,14 @@ def record_moments(  # type: ignore[no-untyped-def]
                 log_mu,
                 speed_grid,
                 row,
-                speeds[max(row, 0)],
+                speeds[row],
                 misfit,
                 points,
                 logs,
             )
             log_norm = -np.log(sigma[i]) - HALF_LOG_2PI
         if count == 0:
-            z = (record[i] - observed[i]) / sigma[i]
-            nearest = np.argmin(np.abs(z))
-            mean[i], variance[i] = log_mu[nearest], 1e-6
-            log_mass[i] = -0.5 * min(abs(z[nearest]), 100.0) ** 2 + log_norm - 6.0
+            mean[i], variance[i], log_mass[i] = _nearest(record[i], observed[i], sigma[i], log_mu)
             continue
         top = np.max(logs[:count])
         total, first, second = 0.0, 0.0, 0.0
@@ -132,10 +134,71 @@ def record_moments(  # type: ignore[no-untyped-def]
 
 
 @kernel
+def _nearest(record, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
+    """Mean, variance and log mass where no friction of the table comes near the record."""
+    z = (record - observed) / sigma
+    nearest = np.argmin(np.abs(z))
+    log_mass = -0.5 * min(abs(z[nearest]), 100.0) ** 2 - np.log(sigma) - HALF_LOG_2PI - 6.0
+    return log_mu[nearest], 1e-6, log_mass
+
+
+@kernel
+def _stop_moments(record, bounds, first, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
+    """Mean, variance and log mass of the likelihood of a stop without speeds.
+
+    The points are those of `_stop_points`, summed as they come: no record is so far from them that
+    their masses had to be taken as logs.
+    """
+    total, by_place, by_square, origin = 0.0, 0.0, 0.0, np.nan
+    scale = 1.0 / sigma
+    for stretch in range(first // STRETCH, len(bounds)):
+        if bounds[stretch, 0] - observed > REACH * sigma:
+            continue
+        if bounds[stretch, 1] - observed < -REACH * sigma:
+            continue
+        begin = max(stretch * STRETCH, first)
+        z1 = (record[begin] - observed) * scale
+        for j in range(begin, min((stretch + 1) * STRETCH, len(record) - 1)):
+            z0 = z1
+            z1 = (record[j + 1] - observed) * scale
+            if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
+                continue
+            width = log_mu[j + 1] - log_mu[j]
+            t_low, t_high = _within_reach(z0, z1)
+            pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
+            step = (t_high - t_low) / pieces
+            if np.isnan(origin):
+                origin = log_mu[j]
+            for p in range(pieces):
+                t = t_low + (p + 0.5) * step
+                z = z0 + t * (z1 - z0)
+                x = log_mu[j] + t * width - origin
+                mass = step * width * np.exp(-0.5 * z * z)
+                total += mass
+                by_place += mass * x
+                by_square += mass * x * x
+    if total == 0.0:
+        return _nearest(record, observed, sigma, log_mu)
+    by_place /= total
+    variance = max(by_square / total - by_place * by_place, 1e-8)
+    return origin + by_place, variance, np.log(total) - np.log(sigma) - HALF_LOG_2PI
+
+
+@kernel
+def _within_reach(z0, z1):  # type: ignore[no-untyped-def]
+    """The part of a cell, from z0 to z1 standard deviations, that is within reach."""
+    if z0 == z1:
+        return 0.0, 1.0
+    ta = (-REACH - z0) / (z1 - z0)
+    tb = (REACH - z0) / (z1 - z0)
+    return max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
+
+
+@kernel
 def _stop_points(  # type: ignore[no-untyped-def]
     record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, misfit, points, logs
 ):
-    """Points of the likelihood of a stop and their log masses; returns how many."""
+    """Points of the likelihood of a stop with speeds, and their log masses; returns how many."""
     count = 0
     best = -np.inf
     scale = 1.0 / sigma
@@ -153,14 +216,8 @@ def _stop_points(  # type: ignore[no-untyped-def]
                 continue
             width = log_mu[j + 1] - log_mu[j]
             # Only the part of the cell within reach counts.
-            t_low, t_high = 0.0, 1.0
-            if z0 != z1:
-                ta = (-REACH - z0) / (z1 - z0)
-                tb = (REACH - z0) / (z1 - z0)
-                t_low, t_high = max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
-            pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
-            if row >= 0:
-                pieces = max(pieces, SPEED_PIECES)
+            t_low, t_high = _within_reach(z0, z1)
+            pieces = max(int(abs(z1 - z0) * (t_high - t_low)) + 1, SPEED_PIECES)
             step = (t_high - t_low) / pieces
             log_width = np.log(step * width)
             for p in range(pieces):
@@ -170,12 +227,11 @@ def _stop_points(  # type: ignore[no-untyped-def]
                 z = z0 + t * (z1 - z0)
                 points[count] = log_mu[j] + t * width
                 logs[count] = log_width - 0.5 * z * z
-                if row >= 0:
-                    room = logs[count] - best + DEPTH
-                    logs[count] += _speed_log(speed_grid, row, speeds, j + t, misfit, room)
-                    if logs[count] < best - DEPTH:
-                        continue
-                    best = max(best, logs[count])
+                room = logs[count] - best + DEPTH
+                logs[count] += _speed_log(speed_grid, row, speeds, j + t, misfit, room)
+                if logs[count] < best - DEPTH:
+                    continue
+                best = max(best, logs[count])
                 count += 1
     return count
 

@@ -19,6 +19,7 @@ from avahazard.inference.likelihood.nodes import (
     record_nodes,
     speed_nodes,
 )
+from avahazard.inference.likelihood.panels import N_NODES
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
     Predicted,
@@ -29,12 +30,18 @@ from avahazard.inference.likelihood.predicted import (
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 
 KEPT_STACKS, KEPT_RUNS, KEPT_TABLES = 64, 64, 16
 """Neighbourhoods of grid points whose nodes are kept side by side, runs of the block (several MB
 each) and tables made from them. Nodes themselves are small."""
+MOST_BYTES, LEAST_KEPT = 64_000_000, 2
+"""Memory of what is kept of each of these three, and how many are kept whatever they take."""
+RUN_BYTES, TABLE_BYTES, NODES_BYTES = 17 * len(MU), 25 * len(MU), 32 * N_NODES
+"""Bytes of one curve of a run (x, elevation, status), of one event's table (its record, too), and
+of one event's nodes."""
 
 
 class NodeGrid:
@@ -103,7 +110,9 @@ class NodeGrid:
     def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""
         if windows not in self._stacks:
-            make_room(self._stacks, KEPT_STACKS)
+            n_corners = int(np.prod([width for _, width in windows]))
+            size = n_corners * self.observations.n_events * NODES_BYTES
+            make_room(self._stacks, within(KEPT_STACKS, size))
             ranges = [range(first, first + width) for first, width in windows]
             self._stacks[windows] = stack([self.point(index) for index in product(*ranges)])
         return self._stacks[windows]
@@ -173,7 +182,8 @@ class NodeGrid:
         if key not in self._predicted:
             values = self._values(index)
             runs = self._block_runs(values)
-            make_room(self._predicted, KEPT_TABLES)
+            size = self.observations.n_events * TABLE_BYTES
+            make_room(self._predicted, within(KEPT_TABLES, size))
             self._predicted[key] = predict_records(
                 self.observations, self.effects, values, self.curvature, runs
             )
@@ -188,7 +198,8 @@ class NodeGrid:
         """Runs of the block, kept: effects on the record alone leave them as they are."""
         moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
         if moving not in self._runs:
-            make_room(self._runs, KEPT_RUNS)
+            size = sum(len(site.release_x) for site in self.observations.sites) * RUN_BYTES
+            make_room(self._runs, within(KEPT_RUNS, size))
             self._runs[moving] = run_blocks(self.observations, self.effects, values, self.curvature)
         return self._runs[moving]
 
@@ -204,6 +215,11 @@ class NodeGrid:
             if effect.limit is not None:
                 limit = effect.limit(self.observations.columns, values[effect.key])
         return limit
+
+
+def within(most: int, size: int) -> int:
+    """How many things of `size` bytes are kept: at most `most`, fewer where they are large."""
+    return max(LEAST_KEPT, min(most, MOST_BYTES // max(size, 1)))
 
 
 def make_room(kept: dict, most: int) -> None:  # type: ignore[type-arg]

@@ -100,14 +100,16 @@ def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generat
 
 
 def look_up(
-    tables: Predicted, friction: Floats
+    tables: Predicted, friction: Floats, broken: NDArray[np.bool_] | None = None
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """Records, places and elevations at drawn frictions `[n_events, n_draws]`.
 
-    Draws with μ ≤ 0 left.
+    Draws with μ ≤ 0 left. `broken` are the broken cells of the tables' curves, where many look-ups
+    share them.
     """
     curve = tables.curve
-    cell, share = located((friction - MU[0]) / MU_STEP, curve.broken)
+    broken = curve.broken if broken is None else broken
+    cell, share = located((friction - MU[0]) / MU_STEP, broken)
     record, x, elevation = (
         between(values, cell, share) for values in (tables.record, curve.x, curve.y)
     )

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,9 +10,11 @@ from avahazard.criticism.diagnosis.refits import refit, without_groups
 from avahazard.criticism.screening.alternatives import Alternative, base_design, make_tables
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.gains import sight_edges
+from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screening
+from avahazard.engine import close_engine, set_engine
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
@@ -51,6 +54,29 @@ def test_a_true_effect_comes_first_and_is_significant() -> None:
     assert best.gain > best.null_gain
     assert all(c.p_family > 0.05 for c in found.candidates[1:])
     assert found.n_worlds == 99
+
+
+def test_tables_that_find_no_room_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("avahazard.criticism.screening.screen.BATCH", 2)
+    held = on_paths(n_worlds=5)
+    nothing = partial(HeldAlternatives, most_bytes=0)
+    monkeypatch.setattr("avahazard.criticism.screening.screen.HeldAlternatives", nothing)
+    made_anew = on_paths(n_worlds=5)
+    assert made_anew.candidates == held.candidates
+    assert made_anew.groups == held.groups
+    assert made_anew.n_worlds == held.n_worlds
+
+
+@pytest.mark.slow
+def test_a_process_of_its_own_gives_the_same() -> None:
+    here = on_paths(n_worlds=3)
+    set_engine("processes", workers=1)
+    try:
+        there = on_paths(n_worlds=3)
+    finally:
+        close_engine()
+    assert there.candidates == here.candidates
+    assert there.groups == here.groups
 
 
 def test_it_stops_where_chance_plainly_does_as_well() -> None:
