@@ -70,7 +70,7 @@ def share_curves(
     taken given that it is over 0.
     """
     weight = np.broadcast_to(np.where(share < NOTHING, 0.0, share)[:, None], location.shape)
-    weight = np.ascontiguousarray(weight)
+    weight = weight.copy()
     none = np.zeros(location.shape[:2])
     if not in_log:
         _given_over_nought(location, scatter, weight, none, student)

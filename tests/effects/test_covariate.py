@@ -84,7 +84,7 @@ def test_a_column_of_two_numbers_has_levels() -> None:
     )
     entry = covariate("dammed")
     assert entry.lacking(split, ()) is None
-    assert entry.facts(split, ()) == {"reference": "0", "levels": ["1"]}
+    assert entry.facts(split, ()) == {"reference": "0", "levels": ["1"], "prior_sd": 0.2}
 
 
 def test_columns_of_the_forms_are_known_by_their_names() -> None:

@@ -21,7 +21,7 @@ def _design(entry: Definition, table=None) -> Floats:
 def test_snow_types_are_told_from_the_most_common() -> None:
     entry, table = snow_type.DEFINITION, columns()
     facts = entry.facts(table, sites())
-    assert facts == {"reference": "dry", "levels": ["mixed", "wet"]}
+    assert facts == {"reference": "dry", "levels": ["mixed", "wet"], "prior_sd": 0.2}
     names = [p.name for p in entry.build(facts).parameters]
     assert names == ["mixed", "wet"]
     kinds = table.texts["snow_type"]

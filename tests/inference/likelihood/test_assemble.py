@@ -28,6 +28,7 @@ def test_effects_are_added_in_turn_with_what_they_take_from_the_data() -> None:
         observations(), Specification(), ["snow-type", "path-effect"]
     )
     assert specification.effects == ("snow-type", "path-effect")
+    assert facts["snow-type"].pop("prior_sd") > 0.2  # by how much these records spread
     assert facts == {
         "snow-type": {"reference": "dry", "levels": ["mixed", "wet"]},
         "path-effect": {},
