@@ -18,6 +18,8 @@ RUN_ON_M, RUN_ON_SPACING_M = 5000.0, 50.0
 """How far the last slope of a made-up path goes on, so that rare avalanches stop on the profile."""
 BEND_M, VALLEY_SLOPE = 300.0, 0.03
 """Over what distance the run-out of a falling path flattens, and to which slope."""
+MOST_RISE = 0.25
+"""How far up a rising run-out climbs at most, of the drop: it stays below the release."""
 
 
 def concave_profile(
@@ -134,12 +136,16 @@ def _make_site(rng: np.random.Generator, path_id: str, section: str, n_events: i
 def _run_on(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """The profile, and `RUN_ON_M` more of it; what was there stays as it was.
 
-    Where it falls it flattens to the valley's floor; where it rises it goes on to rise.
+    Where it falls it flattens to the valley's floor; where it rises it goes on to rise, ever less,
+    by `MOST_RISE` of the path's drop at most.
     """
     step = RUN_ON_SPACING_M
     more = np.arange(step, RUN_ON_M + step, step)
     last = float((y[-2] - y[-1]) / (x[-1] - x[-2]))
-    floor = min(last, VALLEY_SLOPE)
-    slope = floor + (last - floor) * np.clip(1.0 - more / BEND_M, 0.0, 1.0)
+    if last >= 0.0:
+        floor = min(last, VALLEY_SLOPE)
+        slope = floor + (last - floor) * np.clip(1.0 - more / BEND_M, 0.0, 1.0)
+    else:
+        slope = last * np.exp(-more * (-last) / (MOST_RISE * float(y[0] - y[-1])))
     fall = np.cumsum(slope * step)
     return np.append(x, np.round(x[-1] + more, 1)), np.append(y, np.round(y[-1] - fall, 3))

@@ -12,7 +12,7 @@ from avahazard.records.reading import read_records
 from avahazard.synth import sites
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
-from avahazard.synth.sites import RUN_ON_M, concave_profile, given_sites, make_sites
+from avahazard.synth.sites import RUN_ON_M, VALLEY_SLOPE, concave_profile, given_sites, make_sites
 
 
 def events_of(truth: dict[str, Any]) -> list[dict[str, Any]]:
@@ -30,7 +30,8 @@ def test_paths_look_like_avalanche_paths(seed: int) -> None:
         x, y = s.profile.x_m, s.profile.y_m
         assert s.drop_m is not None
         assert 580.0 < s.drop_m < 2080.0
-        assert s.drop_m <= y[0] - y.min() < s.drop_m + 70.0
+        valley_m = VALLEY_SLOPE * RUN_ON_M
+        assert s.drop_m <= y[0] - y.min() < s.drop_m + valley_m + 20.0
         assert 1200.0 < x[-1] - RUN_ON_M < 5600.0
         assert (y[0] - y[8]) / x[8] > 0.8
         assert abs((y[-2] - y[-1]) / (x[-1] - x[-2])) < 0.15
