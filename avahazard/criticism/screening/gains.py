@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.criticism.screening.alternatives import LOG_MU, Alternative, Tables
+from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.laplace_fit import Design, Edges, LaplaceFit, laplace_fit
 from avahazard.criticism.screening.masked_pairs import (
@@ -19,6 +19,7 @@ from avahazard.criticism.screening.masked_pairs import (
 )
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
 from avahazard.criticism.screening.record_moments import RecordMoments, record_moments
+from avahazard.criticism.screening.tables import LOG_MU, Tables
 from avahazard.inference.model.observations import PLACE, Observations
 from avahazard.workers import ordered_map
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from avahazard.criticism.screening.alternatives import Alternative, Spelled, Tables
+from avahazard.criticism.screening.alternatives import Alternative, Spelled
+from avahazard.criticism.screening.tables import Tables
 
 MOST_BYTES = 256_000_000
 """Memory of tables that are kept from one look at the candidates to the next."""

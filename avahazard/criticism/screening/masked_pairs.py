@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaincc
 
-from avahazard.criticism.screening.alternatives import Alternative, Tables
+from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.laplace_fit import Design, LaplaceFit
 from avahazard.criticism.screening.record_moments import RecordMoments
+from avahazard.criticism.screening.tables import Tables
 from avahazard.inference.model.friction_scatter import STUDENT_PULL
 
 Floats = NDArray[np.float64]

@@ -15,18 +15,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.criticism.screening.alternatives import (
-    AtHand,
-    alternatives_of,
-    base_coordinates,
-    base_design,
-    make_tables,
-)
+from avahazard.criticism.screening.alternatives import AtHand, alternatives_of
 from avahazard.criticism.screening.gains import Gains
 from avahazard.criticism.screening.group_spreads import GroupSpreads
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.criticism.screening.masked_pairs import Paired, effect_columns
+from avahazard.criticism.screening.model_design import base_coordinates, base_design
 from avahazard.criticism.screening.parametric_bootstrap import (
     BootstrapRecords,
     make_world,
@@ -40,6 +35,7 @@ from avahazard.criticism.screening.significance import (
     Screening,
     judge,
 )
+from avahazard.criticism.screening.tables import make_tables
 from avahazard.effects.effect import Definition
 from avahazard.engine import spread_map
 from avahazard.engine.choice import LOCAL, chosen

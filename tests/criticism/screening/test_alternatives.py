@@ -5,15 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.screening.alternatives import (
-    LOG_MU,
-    SCATTER_SLOPES,
-    Alternative,
-    alternatives_of,
-    base_coordinates,
-    base_design,
-    make_tables,
-)
+from avahazard.criticism.screening.alternatives import Alternative, alternatives_of
+from avahazard.criticism.screening.model_design import base_coordinates, base_design
+from avahazard.criticism.screening.other_designs import SCATTER_SLOPES
+from avahazard.criticism.screening.tables import LOG_MU, make_tables
 from avahazard.effects import volume_error
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.posterior import Posterior

@@ -2,14 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.criticism.screening.alternatives import (
-    Alternative,
-    AtHand,
-    Tables,
-    base_design,
-    make_tables,
-)
+from avahazard.criticism.screening.alternatives import Alternative, AtHand
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
+from avahazard.criticism.screening.model_design import base_design
+from avahazard.criticism.screening.tables import Tables, make_tables
 from avahazard.inference.likelihood.predicted import predict_records
 from tests.inference import studies
 

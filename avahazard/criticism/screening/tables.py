@@ -1,0 +1,90 @@
+"""Tables of a model's expected records in the form of the screening."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from avahazard.criticism.screening.laplace_fit import Edges
+from avahazard.criticism.screening.record_moments import SpeedGrid, record_bounds
+from avahazard.effects.effect import Floats
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.speed_errors import whitening
+from avahazard.inference.likelihood.speed_nodes import squares
+from avahazard.inference.model.observations import LENGTH, Observations
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_curve import MU, MU_STEP
+
+LOG_MU = np.log(MU)
+SPEED_STRIDE = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tables:
+    """What one set of tables says of every event.
+
+    `record` `[n_events, n_friction]` (float32) and its `record_bounds`, `last_left` `[n_events]`,
+    `height` `[n_events]` of fall (m) where there is no profile (else nan), `sigma` `[n_events]` (m)
+    of the records, edges of leaving and of sight, and speeds.
+    """
+
+    record: NDArray[np.float32]
+    bounds: NDArray[np.float32]
+    last_left: NDArray[np.int64]
+    height: Floats
+    sigma: Floats
+    edges: Edges
+    speeds: SpeedGrid
+
+
+def make_tables(
+    observations: Observations, predicted: Predicted, limit: Floats, speed_scatter: float
+) -> Tables:
+    """Tables in the screening's form; `limit` `[n_events]` as in `Observations`."""
+    left = predicted.status == LEFT_PROFILE
+    n = len(left)
+    last_left = np.where(left.any(axis=1), left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), -1)
+    leave = np.where(
+        last_left >= 0, LOG_MU[np.clip(last_left, 0, None)] + 0.5 * MU_STEP / MU[last_left], -9.0
+    )
+    has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
+    seen, seen_sd = np.full(n, 9.0), np.zeros(n)
+    for i in np.flatnonzero(has_limit):
+        chance = ndtr((limit[i] - predicted.elevation[i]) / predicted.sigma[i])
+        chance = np.minimum.accumulate(np.where(left[i], 1.0, chance))
+        drop = -np.diff(chance)
+        total = float(np.sum(drop))
+        if total < 1e-6:
+            has_limit[i] = False
+            continue
+        middle = 0.5 * (LOG_MU[1:] + LOG_MU[:-1])
+        seen[i] = float(np.sum(drop * middle)) / total
+        seen_sd[i] = np.sqrt(max(float(np.sum(drop * (middle - seen[i]) ** 2)) / total, 0.0))
+    record = predicted.record.astype(np.float32)
+    return Tables(
+        record=record,
+        bounds=record_bounds(record),
+        last_left=last_left.astype(np.int64),
+        height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
+        sigma=predicted.sigma,
+        edges=Edges(leave, seen, seen_sd, has_limit),
+        speeds=_speed_grid(observations, predicted, speed_scatter),
+    )
+
+
+def _speed_grid(observations: Observations, predicted: Predicted, scatter: float) -> SpeedGrid:
+    row = np.full(observations.n_events, -1, dtype=np.int64)
+    widest = max((len(m.x) for m in observations.speeds), default=1)
+    n_rows = max(1, len(observations.speeds))
+    coarse = np.zeros((n_rows, len(MU[::SPEED_STRIDE]), widest), dtype=np.float32)
+    whiten = np.zeros((n_rows, widest, widest))
+    log_norm = np.zeros(n_rows)
+    for r, (measured, speeds) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
+        k = len(measured.x)
+        row[measured.event] = r
+        coarse[r, :, :k] = squares(speeds[::SPEED_STRIDE])
+        whiten[r, :k, :k], log_norm[r] = whitening(measured.x, measured.sigma, scatter)
+    return SpeedGrid(row, coarse, whiten, log_norm, SPEED_STRIDE)
