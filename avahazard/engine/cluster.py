@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from avahazard.engine.choice import Choice
 from avahazard.engine.packed import call_packed, pack
+from avahazard.engine.window import AHEAD, in_order
 from avahazard.records.errors import AvahazardError
 
 if TYPE_CHECKING:
     from distributed import Client
 
-AHEAD = 4
-"""Items under way for each thread of a worker."""
 TIMEOUT_S = 30
 """How long a scheduler, and its first worker, may take to answer."""
 
@@ -57,9 +56,8 @@ def map_dask(
         held = client.submit(bytes, data, key=f"shared-{name}")
     del data
     ahead = AHEAD * max(sum(client.nthreads().values()), n)
-    waiting: deque[Any] = deque()
 
-    def first() -> Any:
+    def first(waiting: deque[Any]) -> Any:
         try:
             return waiting[0].result()
         except KilledWorker as error:
@@ -73,19 +71,10 @@ def map_dask(
                 "Start it again, and the command too: it goes on where it can.",
             ) from error
 
-    try:
-        for item in items:
-            waiting.append(client.submit(call_packed, name, held, item, pure=False))
-            if len(waiting) >= ahead:
-                found = first()
-                waiting.popleft()
-                yield found
-        while waiting:
-            found = first()
-            waiting.popleft()
-            yield found
-    finally:
-        client.cancel(list(waiting))
+    def submit(item: object) -> Any:
+        return client.submit(call_packed, name, held, item, pure=False)
+
+    yield from in_order(items, ahead, submit, first, lambda waiting: client.cancel(list(waiting)))
 
 
 def disconnect() -> None:

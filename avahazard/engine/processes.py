@@ -13,10 +13,11 @@ from loky import get_reusable_executor
 from loky.process_executor import BrokenProcessPool
 
 from avahazard.engine.packed import call_packed, pack
+from avahazard.engine.window import AHEAD, in_order
 from avahazard.records.errors import AvahazardError
 
-AHEAD = 4
-"""Items under way for each process."""
+Waiting = deque[tuple[object, Future[Any]]]
+
 MAX_DEATHS = 4
 """Times that processes may die on one item before it is given up."""
 IDLE_S = 600
@@ -35,20 +36,18 @@ def map_processes(
         file = Path(folder) / "shared"
         file.write_bytes(data)
         del data
-        waiting: deque[tuple[Any, Future[Any]]] = deque()
 
-        def submit(item: object) -> Future[Any]:
+        def begin(item: object) -> tuple[object, Future[Any]]:
             pool = get_reusable_executor(max_workers=n, timeout=IDLE_S)
-            future: Future[Any] = pool.submit(call_packed, name, file, item)
-            return future
+            return item, pool.submit(call_packed, name, file, item)
 
-        def first() -> Any:
+        def first(waiting: Waiting) -> Any:
             for _ in range(MAX_DEATHS):
                 try:
                     return waiting[0][1].result()
                 except BrokenProcessPool:
                     # One death breaks the whole pool: all that was under way is done again.
-                    again = [(item, submit(item)) for item, _ in waiting]
+                    again = [begin(item) for item, _ in waiting]
                     waiting.clear()
                     waiting.extend(again)
             raise AvahazardError(
@@ -56,20 +55,12 @@ def map_processes(
                 "Most often memory is short: give fewer --workers.",
             )
 
-        try:
-            for item in items:
-                waiting.append((item, submit(item)))
-                if len(waiting) >= AHEAD * n:
-                    found = first()
-                    waiting.popleft()
-                    yield found
-            while waiting:
-                found = first()
-                waiting.popleft()
-                yield found
-        finally:
-            for _, future in waiting:
-                future.cancel()
+        yield from in_order(items, AHEAD * n, begin, first, _cancel)
+
+
+def _cancel(waiting: Waiting) -> None:
+    for _, future in waiting:
+        future.cancel()
 
 
 def close() -> None:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from functools import partial
 from typing import TypeVar
 
 from avahazard.engine.choice import chosen
+from avahazard.engine.window import AHEAD, in_order
 from avahazard.workers import inside_worker, n_workers, pool
 
 Shared = TypeVar("Shared")
 Item = TypeVar("Item")
 Out = TypeVar("Out")
-
-AHEAD = 4
-"""Items under way for each worker: none waits for work, and few results wait to be taken."""
 
 
 def spread_map(
@@ -47,20 +44,15 @@ def spread_map(
         return map_dask(function, shared, items, engine, n_workers())
     if not threads or n_workers() == 1:
         return map(partial(function, shared), items)
-    return _in_order(partial(function, shared), items)
+    threads_here, call = pool(), partial(function, shared)
+
+    def submit(item: Item) -> Future[Out]:
+        return threads_here.submit(call, item)
+
+    return in_order(items, AHEAD * n_workers(), submit, lambda w: w[0].result(), cancel_all)
 
 
-def _in_order(function: Callable[[Item], Out], items: Iterable[Item]) -> Iterator[Out]:
-    """By the threads, with a bounded number of items under way."""
-    threads = pool()
-    waiting: deque[Future[Out]] = deque()
-    try:
-        for item in items:
-            waiting.append(threads.submit(function, item))
-            if len(waiting) >= AHEAD * n_workers():
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-    finally:
-        for future in waiting:
-            future.cancel()
+def cancel_all(waiting: Iterable[Future[Out]]) -> None:
+    """Give up what has not begun."""
+    for future in waiting:
+        future.cancel()
