@@ -23,6 +23,8 @@ from avahazard.workflow.stored.by_path import PathRun, PathWork, run_paths, went
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
 
+Report = Callable[[str, float, float], None]
+
 N_DRAWS = 20_000
 DEFAULT_RETURN_PERIOD = 100.0
 
@@ -53,48 +55,52 @@ class HazardRun:
                     yield failed_document(found.path_id, found.failed)
 
 
-def hazard(database: str, name: str, **asked: Any) -> Hazard:
-    """Compute and store the runout of paths; all rows at once (see `run_hazard`)."""
-    run = run_hazard(database, name, **asked)
+@dataclass(frozen=True, slots=True)
+class HazardQuestion:
+    """What `hazard` is asked: return periods (years), volumes (m3), and on which paths.
+
+    With neither of the first two, a return period of 100 years. Paths are those named, or all with
+    a profile. `source` says where the frequency of volumes comes from.
+    """
+
+    return_periods: Sequence[float] = ()
+    volumes: Sequence[float] = ()
+    paths: Sequence[str] = ()
+    source: VolumeSource | None = None
+    n_draws: int = N_DRAWS
+    seed: int = 0
+    effect_files: Sequence[FilePath] = ()
+
+
+def hazard(
+    database: str, name: str, *, report: Report = lambda _what, _done, _total: None, **asked: Any
+) -> Hazard:
+    """Compute and store the runout of paths; all rows at once (see `run_hazard`).
+
+    `asked` are the fields of a `HazardQuestion`.
+    """
+    run = run_hazard(database, name, HazardQuestion(**asked), report)
     return Hazard(Rows(run.rows()), run.notes)
 
 
 def run_hazard(
     database: str,
     name: str,
-    *,
-    return_periods: Sequence[float] = (),
-    volumes: Sequence[float] = (),
-    paths: Sequence[str] = (),
-    source: VolumeSource | None = None,
-    n_draws: int = N_DRAWS,
-    seed: int = 0,
-    effect_files: Sequence[FilePath] = (),
-    report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
+    question: HazardQuestion,
+    report: Report = lambda _what, _done, _total: None,
 ) -> HazardRun:
     """Compute and store the runout of paths.
 
-    One row for each path and each return period (years), with its design runout, or volume (m3),
-    sorted by path; with neither given, a return period of 100 years. Paths are those named, or
-    all with a profile; those without what a return period needs are left out with their reason.
-    `source` says where the frequency of volumes comes from. Rows are stored as they come; the same
-    call goes on where it was interrupted.
+    One row for each path and each return period, with its design runout, or volume, sorted by
+    path; paths without what a return period needs are left out with their reason. Rows are stored
+    as they come; the same call goes on where it was interrupted.
 
     Raises:
         AvahazardError: there is no such model or path, `effect_files` are not those that the
             model was made with, a volume is not over 0 or a return period not over 1 year, a
             file of `source` cannot be read, or no path has what a return period needs.
     """
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    path_ids, work = hazard_work(
-        stored,
-        return_periods=return_periods,
-        volumes=volumes,
-        paths=paths,
-        source=source or VolumeSource(),
-        n_draws=n_draws,
-        seed=seed,
-    )
+    stored, path_ids, work = hazard_work(database, name, question)
     run = run_paths(database, stored, path_ids, work, report)
     of_model = model_notes(stored)
     told = RowNotes(of_model)
@@ -116,22 +122,18 @@ def run_hazard(
 
 
 def hazard_work(
-    stored: StoredFit,
-    *,
-    return_periods: Sequence[float],
-    volumes: Sequence[float],
-    paths: Sequence[str],
-    source: VolumeSource,
-    n_draws: int,
-    seed: int,
-) -> tuple[list[str], PathWork[HazardUnit]]:
-    """The paths to run, and what is done on each. Raises as `run_hazard`."""
-    _check(volumes, "volume", "m3", 0.0)
-    _check(return_periods, "return period", "years", 1.0)
-    if not return_periods and not volumes:
-        return_periods = (DEFAULT_RETURN_PERIOD,)
-    path_ids = paths_to_run(stored.records, paths)
-    periods, sizes = tuple(dict.fromkeys(return_periods)), tuple(dict.fromkeys(volumes))
+    database: str, name: str, question: HazardQuestion
+) -> tuple[StoredFit, list[str], PathWork[HazardUnit]]:
+    """The model, the paths to run, and what is done on each. Raises as `run_hazard`."""
+    _check(question.volumes, "volume", "m3", 0.0)
+    _check(question.return_periods, "return period", "years", 1.0)
+    periods = tuple(dict.fromkeys(question.return_periods))
+    sizes = tuple(dict.fromkeys(question.volumes))
+    if not periods and not sizes:
+        periods = (DEFAULT_RETURN_PERIOD,)
+    n_draws, seed, source = question.n_draws, question.seed, question.source or VolumeSource()
+    stored = load_stored(database, name, own_effects(database, name, question.effect_files))
+    path_ids = paths_to_run(stored.records, question.paths)
     unit = HazardUnit.of(
         stored,
         volume_frequencies(stored.records, seed, source) if periods else None,
@@ -147,7 +149,7 @@ def hazard_work(
         "seed": seed,
         "source": source_settings(source),
     }
-    return path_ids, PathWork(BOUNDS, "Runout", hazard_of_path, unit, settings)
+    return stored, path_ids, PathWork(BOUNDS, "Runout", hazard_of_path, unit, settings)
 
 
 def source_settings(source: VolumeSource) -> dict[str, Any]:

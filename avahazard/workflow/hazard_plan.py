@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 import time
-from collections.abc import Sequence
-from pathlib import Path as FilePath
 from statistics import mean
 from typing import Any
 
@@ -14,47 +12,24 @@ import numpy as np
 
 from avahazard.engine.choice import chosen
 from avahazard.engine.memory import free_bytes, peak_bytes
-from avahazard.hazard.frequencies import VolumeSource
 from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import HazardPlan
 from avahazard.store.path_results import interrupted_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
-from avahazard.workflow.hazard import N_DRAWS, hazard_work
+from avahazard.workflow.hazard import HazardQuestion, hazard_work
 from avahazard.workflow.stored.by_path import path_answer, path_tasks, run_key
-from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.own_effects import own_effects
 
 MEASURED = 4
 """Paths that are measured, evenly over all; one more is run first, unmeasured."""
 
 
-def plan_hazard(
-    database: str,
-    name: str,
-    *,
-    return_periods: Sequence[float] = (),
-    volumes: Sequence[float] = (),
-    paths: Sequence[str] = (),
-    source: VolumeSource | None = None,
-    n_draws: int = N_DRAWS,
-    seed: int = 0,
-    effect_files: Sequence[FilePath] = (),
-) -> HazardPlan:
+def plan_hazard(database: str, name: str, question: HazardQuestion) -> HazardPlan:
     """Say what `run_hazard` will take with the same arguments; nothing is stored.
 
     Raises `AvahazardError` as that does, and where memory or disk will not do.
     """
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    path_ids, work = hazard_work(
-        stored,
-        return_periods=return_periods,
-        volumes=volumes,
-        paths=paths,
-        source=source or VolumeSource(),
-        n_draws=n_draws,
-        seed=seed,
-    )
+    stored, path_ids, work = hazard_work(database, name, question)
     with reading(database) as session:
         key = run_key(stored, path_ids, work)
         _, done = interrupted_run(session, work.kind, name, key) or (0, set[str]())
@@ -81,7 +56,7 @@ def plan_hazard(
         n_paths=len(path_ids),
         n_done=len(done),
         n_rows=rows * len(path_ids),
-        n_runs=rows * len(path_ids) * n_draws,
+        n_runs=rows * len(path_ids) * question.n_draws,
         engine=engine.name,
         workers=workers,
         measured_paths=len(tasks),

@@ -21,7 +21,7 @@ from avahazard.store.session import reading
 from avahazard.workers import set_workers
 from avahazard.workflow import hazard_plan, hazard_unit
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.hazard import hazard, run_hazard
+from avahazard.workflow.hazard import HazardQuestion, hazard, run_hazard
 from avahazard.workflow.hazard_plan import plan_hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.stored import by_path
@@ -109,7 +109,7 @@ def test_an_interrupted_run_goes_on_where_it_was(
     monkeypatch.setattr(by_path, "BATCH", 1)
     mend = broken_at(monkeypatch, "scey", KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        run_hazard(mine, "m", **ASKED)
+        run_hazard(mine, "m", HazardQuestion(**ASKED))
     assert counts(mine) == (1, 0, 2)
     with reading(mine) as session:
         assert latest_documents(session, BOUNDS, "m") is None
@@ -117,8 +117,8 @@ def test_an_interrupted_run_goes_on_where_it_was(
     broken_at(monkeypatch, "nants", AssertionError("nants is done already"))
     # Another run is none of this one's.
     other = {**ASKED, "seed": 1, "paths": ["saugy"]}
-    assert not [n for n in run_hazard(mine, "m", **other).notes if "went on" in n]
-    found = run_hazard(mine, "m", **ASKED)
+    assert not [n for n in run_hazard(mine, "m", HazardQuestion(**other)).notes if "went on" in n]
+    found = run_hazard(mine, "m", HazardQuestion(**ASKED))
     assert found.notes[0] == "went on where it was interrupted: 2 of 3 paths were done."
     assert plain(list(found.rows())) == alone[0]
     assert counts(mine) == (2, 2, 4)
@@ -128,7 +128,7 @@ def test_a_path_that_fails_is_told_and_the_rest_goes_on(
     mine: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     broken_at(monkeypatch, "saugy", ZeroDivisionError("no slope"))
-    found = run_hazard(mine, "m", **ASKED)
+    found = run_hazard(mine, "m", HazardQuestion(**ASKED))
     reason = "ZeroDivisionError on path saugy: no slope"
     assert found.failed == {"saugy": reason}
     assert f"left out: {reason}" in found.notes
@@ -149,19 +149,19 @@ def test_nothing_is_kept_where_all_paths_fail(mine: str, monkeypatch: pytest.Mon
 
 
 def test_a_plan_measures_and_stores_nothing(mine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = plan_hazard(mine, "m", **ASKED)
+    plan = plan_hazard(mine, "m", HazardQuestion(**ASKED))
     assert (plan.n_paths, plan.n_rows, plan.n_runs, plan.n_done) == (3, 6, 3000, 0)
     assert plan.seconds_per_path > 0.0
     assert plan.stored_bytes > 3 * 1000
     assert counts(mine) == (0, 0, 0)
     monkeypatch.setattr(hazard_plan, "free_bytes", lambda: -1)
     with pytest.raises(AvahazardError, match="more of memory"):
-        plan_hazard(mine, "m", **ASKED)
+        plan_hazard(mine, "m", HazardQuestion(**ASKED))
 
 
 def test_progress_tells_paths_and_rate(mine: str) -> None:
     told: list[tuple[str, float, float]] = []
-    run_hazard(mine, "m", **ASKED, report=lambda *words: told.append(words))
+    run_hazard(mine, "m", HazardQuestion(**ASKED), lambda *words: told.append(words))
     assert told[0] == ("Runout", 0.0, 3)
     assert [done for _, done, _ in told] == [0.0, 1.0, 2.0, 3.0]
     assert told[-1][0].startswith("Runout: 3 of 3 paths, ")

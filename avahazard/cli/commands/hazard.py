@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import islice
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -72,25 +72,25 @@ def hazard(
       avahazard hazard first --engine processes --workers 8
       avahazard --json hazard first -V 20000 > bounds.json
     """
-    from avahazard.workflow.hazard import run_hazard  # noqa: PLC0415
+    from avahazard.workflow.hazard import HazardQuestion, run_hazard  # noqa: PLC0415
     from avahazard.workflow.hazard_plan import plan_hazard  # noqa: PLC0415
 
     database = settings(context).database
-    asked: dict[str, Any] = {
-        "return_periods": return_period or (),
-        "volumes": volume or (),
-        "paths": path or (),
-        "source": volume_source(frequency, threshold, volumes, snowfall, density_ratio),
-        "n_draws": draws,
-        "seed": seed,
-        "effect_files": effect_file or (),
-    }
+    question = HazardQuestion(
+        return_periods=return_period or (),
+        volumes=volume or (),
+        paths=path or (),
+        source=volume_source(frequency, threshold, volumes, snowfall, density_ratio),
+        n_draws=draws,
+        seed=seed,
+        effect_files=effect_file or (),
+    )
     if dry_run:
-        plan = plan_hazard(database, name, **asked)
+        plan = plan_hazard(database, name, question)
         emit(context, plan, lambda console: show_plan(console, plan))
         return
     with show_progress() as report:
-        found = run_hazard(database, name, **asked, report=report)
+        found = run_hazard(database, name, question, report)
     emit_rows(
         context,
         found.documents(),
