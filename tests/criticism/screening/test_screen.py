@@ -62,7 +62,7 @@ def test_tables_that_find_no_room_change_nothing(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("avahazard.criticism.screening.screen.BATCH", 2)
     held = on_paths(n_worlds=5)
     nothing = partial(HeldAlternatives, most_bytes=0)
-    monkeypatch.setattr("avahazard.criticism.screening.screen.HeldAlternatives", nothing)
+    monkeypatch.setattr("avahazard.criticism.screening.tested_model.HeldAlternatives", nothing)
     made_anew = on_paths(n_worlds=5)
     assert made_anew.candidates == held.candidates
     assert made_anew.groups == held.groups
