@@ -10,15 +10,9 @@ from numpy.typing import NDArray
 
 from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volume
 from avahazard.hazard.snowfall import snowfall_frequency
-from avahazard.hazard.volume_frequency import (
-    N_DRAWS,
-    Family,
-    Region,
-    VolumeFrequency,
-    fit_volume_frequency,
-    region_of,
-)
+from avahazard.hazard.volume_frequency import N_DRAWS, VolumeFrequency, fit_volume_frequency
 from avahazard.hazard.volume_record import VolumeRecord, volume_record
+from avahazard.hazard.volume_region import Family, Region, region_of
 from avahazard.hazard.volume_table import table_frequency
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records

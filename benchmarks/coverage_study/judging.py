@@ -12,7 +12,8 @@ from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.runout_bounds import spread
 from avahazard.hazard.volume_bounds import volume_bounds
-from avahazard.hazard.volume_frequency import Family, return_volume
+from avahazard.hazard.volume_frequency import return_volume
+from avahazard.hazard.volume_region import Family
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import calibrate_model

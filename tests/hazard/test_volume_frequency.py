@@ -4,14 +4,13 @@ from scipy import stats
 
 from avahazard.hazard.shape_grid import gev_likelihood, over_locations
 from avahazard.hazard.volume_frequency import (
-    Family,
     ReturnLevel,
     VolumeFrequency,
     fit_volume_frequency,
-    region_of,
     return_volume,
 )
 from avahazard.hazard.volume_record import VolumeRecord
+from avahazard.hazard.volume_region import Family, region_of
 from avahazard.records.errors import AvahazardError
 
 TRUTH = stats.genextreme(0.1, 9.0, 1.2)

@@ -1,0 +1,125 @@
+"""Volume records of all paths of a region, and what they say together of scale and shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.hazard.shape_grid import gev_likelihood, gpd_likelihood, over_locations
+from avahazard.hazard.volume_record import VolumeRecord, without_record_error
+from avahazard.records.errors import AvahazardError
+
+Floats = NDArray[np.float64]
+Family = Literal["gev", "gpd"]
+
+FEWEST_TELLING = 3
+"""Maxima, or excesses, from which a path tells others of scale and shape."""
+IMPOSSIBLE = -1e6
+"""A log likelihood under this is one of nought: sums keep their digits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Together:
+    """Sum of the log likelihoods of paths over the grid: of `n_paths` with `n_values` in all.
+
+    `possible` sums those that are not nought, `n_impossible` counts the paths whose is, both
+    `[n_scales, n_shapes]`: so one can be taken away again.
+    """
+
+    n_paths: int = 0
+    n_values: int = 0
+    possible: Floats | float = 0.0
+    n_impossible: NDArray[np.int64] | int = 0
+
+    def plus(self, likelihood: Floats, n_values: int, sign: int) -> Together:
+        """With one path more (`sign` 1) or less (-1)."""
+        impossible = likelihood < IMPOSSIBLE
+        return Together(
+            self.n_paths + sign,
+            self.n_values + sign * n_values,
+            self.possible + sign * np.where(impossible, 0.0, likelihood),
+            self.n_impossible + sign * impossible,
+        )
+
+    @property
+    def likelihood(self) -> Floats:
+        """The sum, -inf where a path has nought."""
+        return np.where(self.n_impossible == 0, self.possible, -np.inf)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """Volume records of all paths, free of their errors, and what they say of scale and shape."""
+
+    records: dict[str, VolumeRecord]
+    family: Family
+    threshold_m3: float | None
+    kept: dict[str, Together] = field(default_factory=dict, init=False)
+
+    def sample(self, path_id: str) -> Floats:
+        """The yearly maxima of a path, or the excesses over its threshold, of log volume."""
+        record = self.records[path_id]
+        if self.family == "gev":
+            return record.log_maxima
+        over = record.log_volumes - self.threshold(path_id)
+        return np.asarray(over[over > 0.0])
+
+    def threshold(self, path_id: str) -> float:
+        """The log volume that excesses are counted from: the path's median where none is given."""
+        if self.threshold_m3 is not None:
+            return float(np.log(self.threshold_m3))
+        values = self.records[path_id].log_volumes
+        return float(np.median(values)) if len(values) else 0.0
+
+    def likelihood(self, path_id: str) -> Floats:
+        """Log likelihood over the grid of `shape_grid`, as far as it is not nought."""
+        sample = self.sample(path_id)
+        if self.family == "gpd":
+            return gpd_likelihood(sample)
+        return gev_likelihood(sample, least=IMPOSSIBLE)
+
+    def scale_and_shape(self, likelihood: Floats) -> Floats:
+        """The same of scale and shape alone `[n_scales, n_shapes]`."""
+        return over_locations(likelihood) if self.family == "gev" else likelihood
+
+    def tells(self, path_id: str) -> bool:
+        """Whether a path has enough to tell others of scale and shape."""
+        return len(self.sample(path_id)) >= FEWEST_TELLING
+
+    @property
+    def together(self) -> Together:
+        """What all paths that tell say together; kept."""
+        if "" not in self.kept:
+            telling = [path_id for path_id in self.records if self.tells(path_id)]
+            total = Together()
+            for path_id in telling:
+                own = self.scale_and_shape(self.likelihood(path_id))
+                total = total.plus(own, len(self.sample(path_id)), 1)
+            self.kept[""] = total
+        return self.kept[""]
+
+    def others(self, path_id: str, likelihood: Floats) -> Together:
+        """The same without a path, whose `likelihood` is given."""
+        if not self.tells(path_id):
+            return self.together
+        return self.together.plus(self.scale_and_shape(likelihood), len(self.sample(path_id)), -1)
+
+
+def region_of(
+    records: Sequence[VolumeRecord], family: Family = "gev", threshold_m3: float | None = None
+) -> Region:
+    """Make the records ready for `fit_volume_frequency`; they are freed of their errors here.
+
+    Raises `AvahazardError` for a threshold that is not over 0, or without the family gpd.
+    """
+    if threshold_m3 is not None and not (np.isfinite(threshold_m3) and threshold_m3 > 0.0):
+        raise AvahazardError(f"The threshold is {threshold_m3:g}.", "Give a volume over 0, in m3.")
+    if threshold_m3 is not None and family == "gev":
+        raise AvahazardError(
+            "A threshold has no use for a GEV of yearly maxima.", "Add --frequency gpd."
+        )
+    return Region({r.path_id: r for r in without_record_error(records)}, family, threshold_m3)
