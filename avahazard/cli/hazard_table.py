@@ -1,4 +1,4 @@
-"""Design runouts and runouts of volumes as tables for people."""
+"""The rows of `hazard` as tables for people."""
 
 from __future__ import annotations
 
@@ -8,11 +8,18 @@ from typing import Any
 
 from rich.console import Console
 
+from avahazard.cli.design_table import design_line, show_design
+from avahazard.cli.hazard_cells import (
+    BEYOND,
+    FAR,
+    metres_text,
+    period_text,
+    range_text,
+    share_text,
+    volume_text,
+)
 from avahazard.cli.output import table
-from avahazard.results.hazard import Design, HazardPlan, HazardRow, PlaceQuantiles, Spread
-
-BEYOND, FAR = "beyond", "*"
-DESIGN_COLUMNS = ("path", ">T yr", ">x m", ">x 5–95 %", ">z m", ">z 5–95 %", ">p beyond")
+from avahazard.results.hazard import HazardRow
 
 
 def show_bounds(
@@ -24,10 +31,10 @@ def show_bounds(
     """
     designed = [(row, row.design) for row in rows if row.return_period_years is not None]
     if designed:
-        _show_design(console, designed)
+        show_design(console, designed)
         console.print()
     _show_volumes(console, rows)
-    shown = [cell for row, found in designed for cell in _design(row, found)]
+    shown = [cell for row, found in designed for cell in design_line(row, found)]
     shown += [cell for row in rows for cell in (*_bounds(row), *_apart(row))]
     if any(isinstance(cell, str) and BEYOND in cell for cell in shown):
         console.print(f"{BEYOND}: past the end of the profile. A longer profile would tell.")
@@ -35,60 +42,6 @@ def show_bounds(
         console.print(f"{FAR}: an extrapolation, as the record is under half of T (or see fit).")
     if failed:
         console.print(table("Left out", ("path", "why"), list(failed.items())))
-
-
-def show_plan(console: Console, plan: HazardPlan) -> None:
-    """Print what a run of `hazard` will take."""
-    done = f", {plan.n_done} of them done already" if plan.n_done else ""
-    console.print(f"{plan.n_paths} paths{done}, {plan.n_rows} rows, {plan.n_runs:.3g} runs.")
-    console.print(
-        f"About {_duration(plan.seconds)} by {plan.engine} with {plan.workers} workers "
-        f"({plan.seconds_per_path:.2g} s a path, measured on {plan.measured_paths})."
-    )
-    for what, need, free in (
-        ("Memory", plan.memory_bytes, plan.memory_free_bytes),
-        ("Database", plan.stored_bytes, plan.disk_free_bytes),
-    ):
-        there = "" if free is None else f" of {free / 1e9:.2g} GB free"
-        console.print(f"{what}: about {need / 1e9:.2g} GB{there}.")
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
-
-
-def _show_design(console: Console, rows: Sequence[tuple[HazardRow, Design | None]]) -> None:
-    """The answer for each return period, and what the records say of it."""
-    console.print(
-        table(
-            "Design runout: exceeded once in T years, by avalanches of all volumes",
-            DESIGN_COLUMNS,
-            [_design(row, found) for row, found in rows],
-        )
-    )
-    found = [(row, design) for row, design in rows if design is not None]
-    if not found:
-        return
-    on_map = any(design.point is not None for _, design in found)
-    console.print(
-        table(
-            "Records past the median, and the farthest one",
-            ("path", ">T yr", ">records past it", ">farthest x m", "date")
-            + ((">east", ">north") if on_map else ()),
-            [_beside(row, design, on_map) for row, design in found],
-        )
-    )
-    console.print(
-        "x: horizontal distance along the path from its top; z: elevation of that place; the "
-        "median, and 5 to 95 % of each by itself (far is low)."
-    )
-    for words in dict.fromkeys(design.interval for _, design in found):
-        console.print(f"Interval: {words}.")
-    console.print("p beyond: share of the draws past the end of the profile.")
-    for system in dict.fromkeys(d.point.crs for _, d in found if d.point is not None):
-        console.print(f"east, north: of the median, in {system}.")
 
 
 def _show_volumes(console: Console, rows: Sequence[HazardRow]) -> None:
@@ -137,56 +90,18 @@ def _show_volumes(console: Console, rows: Sequence[HazardRow]) -> None:
         console.print(_spans(observed))
 
 
-def _design(row: HazardRow, found: Design | None) -> tuple[str, ...]:
-    if found is None:
-        why = "held" if row.p_not_released > 0.5 else "unknown"
-        return (row.path_id, _period(row), why, "–", why, "–", "–")
-    return design_cells(row.path_id, _period(row), found)
-
-
-def design_cells(path_id: str, period: str, found: Design) -> tuple[str, ...]:
-    """A line of a table of design runouts, under `DESIGN_COLUMNS`."""
-    x, z = found.runout_x_m, found.runout_elevation_m
-    return (
-        path_id,
-        period,
-        _metres(x.q50),
-        _range(x),
-        _metres(z.q50),
-        _range(z),
-        _share(found.p_beyond),
-    )
-
-
-def _beside(row: HazardRow, found: Design, on_map: bool) -> tuple[str, ...]:
-    farthest, point = found.farthest_record, found.point
-    past = "–" if found.records_beyond is None else str(found.records_beyond)
-    cells = [
-        row.path_id,
-        _period(row),
-        f"{past} of {found.n_records}" if found.n_records else "–",
-        "–" if farthest is None else _metres(farthest.runout_x_m),
-        "–" if farthest is None else farthest.date or "undated",
-    ]
-    if on_map:
-        digits = 5 if point is not None and abs(point.x) <= 180.0 else 0
-        at = (None, None) if point is None else (point.x, point.y)
-        cells += ["–" if value is None else f"{value:.{digits}f}" for value in at]
-    return tuple(cells)
-
-
 def _bounds(row: HazardRow) -> tuple[Any, ...]:
     x, z = row.runout_x_m, row.runout_elevation_m
     held = row.p_not_released > 0.5
     return (
         row.path_id,
-        _period(row),
-        _volume_text(row.volume_m3),
-        "held" if held else _metres(x.q50),
-        "–" if held else _range(x),
-        "held" if held else _metres(z.q50),
-        "–" if held else _range(z),
-        _share(row.p_left_profile),
+        period_text(row),
+        volume_text(row.volume_m3),
+        "held" if held else metres_text(x.q50),
+        "–" if held else range_text(x),
+        "held" if held else metres_text(z.q50),
+        "–" if held else range_text(z),
+        share_text(row.p_left_profile),
     )
 
 
@@ -194,9 +109,9 @@ def _apart(row: HazardRow) -> tuple[Any, ...]:
     parts = (row.natural, row.parameters)
     return (
         row.path_id,
-        _period(row),
-        _volume_text(row.volume_m3),
-        *("–" if part is None else _range(part.runout_x_m) for part in parts),
+        period_text(row),
+        volume_text(row.volume_m3),
+        *("–" if part is None else range_text(part.runout_x_m) for part in parts),
     )
 
 
@@ -214,9 +129,9 @@ def _volume(row: HazardRow) -> tuple[Any, ...]:
     assert interval is not None
     return (
         row.path_id,
-        _period(row),
-        _volume_text(row.volume_m3),
-        f"{_volume_text(interval.q05)}–{_volume_text(interval.q95)}",
+        period_text(row),
+        volume_text(row.volume_m3),
+        f"{volume_text(interval.q05)}–{volume_text(interval.q95)}",
         row.n_records,
         "–" if row.first_year is None else f"{row.first_year}–{row.last_year}",
         "–" if row.events_per_year is None else f"{row.events_per_year:.2f}",
@@ -242,30 +157,3 @@ def _source(row: HazardRow) -> str:
     if row.volume_source != "records":
         return str(row.volume_source)
     return "pooled" if row.pooled else "own"
-
-
-def _period(row: HazardRow) -> str:
-    period = row.return_period_years
-    mark = FAR if row.extrapolated else ""
-    return "–" if period is None else f"{period:g}{mark}"
-
-
-def _range(spread: Spread | PlaceQuantiles) -> str:
-    return f"{_metres(spread.q05)}–{_metres(spread.q95)}"
-
-
-def _share(value: float) -> str:
-    return "0" if value == 0.0 else f"{value:.1%}"
-
-
-def _metres(value: float | None) -> str:
-    return BEYOND if value is None else f"{value:.0f}"
-
-
-def _volume_text(volume: float | None) -> str:
-    """A volume to three digits: its own error is larger."""
-    if volume is None:
-        return "any"
-    if volume < 1e6:
-        return f"{float(f'{volume:.3g}'):.0f}"
-    return f"{volume:.2e}".replace("e+0", "e")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from avahazard.cli.hazard_table import DESIGN_COLUMNS, design_cells
+from avahazard.cli.design_table import DESIGN_COLUMNS, design_cells
 from avahazard.cli.output import table
 from avahazard.results.zones import ExceededHere, PeriodDesign, Place, Zone, ZonedPath
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from avahazard.cli.hazard_table import show_bounds, show_plan
+from avahazard.cli.hazard_table import show_bounds
 from avahazard.cli.options import (
     CalibratedModel,
     DensityRatio,
@@ -23,6 +23,7 @@ from avahazard.cli.options import (
     volume_source,
 )
 from avahazard.cli.output import emit, emit_rows, warn
+from avahazard.cli.plan_table import show_plan
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
 
