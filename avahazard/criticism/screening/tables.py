@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from avahazard.criticism.screening.laplace_fit import Edges
-from avahazard.criticism.screening.record_moments import SpeedGrid, record_bounds
+from avahazard.criticism.screening.speed_points import SpeedGrid
+from avahazard.criticism.screening.stop_moments import record_bounds
 from avahazard.effects.effect import Floats
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import whitening

@@ -6,7 +6,8 @@ from scipy.stats import multivariate_normal, norm
 
 from avahazard.criticism.screening.gains import moments_of
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords, real_world
-from avahazard.criticism.screening.record_moments import record_bounds, record_moments
+from avahazard.criticism.screening.record_moments import record_moments
+from avahazard.criticism.screening.stop_moments import record_bounds
 from avahazard.criticism.screening.tables import LOG_MU, SPEED_STRIDE, Tables, make_tables
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.likelihood.speed_errors import SPEED_CORRELATION_M

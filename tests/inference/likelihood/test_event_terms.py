@@ -7,7 +7,8 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.likelihood.event_terms import event_terms
-from avahazard.inference.likelihood.nodes import N_NODES, Nodes
+from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.inference.likelihood.panels import N_NODES
 
 N = 8
 """Events: every other one left its profile, the second half has a limit of sight."""

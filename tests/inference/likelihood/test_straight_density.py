@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from avahazard.inference.likelihood.nodes import N_NODES
+from avahazard.inference.likelihood.panels import N_NODES
 from avahazard.inference.likelihood.straight_density import straight_density_nodes
 
 CASES = [

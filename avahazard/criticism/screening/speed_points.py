@@ -1,0 +1,127 @@
+"""Points of the likelihood of events with measured speeds, over log friction."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.criticism.screening.stop_moments import REACH, STRETCH, within_reach
+from avahazard.kernels import kernel
+
+Floats = NDArray[np.float64]
+
+SPEED_PIECES = 4
+"""Parts of a cell of frictions where speeds tell them apart."""
+DEPTH = 40.0
+"""Frictions whose log density is that much below the best are left out."""
+
+
+class SpeedGrid(NamedTuple):
+    """Speeds predicted for the events that have measured ones, one set of tables.
+
+    `row` `[n_events]` points to the event's row, -1 for none; `square` `[n_rows, n_coarse,
+    n_places]` is u² at every `stride`-th friction, below 0 where the block stops short; `whiten`
+    `[n_rows, n_places, n_places]` turns a misfit into independent unit errors (zero rows where
+    an event has fewer places); `log_norm` `[n_rows]` is its log determinant term.
+    """
+
+    row: NDArray[np.int64]
+    square: NDArray[np.float32]
+    whiten: Floats
+    log_norm: Floats
+    stride: int
+
+
+@kernel
+def stop_points(  # type: ignore[no-untyped-def]
+    record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, misfit, points, logs
+):
+    """Points of the likelihood of a stop with speeds, and their log masses; returns how many."""
+    count = 0
+    best = -np.inf
+    scale = 1.0 / sigma
+    for stretch in range(first // STRETCH, len(bounds)):
+        if bounds[stretch, 0] - observed > REACH * sigma:
+            continue
+        if bounds[stretch, 1] - observed < -REACH * sigma:
+            continue
+        begin = max(stretch * STRETCH, first)
+        z1 = (record[begin] - observed) * scale
+        for j in range(begin, min((stretch + 1) * STRETCH, len(record) - 1)):
+            z0 = z1
+            z1 = (record[j + 1] - observed) * scale
+            if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
+                continue
+            width = log_mu[j + 1] - log_mu[j]
+            # Only the part of the cell within reach counts.
+            t_low, t_high = within_reach(z0, z1)
+            pieces = max(int(abs(z1 - z0) * (t_high - t_low)) + 1, SPEED_PIECES)
+            step = (t_high - t_low) / pieces
+            log_width = np.log(step * width)
+            for p in range(pieces):
+                if count == len(points):
+                    return count
+                t = t_low + (p + 0.5) * step
+                z = z0 + t * (z1 - z0)
+                points[count] = log_mu[j] + t * width
+                logs[count] = log_width - 0.5 * z * z
+                room = logs[count] - best + DEPTH
+                logs[count] += _speed_log(speed_grid, row, speeds, j + t, misfit, room)
+                if logs[count] < best - DEPTH:
+                    continue
+                best = max(best, logs[count])
+                count += 1
+    return count
+
+
+@kernel
+def leaving_points(last_left, log_mu, speed_grid, row, speeds, misfit, points, logs):  # type: ignore[no-untyped-def]
+    """As `stop_points` for an event that left, of which only the speeds are known."""
+    n_cells = max(last_left, 1)
+    at_grid = np.empty(n_cells + 1)
+    for j in range(n_cells + 1):
+        at_grid[j] = _speed_log(speed_grid, row, speeds, float(j), misfit, np.inf)
+    good = np.max(at_grid) - DEPTH
+    count = 0
+    for j in range(n_cells + 1):
+        if j == len(log_mu) - 1 or (at_grid[j] < good and at_grid[min(j + 1, n_cells)] < good):
+            continue
+        # It leaves up to midway between the last friction at which it does and the next.
+        end = 1.0 if j < n_cells else 0.5
+        width = log_mu[j + 1] - log_mu[j]
+        for p in range(SPEED_PIECES):
+            share = end * (p + 0.5) / SPEED_PIECES
+            points[count] = log_mu[j] + share * width
+            logs[count] = np.log(end * width / SPEED_PIECES)
+            logs[count] += _speed_log(speed_grid, row, speeds, j + share, misfit, np.inf)
+            count += 1
+    return count
+
+
+@kernel
+def _speed_log(grid, row, speeds, j, misfit, room):  # type: ignore[no-untyped-def]
+    """Log density of one event's speeds at place j (not a whole number) of the frictions' grid.
+
+    -inf as soon as it must be below `-room`. `misfit` `[n_places]` is scratch.
+
+    Squares of speed, not log densities, are interpolated between the coarse frictions: u² is
+    close to straight, while densities fall steeply where the block no longer reaches a place.
+    """
+    n_coarse, n_places = grid.square.shape[1], grid.square.shape[2]
+    c = min(int(j / grid.stride), n_coarse - 2)
+    t = min(j / grid.stride - c, 1.0)
+    most = 2.0 * (room - grid.log_norm[row])
+    total = 0.0
+    for a in range(n_places):
+        square = (1.0 - t) * grid.square[row, c, a] + t * grid.square[row, c + 1, a]
+        misfit[a] = speeds[a] - math.sqrt(max(square, 0.0))
+        value = 0.0
+        for b in range(a + 1):
+            value += grid.whiten[row, a, b] * misfit[b]
+        total += value * value
+        if total > most:
+            return -np.inf
+    return -0.5 * total - grid.log_norm[row]

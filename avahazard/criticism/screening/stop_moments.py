@@ -1,0 +1,84 @@
+"""Mean, variance and mass of the likelihood of a stop, over log friction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
+from avahazard.kernels import kernel
+
+REACH = 6.0
+"""Errors of the record that a friction's stop may lie from it to count."""
+STRETCH = 16
+"""Cells of the grid of frictions whose records are looked at only if one can be near."""
+
+
+def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Lowest and highest record of each stretch of frictions, `[n_events, n_stretches, 2]`."""
+    starts = np.arange(0, max(record.shape[1] - 1, 1), STRETCH)
+    low, high = np.minimum.reduceat(record, starts, 1), np.maximum.reduceat(record, starts, 1)
+    # A cell reaches to the first point of the next stretch.
+    after = record[:, np.minimum(starts + STRETCH, record.shape[1] - 1)]
+    return np.stack([np.minimum(low, after), np.maximum(high, after)], axis=2)
+
+
+@kernel
+def stop_moments(record, bounds, first, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
+    """Mean, variance and log mass of the likelihood of a stop without speeds.
+
+    The points are those of `stop_points`, summed as they come: no record is so far from them that
+    their masses had to be taken as logs.
+    """
+    total, by_place, by_square, origin = 0.0, 0.0, 0.0, np.nan
+    scale = 1.0 / sigma
+    for stretch in range(first // STRETCH, len(bounds)):
+        if bounds[stretch, 0] - observed > REACH * sigma:
+            continue
+        if bounds[stretch, 1] - observed < -REACH * sigma:
+            continue
+        begin = max(stretch * STRETCH, first)
+        z1 = (record[begin] - observed) * scale
+        for j in range(begin, min((stretch + 1) * STRETCH, len(record) - 1)):
+            z0 = z1
+            z1 = (record[j + 1] - observed) * scale
+            if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
+                continue
+            width = log_mu[j + 1] - log_mu[j]
+            t_low, t_high = within_reach(z0, z1)
+            pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
+            step = (t_high - t_low) / pieces
+            if np.isnan(origin):
+                origin = log_mu[j]
+            for p in range(pieces):
+                t = t_low + (p + 0.5) * step
+                z = z0 + t * (z1 - z0)
+                x = log_mu[j] + t * width - origin
+                mass = step * width * np.exp(-0.5 * z * z)
+                total += mass
+                by_place += mass * x
+                by_square += mass * x * x
+    if total == 0.0:
+        return nearest_moments(record, observed, sigma, log_mu)
+    by_place /= total
+    variance = max(by_square / total - by_place * by_place, 1e-8)
+    return origin + by_place, variance, np.log(total) - np.log(sigma) - HALF_LOG_2PI
+
+
+@kernel
+def nearest_moments(record, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
+    """Mean, variance and log mass where no friction of the table comes near the record."""
+    z = (record - observed) / sigma
+    nearest = np.argmin(np.abs(z))
+    log_mass = -0.5 * min(abs(z[nearest]), 100.0) ** 2 - np.log(sigma) - HALF_LOG_2PI - 6.0
+    return log_mu[nearest], 1e-6, log_mass
+
+
+@kernel
+def within_reach(z0, z1):  # type: ignore[no-untyped-def]
+    """The part of a cell, from z0 to z1 standard deviations, that is within reach."""
+    if z0 == z1:
+        return 0.0, 1.0
+    ta = (-REACH - z0) / (z1 - z0)
+    tb = (REACH - z0) / (z1 - z0)
+    return max(0.0, min(ta, tb)), min(1.0, max(ta, tb))

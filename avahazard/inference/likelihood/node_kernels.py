@@ -1,0 +1,131 @@
+"""Compiled loops that place the quadrature nodes of `nodes`, event by event."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avahazard.inference.likelihood.panels import A_PANEL, N_NODES, panel_nodes
+from avahazard.inference.likelihood.record_density import record_density_nodes
+from avahazard.inference.likelihood.straight_density import straight_density_nodes
+from avahazard.inference.model.friction_scatter import normal_below
+from avahazard.kernels import kernel
+
+
+@kernel
+def fill_record_nodes(  # type: ignore[no-untyped-def]
+    record,
+    elevation,
+    left,
+    observed_left,
+    observed,
+    sigma,
+    height,
+    limit,
+    has_speed,
+    grid,
+    in_log,
+    panels,
+    most_apart,
+):
+    """The fields of `Nodes` but the last, for all events without speeds."""
+    n = len(record)
+    used = np.maximum(A_PANEL * panels, N_NODES)
+    most = N_NODES
+    for i in range(n):
+        most = max(most, used[i])
+    place = np.zeros((n, most))
+    weight = np.zeros((n, most))
+    tail_place = np.empty((n, 2))
+    tail_place[:, 0], tail_place[:, 1] = grid[0], grid[-1]
+    tail = np.zeros((n, 2))
+    log_scale = np.zeros(n)
+    is_probability = np.zeros(n, dtype=np.bool_)
+    seen_place = np.zeros((n, most))
+    seen_weight = np.zeros((n, most))
+    floor = np.zeros(n)
+    seen_floor = np.ones(n)
+    has_limit = np.zeros(n, dtype=np.bool_)
+    no_speed = np.zeros(len(grid))
+    for i in range(n):
+        if observed_left[i] and not has_speed[i]:
+            is_probability[i] = True
+            floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
+        elif not np.isnan(height[i]) and not np.isnan(observed[i]):
+            log_scale[i], tail_place[i, 1] = straight_density_nodes(
+                height[i], observed[i], sigma[i], in_log, panels[i], place[i], weight[i], tail[i]
+            )
+        elif not has_speed[i]:
+            log_scale[i] = record_density_nodes(
+                record[i],
+                left[i],
+                observed_left[i],
+                observed[i],
+                sigma[i],
+                no_speed,
+                grid,
+                panels[i],
+                most_apart,
+                place[i],
+                weight[i],
+                tail[i],
+            )
+        if not np.isnan(limit[i]):
+            has_limit[i] = True
+            seen_floor[i] = _edges_of_sight(
+                elevation[i],
+                left[i],
+                limit[i],
+                sigma[i],
+                grid,
+                panels[i],
+                seen_place[i],
+                seen_weight[i],
+            )
+    return (
+        place,
+        weight,
+        used,
+        tail_place,
+        tail,
+        log_scale,
+        is_probability,
+        floor,
+        seen_place,
+        seen_weight,
+        seen_floor,
+        has_limit,
+    )
+
+
+@kernel
+def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def]
+    """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀."""
+    k = 0
+    for j in range(len(left) - 1, 0, -1):
+        if left[j - 1] != left[j] and k < len(place):
+            place[k] = 0.5 * (grid[j - 1] + grid[j])
+            weight[k] = 1.0 if left[j - 1] else -1.0
+            k += 1
+    return 1.0 if left[len(left) - 1] else 0.0
+
+
+@kernel
+def _edges_of_sight(elevation, left, limit, sigma, grid, panels, place, weight):  # type: ignore[no-untyped-def]
+    """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀."""
+    n = len(grid)
+    points = np.empty(n)
+    drops = np.empty(n)
+    count = 0
+    level = 1.0
+    for j in range(n):
+        chance = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
+        # Steps of the terrain may raise it again; the running minimum keeps weights positive.
+        if level - chance > 1e-9:
+            points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
+            drops[count] = level - chance
+            level = chance
+            count += 1
+    if count:
+        panel_nodes(points[:count], drops[:count], panels, place, weight)
+        weight *= 1.0 - level
+    return level
