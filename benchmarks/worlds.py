@@ -62,7 +62,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--part", default="1/1", metavar="K/N")
     parser.add_argument("--minutes", type=float, default=1e6)
     parser.add_argument("--arm", default="", help="only arms with this in their name")
-    parser.add_argument("--made", type=int, default=99, help="made worlds for each diagnosis")
+    parser.add_argument("--made", type=int, default=199, help="made worlds for each diagnosis")
     parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")
     return parser.parse_args()

@@ -34,7 +34,6 @@ from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import (
-    GROUP_LEVEL,
     LEVEL,
     GroupTest,
     Screened,
@@ -214,7 +213,7 @@ def named_group(
         for test in tests
         if test.key in granted
         and (test.key in lasting or not rivals)
-        and test.p_value <= GROUP_LEVEL
+        and test.p_value <= test.level
         and find_definition(test.key, own).lacking(observations.columns, observations.sites) is None
     ]
     for test in sorted(plain, key=lambda t: -t.gain):
