@@ -202,6 +202,8 @@ def _ratio(lines: Sequence[Line]) -> str:
 
 
 def _seconds(lines: Sequence[Line]) -> str:
+    if not lines:
+        return "-"
     times = [x["seconds"] for x in lines]
     return f"{median(times):.0f}, {max(times):.0f}"
 
