@@ -39,14 +39,13 @@ ground, where a block would slide on. Four tracks on one slope are few, and thei
 volumes. So this is a test of the comparison more than of the physics: it shows by how much the
 block misses, and that the most likely effect need not mend it.
 
-The 90 % intervals of speed hold fewer than they should (80 % were asked for), and why is known. The
-model's own error of speed is as large everywhere on a track, and alike over 100 m. Here the error
-grows along the track, to some 30 m/s where a sensor comes to rest on ground on which a block gains
-speed: so grows what an error of the force adds up to. That speeds next to each other differ little
-holds the error of speed down, and its growth is then out of reach. Misstated errors of the stops
-are not the cause: with these eight times as large, which the likelihood takes (9 nats), 65 % lie
-within instead of 62 % (at the mode, on all four tracks). A scatter of the force along the track is
-not in the model.
+The 90 % intervals of speed hold fewer than they should, and why is known. The model's own error of
+speed is as large everywhere on a track, and alike over 100 m. Here the error grows along the track,
+to some 30 m/s where a sensor comes to rest on ground on which a block gains speed: so grows what an
+error of the force adds up to. That speeds next to each other differ little holds the error of speed
+down, and its growth is then out of reach. Misstated errors of the stops are not the cause: with
+these eight times as large, which the likelihood takes (9 nats), 65 % lie within instead of 62 % (at
+the mode, on all four tracks). A scatter of the force along the track is not in the model.
 """
 
 
