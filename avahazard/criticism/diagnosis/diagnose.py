@@ -32,13 +32,9 @@ from avahazard.criticism.diagnosis.verdict import (
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.levels import LEVEL
 from avahazard.criticism.screening.screen import screen
-from avahazard.criticism.screening.significance import (
-    LEVEL,
-    GroupTest,
-    Screened,
-    Screening,
-)
+from avahazard.criticism.screening.significance import GroupTest, Screened, Screening
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations

@@ -15,16 +15,10 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.screening.chance_gains import WorldGains, gains_by_chance
 from avahazard.criticism.screening.group_spreads import GroupSpreads
+from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL, group_level
 from avahazard.criticism.screening.masked_pairs import Paired
 from avahazard.criticism.screening.parametric_bootstrap import real_world
-from avahazard.criticism.screening.significance import (
-    LEVEL,
-    PAIR_LEVEL,
-    PairTest,
-    Screening,
-    group_level,
-    judge,
-)
+from avahazard.criticism.screening.significance import PairTest, Screening, judge
 from avahazard.criticism.screening.tested_model import TestedModel, tested_model
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior

@@ -14,29 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from avahazard.criticism.screening.levels import EXPECTED_SHARE, LEVEL, SIGHT_LEVEL
 from avahazard.effects.effect import Definition
 
 Floats = NDArray[np.float64]
 
-LEVEL = 0.03
-"""Family-wise level of the candidates. This and the levels of all that is tested beside them add
-up to 5 %: so often at most is anything named where nothing is missing (Bonferroni)."""
-EXPECTED_SHARE = 2.0 / 3.0
-"""Share of that level for candidates that were expected before anybody looked."""
-LASTING_LEVEL, PASSING_LEVEL = 0.006, 0.002
-"""Levels of groups of events, each tested by itself: of those that last, as paths, and of winters
-and of storms. These need evidence besides, which chance gives them less often than that."""
-SIGHT_LEVEL = 0.005
-"""Level of what says which avalanches were recorded at all, tested by itself."""
-PAIR_LEVEL = 0.005
-"""Level of pairs of which neither shows alone."""
 MIN_POSITIVE = 15
 """Gains in made worlds from which on a gamma distribution is fitted to them."""
-
-
-def group_level(lasting: bool) -> float:
-    """Level of the test of groups that last, or do not come again."""
-    return LASTING_LEVEL if lasting else PASSING_LEVEL
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import gamma
 
-from avahazard.criticism.screening.significance import (
-    LEVEL,
-    PAIR_LEVEL,
-    SIGHT_LEVEL,
-    Screened,
-    group_level,
-    judge,
-)
+from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL, SIGHT_LEVEL, group_level
+from avahazard.criticism.screening.significance import Screened, judge
 from avahazard.effects.catalogue import catalogue, definition
 
 ENTRIES = [entry for entry in catalogue().values() if not entry.in_base][:8]
