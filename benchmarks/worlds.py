@@ -4,6 +4,7 @@ make worlds                 SIZE=10 worlds of each effect and strength, and more
 … benchmarks/worlds.py --minutes 60      stop after an hour; the next run goes on from there
 … benchmarks/worlds.py --part 1/2        every second world, for a second machine
 … benchmarks/worlds.py --arm snow-type   only arms with that in their name
+… benchmarks/worlds.py --traps           only arms with a trap
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import os
 import sys
 import time
 from pathlib import Path
+from subprocess import check_output
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
@@ -24,6 +26,7 @@ from benchmarks.finished import finished  # noqa: E402
 from benchmarks.worlds.arms import plans  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
 from benchmarks.worlds.page import page  # noqa: E402
+from benchmarks.worlds.trap_tables import is_trapped  # noqa: E402
 
 
 def main() -> None:
@@ -34,18 +37,21 @@ def main() -> None:
     done = {x["name"]: x for x in finished(results)}
     k, n = (int(v) for v in given.part.split("/"))
     chosen = [p for p in plans(size)[k - 1 :: n] if given.arm in p.arm]
+    if given.traps:
+        chosen = [p for p in chosen if is_trapped({"arm": p.arm})]
+    commit = check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
     until = time.monotonic() + 60.0 * given.minutes
     for plan in chosen:
         if time.monotonic() > until:
             break
         if plan.name in done:
             continue
-        line = judge(plan, given.made)
+        line = judge(plan, given.made) | {"commit": commit}
         done[plan.name] = line
         with results.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         print(
-            f"{len(done)}/{len(chosen)}  {plan.name}: {line['verdict']} "
+            f"{sum(p.name in done for p in chosen)}/{len(chosen)}  {plan.name}: {line['verdict']} "
             f"{', '.join(line['missing'])} ({line['all_seconds']:.0f} s)",
             flush=True,
         )
@@ -62,7 +68,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--part", default="1/1", metavar="K/N")
     parser.add_argument("--minutes", type=float, default=1e6)
     parser.add_argument("--arm", default="", help="only arms with this in their name")
-    parser.add_argument("--made", type=int, default=99, help="made worlds for each diagnosis")
+    parser.add_argument("--traps", action="store_true", help="only arms with a trap")
+    parser.add_argument("--made", type=int, default=199, help="made worlds for each diagnosis")
     parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")
     return parser.parse_args()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 
 from avahazard.synth.effects import CATALOGUE
 from avahazard.synth.settings import Settings
@@ -12,7 +13,8 @@ LARGE, SMALL = (250, 11), (120, 9)
 """Events and paths of the even and the odd worlds of an arm."""
 NULLS_PER_ARM = 5
 """Nulls of each arm for one world of an effect and strength."""
-FIRST_SEED = 40_000
+FIRST_SEED, FIRST_TRAP_SEED = 40_000, 500_000
+"""Seeds of the worlds, a thousand for each arm; of those with a trap none was looked at before."""
 PLAIN = Settings()
 
 
@@ -143,7 +145,9 @@ def plans(size: int) -> list[Plan]:
     )
     arms += _effects(0.5, len(arms), size)
     arms += _traps(len(arms), size)
-    return [world for k in range(size) for arm in arms for world in arm[_share(arm, k, size)]]
+    rounds = ([arm[_share(arm, k, size)] for arm in arms] for k in range(size))
+    turns = (turn for parts in rounds for turn in zip_longest(*parts))
+    return [world for turn in turns for world in turn if world is not None]
 
 
 def _share(arm: list[Plan], k: int, size: int) -> slice:
@@ -178,7 +182,13 @@ def _traps(first: int, size: int) -> list[list[Plan]]:
                 )
                 for k in range(n)
             ]  # fmt: skip
-            arms.append([replace(w, n_paths=trap.n_paths or w.n_paths) for w in worlds])
+            seed = FIRST_TRAP_SEED + 1000 * len(arms)
+            arms.append(
+                [
+                    replace(w, n_paths=trap.n_paths or w.n_paths, seed=seed + k)
+                    for k, w in enumerate(worlds)
+                ]
+            )
     return arms
 
 

@@ -10,7 +10,9 @@ import pytest
 
 from benchmarks.finished import finished
 from benchmarks.worlds.arms import plans
-from benchmarks.worlds.page import SEEN, alarm, first_alone, in_set, one_named, page
+from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named
+from benchmarks.worlds.page import page
+from benchmarks.worlds.trap_tables import interval, is_trapped
 
 ROOT = Path(__file__).resolve().parents[2]
 SIZE = 10
@@ -40,7 +42,7 @@ def test_the_page_is_written_from_these_results(lines: list[dict[str, Any]]) -> 
 
 
 def test_there_are_300_nulls_and_each_arm_keeps_its_alarms(lines: list[dict[str, Any]]) -> None:
-    nulls = [x for x in lines if x["arm"].startswith("null")]
+    nulls = [x for x in lines if x["arm"].startswith("null") and not is_trapped(x)]
     assert len(nulls) >= 300
     for arm in {x["arm"] for x in nulls}:
         assert _share([x for x in nulls if x["arm"] == arm], alarm) <= 0.07
@@ -84,3 +86,27 @@ def test_outside_the_catalogue_the_axis_is_named(lines: list[dict[str, Any]]) ->
     assert (
         _share(outside, lambda x: any(not k.startswith("covariate:") for k in x["missing"])) <= 0.1
     )
+
+
+def test_traps_give_no_more_false_names_than_the_level_allows(lines: list[dict[str, Any]]) -> None:
+    nulls = [x for x in lines if is_trapped(x) and not x["true"]]
+    assert all(x["n_made"] <= 199 and x["commit"] for x in nulls)
+    if nulls:
+        # Few worlds: 5 % must not be ruled out from below.
+        assert interval(sum(map(alarm, nulls)), len(nulls))[0] <= 0.05
+
+
+def test_intervals_of_shares_hold_their_share() -> None:
+    assert interval(0, 20) == (0.0, pytest.approx(0.1684, abs=1e-4))
+    assert interval(20, 20) == (pytest.approx(0.8316, abs=1e-4), 1.0)
+    assert interval(3, 50) == (pytest.approx(0.0125, abs=1e-4), pytest.approx(0.1655, abs=1e-4))
+
+
+def test_worlds_come_in_turn_and_trapped_ones_have_seeds_of_their_own() -> None:
+    worlds = plans(SIZE)
+    trapped = [p for p in worlds if is_trapped({"arm": p.arm})]
+    assert len({p.seed for p in worlds}) == len(worlds)
+    assert min(p.seed for p in trapped) >= 500_000
+    # A run that is cut short has seen every arm about as often as it should.
+    first = {p.arm for p in trapped[:16]}
+    assert len(first) == 16

@@ -32,14 +32,9 @@ from avahazard.criticism.diagnosis.verdict import (
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.levels import LEVEL
 from avahazard.criticism.screening.screen import screen
-from avahazard.criticism.screening.significance import (
-    GROUP_LEVEL,
-    LEVEL,
-    GroupTest,
-    Screened,
-    Screening,
-)
+from avahazard.criticism.screening.significance import GroupTest, Screened, Screening
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
@@ -214,7 +209,7 @@ def named_group(
         for test in tests
         if test.key in granted
         and (test.key in lasting or not rivals)
-        and test.p_value <= GROUP_LEVEL
+        and test.p_value <= test.level
         and find_definition(test.key, own).lacking(observations.columns, observations.sites) is None
     ]
     for test in sorted(plain, key=lambda t: -t.gain):

@@ -12,8 +12,9 @@ from avahazard.criticism.diagnosis.refits import Refit, refit, without_groups
 from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
 from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL
 from avahazard.criticism.screening.screen import gains_beside
-from avahazard.criticism.screening.significance import LEVEL, PAIR_LEVEL, Screening
+from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations

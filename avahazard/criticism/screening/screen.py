@@ -15,16 +15,10 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.screening.chance_gains import WorldGains, gains_by_chance
 from avahazard.criticism.screening.group_spreads import GroupSpreads
+from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL, group_level
 from avahazard.criticism.screening.masked_pairs import Paired
 from avahazard.criticism.screening.parametric_bootstrap import real_world
-from avahazard.criticism.screening.significance import (
-    GROUP_LEVEL,
-    LEVEL,
-    PAIR_LEVEL,
-    PairTest,
-    Screening,
-    judge,
-)
+from avahazard.criticism.screening.significance import PairTest, Screening, judge
 from avahazard.criticism.screening.tested_model import TestedModel, tested_model
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior
@@ -83,8 +77,9 @@ def _judged(
     beside = [each.beside for each in looked]
     gains = np.array([each.of_candidates for each in looked])
     groups = np.array([each.of_groupings for each in beside])
-    keys = tested.spreads.plan.keys
-    found = judge(candidates, gains[0], gains[1:], keys, groups[0], groups[1:], expected)
+    plan = tested.spreads.plan
+    told = [(k, group_level(lasts)) for k, lasts in zip(plan.keys, plan.lasting, strict=True)]
+    found = judge(candidates, gains[0], gains[1:], told, groups[0], groups[1:], expected)
     pair = beside[0].pair
     if pair is None:
         return found
@@ -117,7 +112,7 @@ def _enough(found: Screening, n_worlds: int) -> bool:
     significant.
     """
     best = min((c.p_family for c in found.candidates), default=1.0)
-    levels = [(best, LEVEL), *((group.p_value, GROUP_LEVEL) for group in found.groups)]
+    levels = [(best, LEVEL), *((group.p_value, group.level) for group in found.groups)]
     if found.pair is not None:
         levels.append((found.pair.p_value, PAIR_LEVEL))
     return all(p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1) for p, level in levels)

@@ -14,20 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from avahazard.criticism.screening.levels import EXPECTED_SHARE, LEVEL, SIGHT_LEVEL
 from avahazard.effects.effect import Definition
 
 Floats = NDArray[np.float64]
 
-LEVEL = 0.03
-"""Family-wise level of the candidates."""
-EXPECTED_SHARE = 2.0 / 3.0
-"""Share of that level for candidates that were expected before anybody looked."""
-GROUP_LEVEL = 0.01
-"""Level of effects on groups of events (paths, winters, storms), each tested by itself."""
-SIGHT_LEVEL = 0.01
-"""Level of what says which avalanches were recorded at all, tested by itself."""
-PAIR_LEVEL = 0.01
-"""Level of pairs of which neither shows alone."""
 MIN_POSITIVE = 15
 """Gains in made worlds from which on a gamma distribution is fitted to them."""
 
@@ -55,11 +46,15 @@ class Screened:
 
 @dataclass(frozen=True, slots=True)
 class GroupTest:
-    """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value."""
+    """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value.
+
+    `level` is what the p-value is held against.
+    """
 
     key: str
     gain: float
     p_value: float
+    level: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +109,7 @@ def judge(
     candidates: Sequence[Definition],
     real: Floats,
     null: Floats,
-    groups: Sequence[str],
+    groups: Sequence[tuple[str, float]],
     real_groups: Floats,
     null_groups: Floats,
     expected: Sequence[str] = (),
@@ -124,10 +119,10 @@ def judge(
     Candidates `expected` before anybody looked are a family of their own, with two thirds of the
     level; the others have the rest of it, and all of it once every expected one is significant (the
     fallback procedure, Wiens 2003). What says which avalanches are seen is tested by itself, at
-    `SIGHT_LEVEL`. p-values are divided by that share, so that all are held against `LEVEL`.
+    `SIGHT_LEVEL`. p-values are divided by their share of `LEVEL`, against which all are held.
 
     `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of effects
-    on `groups`, by key.
+    on `groups`, by key and level.
     """
     n_worlds = len(null)
     surprise = np.column_stack([_surprise(null[:, k], null[:, k]) for k in range(len(real))])
@@ -146,8 +141,8 @@ def judge(
     return Screening(
         candidates=tuple(result),
         groups=tuple(
-            GroupTest(key, float(gain), float(np.exp(-_surprise(null, np.array([gain]))[0])))
-            for key, gain, null in zip(groups, real_groups, null_groups.T, strict=True)
+            GroupTest(key, float(gain), float(np.exp(-_surprise(null, np.array([gain]))[0])), level)
+            for (key, level), gain, null in zip(groups, real_groups, null_groups.T, strict=True)
         ),
         critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,
@@ -163,26 +158,26 @@ def _family_wise(
 ) -> list[float]:
     """Family-wise p-values of candidates that are as surprising as `own` `[n_candidates]`."""
 
-    def of(members: NDArray[np.int64], weight: float) -> dict[int, float]:
+    def of(members: NDArray[np.int64], factor: float) -> dict[int, float]:
         largest = surprise[:, members].max(axis=1)
         n = len(largest) + 1.0
         return {
-            int(k): min((1.0 + float(np.sum(largest >= own[k]))) / n / weight, 1.0) for k in members
+            int(k): min(factor * (1.0 + float(np.sum(largest >= own[k]))) / n, 1.0) for k in members
         }
 
     first = np.flatnonzero(declared)
     rest = np.flatnonzero(~(np.asarray(declared, np.bool_) | sight))
     found: dict[int, float] = {}
-    weight = 1.0
+    factor = 1.0
     if len(first):
-        found = of(first, EXPECTED_SHARE)
+        found = of(first, 1.0 / EXPECTED_SHARE)
         if max(found.values()) > LEVEL:
-            weight = 1.0 - EXPECTED_SHARE
+            factor = 1.0 / (1.0 - EXPECTED_SHARE)
     if len(rest):
-        found |= of(rest, weight)
+        found |= of(rest, factor)
     for k in map(int, np.flatnonzero(sight)):
         # By rank: a few wild gains in made worlds would widen any curve fitted to them.
-        found |= of(np.array([k]), SIGHT_LEVEL / LEVEL)
+        found |= of(np.array([k]), LEVEL / SIGHT_LEVEL)
     return [found[k] for k in range(len(own))]
 
 

@@ -21,6 +21,7 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.synth.making import make_world
 from avahazard.workers import set_workers
 from tests.criticism.lengths import lengths
 from tests.inference import studies
@@ -157,3 +158,17 @@ def test_p_values_of_nulls_are_uniform() -> None:
         most = level * 120 + 3.0 * np.sqrt(120 * level * (1.0 - level))
         assert np.sum(best <= level) <= most
     assert 0.35 < np.mean(best) < 0.65
+
+
+@pytest.mark.slow
+def test_p_values_of_paths_that_are_alike_are_uniform() -> None:
+    p_values = []
+    for seed in range(720_000, 720_040):
+        observations = build_observations(make_world(seed, 120, 9)[0])
+        fit = refit(observations, Specification(), {}, (PATH_EFFECT,))
+        bare, u, told = without_groups(fit, observations, ())
+        found = screen(bare, u, told, [find_definition("season")], n_worlds=59)
+        p_values.append(found.groups[0].p_value)
+    for level in (0.05, 0.1, 0.2):
+        most = level * 40 + 3.0 * np.sqrt(40 * level * (1.0 - level))
+        assert np.sum(np.array(p_values) <= level) <= most
