@@ -23,7 +23,7 @@ skip = ["compare", "diagnose", "zones", "report"]
 [model]
 name = "whole"
 chains = 2
-draws = 60
+draws = 100
 [hazard]
 return_periods = [30.0]
 [export]

@@ -47,7 +47,7 @@ def leave_alone(job: Job, place: Place, start_database: str, folder: Path) -> Un
     before = contents(start_database)
     inside = folder / "alone"
     with copied(place, start_database, inside) as database:
-        _link_records(folder, inside)
+        link_records(folder, inside)
         began = time.monotonic()
         process = start(database, job.words, inside, stderr=subprocess.PIPE)
         errors = process.communicate()[1]
@@ -90,7 +90,7 @@ def kill_once(
     """
     inside = folder / "killed"
     with copied(place, alone.start, inside) as database:
-        _link_records(folder, inside)
+        link_records(folder, inside)
         process = start(database, job.words, inside)
         began = time.monotonic()
         if isinstance(place, Files) and job.file is None and rng.random() < 0.5:
@@ -145,7 +145,8 @@ def _await_write(process: subprocess.Popen[str], log: Path, at_most: float) -> N
         time.sleep(0.0005)
 
 
-def _link_records(folder: Path, inside: Path) -> None:
+def link_records(folder: Path, inside: Path) -> None:
+    """Give a job in `inside` the records of `folder`."""
     for name in ("world", "changed"):
         (inside / name).symlink_to(folder / name)
     shutil.copy(folder / "avahazard.toml", inside)
