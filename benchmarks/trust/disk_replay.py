@@ -1,7 +1,7 @@
 """What a disk may hold after a power cut, out of the log of `disk_log.c`.
 
-A disk keeps what was synced. Of the writes to a file after its last sync it keeps none, all, or any of
-them, the last of these perhaps in part (512 bytes at a time). Files that were made, renamed or removed
+A disk keeps what was synced. Of the writes to a file after its last sync it keeps none, all, or
+any of them, each perhaps in part (512 bytes at a time). Files that were made, renamed or removed
 since the last sync of anything come in their order, up to a moment that chance chooses.
 """
 

@@ -22,13 +22,17 @@ from benchmarks.trust.running import run, start
 
 @dataclass(frozen=True, slots=True)
 class Undisturbed:
-    """A job that was left alone: the database before and after, its file, how long it took."""
+    """A job that was left alone: the database before and after, its file, how long it took.
+
+    `size`: of the database's file at the end, in bytes (0 on a server).
+    """
 
     start: str
     before: Contents
     after: Contents
     written: bytes | None
     seconds: float
+    size: int
 
 
 @dataclass(slots=True)
@@ -55,7 +59,8 @@ def leave_alone(job: Job, place: Place, start_database: str, folder: Path) -> Un
         if process.returncode != 0:
             raise SystemExit(f"{job.name} does not succeed when it is left alone: {errors}")
         file = (inside / job.file).read_bytes() if job.file else None
-        return Undisturbed(start_database, before, contents(database), file, seconds)
+        size = Path(database).stat().st_size if isinstance(place, Files) else 0
+        return Undisturbed(start_database, before, contents(database), file, seconds, size)
 
 
 def kill_jobs(

@@ -10,11 +10,12 @@ from typing import TypeVar
 import numpy as np
 
 CELLS = (
-    "", " ", "-", "nan", "NaN", "inf", "-inf", "1e308", "-1e308", "1e-320", "0", "-0", "-1", "1,5",
-    "1.234,5", "1 234", "12'345", "0x1f", "1_000", "٣٤", "½", "TRUE", "None", "NULL", "#REF!", "=1+1",
-    "31.02.2001", "2001-13-40", "0000", "9999", "1e5", "x" * 3000, "\x00", "\x1b[31m", "\u202e", "é",
-    "'; DROP TABLE events;--", "../../etc/passwd", '"', '""', "a\nb", "P01", "99999999999999999999",
-    "3.14159265358979", "2500", "0.5", "5e-324", "١٢", "−5", "10%", "1/2", "<b>", "\ufeff", "~",
+    "", " ", "-", "nan", "NaN", "inf", "-inf", "1e308", "-1e308", "1e-320", "0", "-0", "-1",
+    "1,5", "1.234,5", "1 234", "12'345", "0x1f", "1_000", "٣٤", "½", "TRUE", "None", "NULL",
+    "#REF!", "=1+1", "31.02.2001", "2001-13-40", "0000", "9999", "1e5", "x" * 3000, "\x00",
+    "\x1b[31m", "\u202e", "é", "'; DROP TABLE events;--", "../../etc/passwd", "\"", "\"\"",
+    "a\nb", "P01", "99999999999999999999", "3.14159265358979", "2500", "0.5", "5e-324", "١٢",
+    "−5", "10%", "1/2", "<b>", "\ufeff", "~",
 )  # fmt: skip
 T = TypeVar("T")
 Rng = np.random.Generator
@@ -108,7 +109,8 @@ def _heading(rows: Rows, rng: Rng) -> None:
     k = int(rng.integers(len(head)))
     name = head[k]
     head[k] = _pick(
-        (name.upper(), f" {name} ", f"{name} [m]", name[:-1], name.replace("_", " "), "", *head), rng
+        (name.upper(), f" {name} ", f"{name} [m]", name[:-1], name.replace("_", " "), "", *head),
+        rng,
     )
 
 

@@ -114,7 +114,8 @@ def _sources(folder: Path) -> list[str]:
         file = folder / str(k) / "events.csv"
         file.parent.mkdir(parents=True)
         rows = "".join(
-            f"{k}-{i},900,{1400 + (37 * i + 11 * k) % 700},{1000 + 50 * i}\n" for i in range(N_EVENTS)
+            f"{k}-{i},900,{1400 + (37 * i + 11 * k) % 700},{1000 + 50 * i}\n"
+            for i in range(N_EVENTS)
         )
         head = "event_id,fall_height_m,runout_length_m,volume_m3\n"
         file.write_text(head + rows, encoding="utf-8")

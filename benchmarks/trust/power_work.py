@@ -1,7 +1,7 @@
-"""The work that a power cut ends (run by power.py): imports, then a report on a model's draws.
+"""The work that a power cut ends (run by power.py): imports, then a calibration.
 
-Words: the database, `alone` or `held` (another connection keeps the log open), what `synchronous` is to
-be (FULL is the program's own; any other shows that the study sees losses), and files to import.
+Words: the database, `alone` or `held` (another connection keeps the log open), what `synchronous`
+is to be (FULL is the program's own; any other shows that the study sees losses), files to import.
 """
 
 from __future__ import annotations

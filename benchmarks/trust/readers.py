@@ -6,6 +6,7 @@ import signal
 import traceback
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
@@ -33,7 +34,7 @@ class Read:
 def read_mutants(
     source: Source, n_mutants: int, seed: int, database: str, folder: Path, n_kept: int = 0
 ) -> Read:
-    """Read mutants of `source`; a reader that raises anything but a message, or hangs, is at fault."""
+    """Read mutants of `source`: what raises anything but a message, or hangs, is at fault."""
     found = Read(source.form)
     for k, mutant in enumerate(mutants_of(source, n_mutants, seed)):
         file = folder / source.file
@@ -68,18 +69,16 @@ def mutants_of(source: Source, n_mutants: int, seed: int) -> Iterator[bytes]:
             yield mutant
 
 
-class _at_most:
-    """Raises `TimeoutError` in the main thread after that many seconds, where it can."""
+@contextmanager
+def _at_most(seconds: int) -> Iterator[None]:
+    """Raise `RuntimeError` after that many seconds: a reader that hangs is at fault."""
 
-    def __init__(self, seconds: int) -> None:
-        self.seconds = seconds
+    def stop(*_: object) -> NoReturn:
+        raise RuntimeError(f"it takes over {seconds} s")
 
-    def __enter__(self) -> None:
-        def stop(*_: object) -> NoReturn:
-            raise RuntimeError(f"it takes over {self.seconds} s")
-
-        signal.signal(signal.SIGALRM, stop)
-        signal.alarm(self.seconds)
-
-    def __exit__(self, *_: object) -> None:
+    signal.signal(signal.SIGALRM, stop)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
         signal.alarm(0)

@@ -26,7 +26,9 @@ VELOCITIES = "event_id,x_m,speed_m_s,speed_sigma_m_s\n" + "".join(
 STRAIGHT = "event_id,fall_height_m,runout_length_m,volume_m3,kind\n" + "".join(
     f"s{k},{900 + k},{1500 + 37 * k},{2000 + 900 * k},{'ab'[k % 2]}\n" for k in range(12)
 )
-VOLUMES = "path_id,return_period_years,volume_m3\nP01,10,2e4\nP01,100,9e4\nP02,10,1e4\nP02,100,7e4\n"
+VOLUMES = (
+    "path_id,return_period_years,volume_m3\nP01,10,2e4\nP01,100,9e4\nP02,10,1e4\nP02,100,7e4\n"
+)
 SNOW = "year,depth_m\n" + "".join(f"{1980 + k},{0.8 + 0.07 * (k * 7 % 11)}\n" for k in range(30))
 LIMITS = """
 [[zone]]
@@ -65,10 +67,10 @@ def sources(folder: Path) -> list[Source]:
         for k, line in enumerate(world["events"].replace(",", ";").splitlines())
     )
     found += [
-        Source("events with ;", "events.csv", semicolons.encode(), _table(";"), _import, chain=True),
+        Source("events with ;", "events.csv", semicolons.encode(), _table(";"), _import, True),
         Source("events by H, L", "events.csv", STRAIGHT.encode(), _table(","), _import, chain=True),
         Source("velocities", "velocities.csv", VELOCITIES.encode(), _table(","), _import),
-        Source("workbook", "events.xlsx", _workbook(world), mutants.mutate_workbook, _import, chain=True),
+        Source("workbook", "events.xlsx", _workbook(world), mutants.mutate_workbook, _import, True),
         Source("volumes", "volumes.csv", VOLUMES.encode(), _table(","), _just(read_return_volumes)),
         Source("snow depths", "snow.csv", SNOW.encode(), _table(","), _just(read_snow_depths)),
         Source("avahazard.toml", "avahazard.toml", PROJECT.encode(), _text, _just(read_project)),
@@ -155,11 +157,11 @@ def _terrain(folder: Path) -> list[Source]:
         )
 
     def on_terrain(database: str, file: Path) -> object:
-        given = dict(dem=folder / "dem.tif", dry_run=True, update=True)
+        given = {"dem": folder / "dem.tif", "dry_run": True, "update": True}
         return import_files(database, [file], **given)  # type: ignore[arg-type]
 
     def under_lines(database: str, file: Path) -> object:
-        given = dict(dem=file, dry_run=True, update=True)
+        given = {"dem": file, "dry_run": True, "update": True}
         return import_files(database, [folder / "lines.gpkg"], **given)  # type: ignore[arg-type]
 
     return [

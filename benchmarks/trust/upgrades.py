@@ -1,8 +1,10 @@
-"""Databases of every earlier revision, with data, brought up to date and held against what was there."""
+"""Databases of every earlier revision, with data, upgraded and held against what was there."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -42,8 +44,8 @@ def earlier_revisions() -> list[str]:
 def upgrade_all(place: Place, folder: Path) -> Iterator[Upgraded]:
     """Upgrade a database of each earlier revision, by one process and by two at once.
 
-    Its rows are those of the program, taken back to that revision; its tables are not: they are made
-    as that revision made them.
+    Its rows are those of the program, taken back to that revision; its tables are made as that
+    revision made them.
     """
     inside = folder / "new"
     inside.mkdir()
@@ -64,9 +66,7 @@ def upgrade_all(place: Place, folder: Path) -> Iterator[Upgraded]:
         place.drop(full)
 
 
-def _upgrade(
-    place: Place, revision: str, at_once: int, database: str, folder: Path
-) -> Upgraded:
+def _upgrade(place: Place, revision: str, at_once: int, database: str, folder: Path) -> Upgraded:
     before = dump(database)
     found = Upgraded(place.name, revision, at_once, sum(map(len, before.values())))
     if at_once == 1:
@@ -81,30 +81,25 @@ def _upgrade(
     return found
 
 
-class _made:
-    """A database whose tables were made by the migrations up to `revision`, with the rows of `back`."""
-
-    def __init__(self, place: Place, revision: str, back: str, folder: Path) -> None:
-        self.place, self.folder = place, folder / "made"
-        downgrade(back, revision)
-        self.folder.mkdir()
-        self.database = place.new(self.folder)
-        engine = make_engine(self.database, migrates=True).execution_options(writes=True)
-        with engine.begin() as connection:
-            config = schema._config()
-            config.attributes["connection"] = connection
-            command.upgrade(config, revision)
-            _fill(connection, dump(back))
-        engine.dispose()
-
-    def __enter__(self) -> str:
-        return self.database
-
-    def __exit__(self, *_: object) -> None:
-        self.place.drop(self.database)
-        for file in self.folder.iterdir():
-            file.unlink()
-        self.folder.rmdir()
+@contextmanager
+def _made(place: Place, revision: str, back: str, folder: Path) -> Iterator[str]:
+    """A database of tables made by the migrations up to `revision`, with the rows of `back`."""
+    downgrade(back, revision)
+    inside = folder / "made"
+    inside.mkdir()
+    database = place.new(inside)
+    engine = make_engine(database, migrates=True).execution_options(writes=True)
+    with engine.begin() as connection:
+        config = schema._config()
+        config.attributes["connection"] = connection
+        command.upgrade(config, revision)
+        _fill(connection, dump(back))
+    engine.dispose()
+    try:
+        yield database
+    finally:
+        place.drop(database)
+        shutil.rmtree(inside)
 
 
 def _fill(connection: Connection, rows: Dump) -> None:

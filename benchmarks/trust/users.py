@@ -1,4 +1,4 @@
-"""Many users at once: nobody is refused, nothing that was confirmed is lost, no reader sees a part."""
+"""Many users at once: nobody is refused, nothing confirmed is lost, no reader sees a part."""
 
 from __future__ import annotations
 
@@ -46,16 +46,14 @@ class Crowd:
     faults: list[str]
 
 
-def mix(
-    place: str, database: str, folder: Path, seconds: float, *, threads: bool = False
-) -> Crowd:
+def mix(place: str, database: str, folder: Path, seconds: float, *, threads: bool = False) -> Crowd:
     """Let the eight `ROLES` work on an empty database for some `seconds`."""
     _write(folder / "first.csv", "shared", 0, N_ROWS)
     import_files(database, [folder / "first.csv"])
     users = [(role, k, database, str(folder), seconds) for k, role in enumerate(ROLES)]
     with _pool(len(users), threads) as pool:
         done = list(pool.map(_work, users))
-    turns = Counter({role: 0 for role in ROLES})
+    turns = Counter(dict.fromkeys(ROLES, 0))
     for one in done:
         turns[one.role] += one.turns
     lost, rows = 0, 0
