@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,7 +47,10 @@ def chain(
     """Import `files` into an empty database and go on to the export."""
     found = Chained(name)
     for words in (("--json", "import", *files), *steps):
-        ran = run(database, words, folder)
+        with warnings.catch_warnings():
+            # What numpy remarks on its way is no word for people, and hides what went wrong.
+            warnings.simplefilter("error", RuntimeWarning)
+            ran = run(database, words, folder)
         found.done += ran.status == 0
         found.refused += ran.status == 1
         found.faults += [f"{' '.join(words[1:3])}: {fault}" for fault in faults_of(ran)]

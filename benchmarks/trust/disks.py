@@ -68,8 +68,8 @@ def disturb(
         if can_mount():
             for _ in range(n_sizes):
                 free = int(rng.integers(0, _needed_kb(alone)))
-                yield _mounted(job, alone, folder, free)
-            yield _mounted(job, alone, folder, None)
+                yield on_mounted(job, alone, folder, free)
+            yield on_mounted(job, alone, folder, None)
         yield _vanishing(job, alone, folder, float(rng.uniform(0.3, 1.0)))
         for jump in (-3650 * DAY_S, 3650 * DAY_S):
             yield _jumping(job, alone, folder, jump)
@@ -90,7 +90,7 @@ def _given(alone: Undisturbed, folder: Path) -> Path:
     return given
 
 
-def _mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) -> Disturbed:
+def on_mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) -> Disturbed:
     """Run a job on a disk with that much room, or on a read-only one."""
     given = _given(alone, folder)
     room = Path(alone.start).stat().st_size // 1024 + (8192 if free_kb is None else free_kb)

@@ -49,9 +49,18 @@ def build_shim(folder: Path) -> Path:
 
 
 def cut_power(
-    folder: Path, n_cuts: int, rng: np.random.Generator, *, holder: str, synchronous: str = "FULL"
+    folder: Path,
+    n_cuts: int,
+    rng: np.random.Generator,
+    *,
+    holder: str,
+    synchronous: str = "FULL",
+    model: bool = True,
 ) -> Cuts:
-    """Run the work once, and look at `n_cuts` disks that a cut may leave, in an empty `folder`."""
+    """Run the work once, and look at `n_cuts` disks that a cut may leave, in an empty `folder`.
+
+    It ends with a calibration, unless `model` is false.
+    """
     sources = _sources(folder / "sources")
     disk_folder = folder / "disk"
     disk_folder.mkdir()
@@ -59,8 +68,17 @@ def cut_power(
     upkeep.create(str(database))
     disk = disk_of(disk_folder)
     log = folder / "log"
+    last = ["calibrate"] if model else []
     subprocess.run(
-        [sys.executable, str(HERE / "power_work.py"), str(database), holder, synchronous, *sources],
+        [
+            sys.executable,
+            str(HERE / "power_work.py"),
+            str(database),
+            holder,
+            synchronous,
+            *sources,
+            *last,
+        ],
         check=True,
         stdout=subprocess.PIPE,
         cwd=HERE.parents[1],

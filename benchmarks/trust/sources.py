@@ -130,7 +130,7 @@ def _terrain(folder: Path) -> list[Source]:
         import shapely  # noqa: PLC0415
     except ImportError:
         return []
-    folder.mkdir()
+    folder.mkdir(exist_ok=True)
     cell, west, north, code = 20.0, 255_000.0, 382_000.0, "EPSG:31287"
     down = (np.arange(80) + 0.5)[:, None] * cell
     across = (np.arange(60) + 0.5)[None, :] * cell

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +22,11 @@ from benchmarks.trust.running import Ran, ended, run, start
 MOVED = {"hazard_results": "hazard", "zone_results": "zones"}
 """Tables of before whose documents stand path by path in `path_results` now, by their kind."""
 
+ANSWERS = (
+    ("compare", "base"),
+    ("diagnose", "base", "--worlds", "39"),
+    ("zones", "base", "--return-period", "30"),
+)
 Dump = dict[str, list[dict[str, Any]]]
 
 
@@ -41,29 +46,37 @@ def earlier_revisions() -> list[str]:
     return sorted(set(schema._revisions()) - {schema.head()})
 
 
-def upgrade_all(place: Place, folder: Path) -> Iterator[Upgraded]:
-    """Upgrade a database of each earlier revision, by one process and by two at once.
+def upgrade_all(
+    place: Place,
+    folder: Path,
+    revisions: Sequence[str],
+    at_once: Sequence[int] = (1, 2),
+    full: bool = True,
+) -> Iterator[Upgraded]:
+    """Upgrade a database of each of `revisions`, by one process and by two at once.
+
+    It holds records and a model with its draws; if `full`, answers of every kind too.
 
     Its rows are those of the program, taken back to that revision; its tables are made as that
     revision made them.
     """
     inside = folder / "new"
     inside.mkdir()
-    full = place.new(inside)
-    make_state("answered", full, folder)
-    for words in (("compare", "base"), ("zones", "base", "--return-period", "30")):
-        run(full, words, folder).check()
+    source = place.new(inside)
+    make_state("answered" if full else "model", source, folder)
+    for words in ANSWERS if full else ():
+        run(source, words, folder).check()
     try:
-        for revision in earlier_revisions():
+        for revision in revisions:
             with (
-                copied(place, full, folder / "back") as back,
+                copied(place, source, folder / "back") as back,
                 _made(place, revision, back, folder) as old,
             ):
-                for at_once in (1, 2):
+                for n in at_once:
                     with copied(place, old, folder / "upgraded") as database:
-                        yield _upgrade(place, revision, at_once, database, folder)
+                        yield _upgrade(place, revision, n, database, folder)
     finally:
-        place.drop(full)
+        place.drop(source)
 
 
 def _upgrade(place: Place, revision: str, at_once: int, database: str, folder: Path) -> Upgraded:
