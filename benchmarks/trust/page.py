@@ -31,6 +31,8 @@ def page(found: Found) -> str:
     for name, write in parts.items():
         if name in found:
             lines += write(found[name])
+    if missing := [name for name in parts if name not in found]:
+        lines.append(f"Not run yet: {', '.join(missing)}.")
     return "\n".join(lines).rstrip() + "\n"
 
 
