@@ -23,8 +23,9 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
+from benchmarks.trust.amounts import Amounts  # noqa: E402
 from benchmarks.trust.page import page  # noqa: E402
-from benchmarks.trust.parts import PARTS, Amounts  # noqa: E402
+from benchmarks.trust.parts import PARTS  # noqa: E402
 
 FOUND = HERE / "trust.json"
 PAGE = HERE.parent / "docs" / "trust.md"

@@ -81,7 +81,8 @@ def make_state(state: str, database: str, folder: Path) -> None:
         "empty": (),
         "model": (("import", "world"), ("calibrate", "base", *SAMPLED)),
     }
-    steps["answered"] = (*steps["model"], JOBS[6].words)
+    answer = next(job.words for job in JOBS if job.name == "hazard")
+    steps["answered"] = (*steps["model"], answer)
     steps["old"] = steps["answered"]
     for words in steps[state]:
         run(database, words, folder).check()
