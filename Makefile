@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: lock, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage.
+# For maintainers: lock, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -18,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage lock
+.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust lock
 
 setup: $(VENV)/.installed
 
@@ -57,6 +57,10 @@ tutorial: setup
 
 coverage: setup
 	$(PYTHON) benchmarks/coverage.py
+
+# Kills, power cuts, bad disks, many users, upgrades, bad input: hours long.
+trust: setup
+	$(PYTHON) benchmarks/trust.py
 
 avanodes: setup
 	$(PYTHON) benchmarks/avanodes.py

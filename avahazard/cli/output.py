@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -102,6 +103,18 @@ def number(value: Any) -> str:
     return str(value)
 
 
+_MAY_NOT = "Look at the permissions of the file and of its folder, or name another one."
+DISK_HINTS = {
+    errno.ENOSPC: "The disk is full: make room, and do it again.",
+    errno.EDQUOT: "Your share of the disk is full: make room, and do it again.",
+    errno.ENOENT: "Look whether the file and its folder are there.",
+    errno.EACCES: _MAY_NOT,
+    errno.EPERM: _MAY_NOT,
+    errno.EROFS: _MAY_NOT,
+    errno.EIO: "The disk does not answer as it should: look at it before you go on.",
+}
+
+
 def show_error(error: AvahazardError | OSError) -> None:
     """Print an error on standard error: the rows at fault, the message, the hint."""
     console = errors()
@@ -114,7 +127,7 @@ def show_error(error: AvahazardError | OSError) -> None:
         message, hint = error.message, error.hint
     else:
         place = f": {error.filename}" if error.filename else ""
-        message, hint = f"{error.strerror or error}{place}", ""
+        message, hint = f"{error.strerror or error}{place}", DISK_HINTS.get(error.errno or 0, "")
     console.print(Text.assemble(("Error: ", "bold red"), safe(message)), soft_wrap=True)
     if hint:
         console.print(Text(f"Hint: {safe(hint)}"), soft_wrap=True)

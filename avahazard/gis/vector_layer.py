@@ -49,6 +49,12 @@ def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = Non
             # GDAL remarks on how the file was written, such as values of M that are left out.
             warnings.simplefilter("ignore")
             crs, (meta, _, geometry, columns) = _read(file, kind, near)
+    except UnicodeDecodeError as error:
+        raise AvahazardError(
+            f"{file} holds text that is not UTF-8: byte {error.object[error.start]:#x} after "
+            f"{error.object[: error.start]!r}.",
+            "Save it again from your GIS, in UTF-8.",
+        ) from error
     except (DataSourceError, DataLayerError) as error:
         raise AvahazardError(
             f"{file} cannot be read: {error}", "Give a GeoPackage, GeoJSON or Shapefile."

@@ -47,13 +47,21 @@ FIRST_YEAR = 1000
 SHOWN = 3
 
 
-def check_ranges(table: Table, problems: list[RowProblem], notes: list[str]) -> None:
-    """Refuse what is physically impossible, and dates to come; note what is unusual, with rows."""
+def check_ranges(
+    table: Table, problems: list[RowProblem], notes: list[str], *, unusual: bool = False
+) -> None:
+    """Refuse what is physically impossible, and dates to come; note what is unusual, with rows.
+
+    With `unusual` what is possible is usual: flows of another kind than snow, or of another age.
+    """
+    doubts: list[str] = []
     for column in table.header:
         if column in RANGES:
-            _check_numbers(table, column, RANGES[column], problems, notes)
+            _check_numbers(table, column, RANGES[column], problems, doubts)
         elif column in YEARS:
-            _check_years(table, column, problems, notes)
+            _check_years(table, column, problems, doubts)
+    if not unusual:
+        notes += doubts
 
 
 def _check_numbers(
@@ -103,4 +111,7 @@ def _number(text: str | None) -> float | None:
 def _note(table: Table, column: str, rows: list[tuple[int, str]], what: str) -> str:
     shown = ", ".join(f"line {line}: {text}" for line, text in rows[:SHOWN])
     more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
-    return f"{table.file}: {column} {what} ({shown}{more}). Are the unit and the value right?"
+    return (
+        f"{table.file}: {column} {what} ({shown}{more}). Are the unit and the "
+        "value right? If so, --unusual says it."
+    )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avahazard.records.errors import AvahazardError
+from avahazard.report.whole_file import put_in_place
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +45,7 @@ def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
     part = file.with_name(f".{file.stem}.part{file.suffix}")
     try:
         drawn.savefig(part, dpi=150)
-        part.replace(file)
+        put_in_place(part, file)
     finally:
         part.unlink(missing_ok=True)
 

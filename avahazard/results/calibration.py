@@ -87,7 +87,8 @@ class Calibration(Result):
     `left_out` counts events that the method cannot use, by the reason; path offsets are
     `path:PATH_ID` among the parameters. Of a child made by `add`, `comparison` holds the scores
     before and after. `path_spread` is there where paths differ and the model does not know it,
-    `prior_dominated` where the records hardly narrow a parameter (by its coordinate).
+    `prior_dominated` where the records hardly narrow a parameter (by its coordinate), `of_records`
+    (notes too) where a path misses its terrain or a record contradicts itself.
     """
 
     model: str
@@ -111,4 +112,5 @@ class Calibration(Result):
     comparison: BeforeAndAfter | None = field(default=None, metadata=ABSENT)
     path_spread: PathSpread | None = field(default=None, metadata=ABSENT)
     prior_dominated: dict[str, PriorDominated] | None = field(default=None, metadata=ABSENT)
+    of_records: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)

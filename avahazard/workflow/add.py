@@ -95,9 +95,7 @@ def add(
         start=start_from(parent, assemble(observations, specification, facts, definitions)),
         progress=lambda share: tell[0](f"Calibrating {new_name}", share, 1.0),
     )
-    result = calibration_result(
-        found, new_name, seed=seed, data_fingerprint=parent.fingerprint, parent=name
-    )
+    result = calibration_result(found, new_name, parent.training, seed=seed, parent=name)
     after = comparison(
         new_name, found.model, lambda share: tell[1](f"Comparing {new_name}", share, 1.0)
     )

@@ -18,7 +18,6 @@ from avahazard.inference.model.specification import (
 from avahazard.inference.paper.calibration import check_method
 from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
 from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
@@ -78,8 +77,7 @@ def calibrate(
         seed=seed,
         progress=lambda share: report(f"Calibrating {name}", share, 1.0),
     )
-    fingerprint = data_fingerprint(records)
-    result = calibration_result(found, name, seed=seed, data_fingerprint=fingerprint)
+    result = calibration_result(found, name, records, seed=seed)
     with writing(database) as session:
         save_calibrated(session, found, result, paths=tuple(dict.fromkeys(paths)))
     return result

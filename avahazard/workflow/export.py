@@ -15,6 +15,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
 from avahazard.report.hazard_csv import is_own_csv, write_hazard
 from avahazard.report.hazard_workbook import is_own_workbook, write_hazard_workbook
+from avahazard.report.whole_file import put_in_place
 from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
@@ -214,6 +215,6 @@ def _replace(
     part.unlink(missing_ok=True)
     try:
         write(part)
-        part.replace(file)
+        put_in_place(part, file)
     finally:
         part.unlink(missing_ok=True)

@@ -8,6 +8,7 @@ from pathlib import Path as FilePath
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.html.content import Cover, ReportContent
+from avahazard.report.whole_file import put_in_place
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import list_models
@@ -66,7 +67,7 @@ def write_report(
     whole = file.with_name(f".{file.name}.part")
     try:
         whole.write_bytes(text)
-        whole.replace(file)
+        put_in_place(whole, file)
     except OSError as error:
         whole.unlink(missing_ok=True)
         raise AvahazardError(

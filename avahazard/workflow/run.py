@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path as FilePath
 
+from avahazard.records.files.conventions import Conventions
 from avahazard.results.base import Rows
 from avahazard.results.project import ProjectRun, Step
 from avahazard.workflow.database import init_database
@@ -42,8 +43,9 @@ def run_project(
         named = project.database
         database = named if "://" in named else str(folder / named)
     run = ProjectState(project, folder, database, report)
-    steps = [_import(run)]
-    model, notes, made = "", [], []
+    step, told = _import(run)
+    steps, notes = [step], list(told)
+    model, made = "", []
     for model, step in project_models(run):  # noqa: B007 (the last one answers)
         steps.append(step)
     for step, of_notes, files in project_answers(run, model):
@@ -53,7 +55,8 @@ def run_project(
     return ProjectRun(str(file), database, model, Rows(steps), tuple(made), tuple(notes))
 
 
-def _import(run: ProjectState) -> Step:
+def _import(run: ProjectState) -> tuple[Step, tuple[str, ...]]:
+    """The step, and the notes on the rows."""
     project, folder = run.project, run.folder
     init_database(run.database)
     found = import_files(
@@ -62,6 +65,7 @@ def _import(run: ProjectState) -> Step:
         dem=None if project.dem is None else folder / project.dem,
         land_cover=None if project.land_cover is None else folder / project.land_cover,
         update=project.update,
+        given=Conventions(unusual=project.unusual),
     )
     counts = found.records
     kinds = {
@@ -72,4 +76,4 @@ def _import(run: ProjectState) -> Step:
     }
     changed = [f"{kind} {c.new + c.updated}" for kind, c in kinds.items() if c.new + c.updated]
     words = f"new or changed: {', '.join(changed)}" if changed else "no change"
-    return Step("import", DONE if changed else UP_TO_DATE, words)
+    return Step("import", DONE if changed else UP_TO_DATE, words), found.notes

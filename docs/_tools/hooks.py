@@ -18,6 +18,7 @@ COPIED = {
     "index.md": "README.md",
     "contributing.md": "CONTRIBUTING.md",
     "changelog.md": "CHANGELOG.md",
+    "security.md": "SECURITY.md",
     "twin.md": "data/README.md",
 }
 MADE: dict[str, Callable[[], str]] = {
@@ -32,6 +33,7 @@ LINKS = {
     "](../data/README.md": "](twin.md",
     "](CONTRIBUTING.md": "](contributing.md",
     "](CHANGELOG.md": "](changelog.md",
+    "](SECURITY.md": "](security.md",
     "](README.md": "](index.md",
 }
 

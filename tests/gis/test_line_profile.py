@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rasterio
 import shapely
 from pyproj import CRS, Geod
 
@@ -125,3 +126,20 @@ def test_lines_that_cannot_be_taken(
 def test_map_metres_said_to_be_degrees(terrain: TerrainModel) -> None:
     with pytest.raises(LineFault, match="outside WGS 84"):
         line_profile("P", LINE, WGS84, terrain)
+
+
+def test_a_mirrored_valley_has_the_same_profile(dem: Path, tmp_path: Path) -> None:
+    mirrored = tmp_path / "mirrored.tif"
+    with rasterio.open(dem) as source:
+        values, profile = source.read(1)[:, ::-1], source.profile
+        middle = 0.5 * (source.bounds.left + source.bounds.right)
+        with rasterio.open(mirrored, "w", **profile) as target:
+            target.write(values, 1)
+    other_side = shapely.transform(
+        LINE, lambda xy: np.column_stack([2 * middle - xy[:, 0], xy[:, 1]])
+    )
+    with open_terrain(dem) as here, open_terrain(mirrored) as there:
+        first = line_profile("P", LINE, SYSTEM, here)
+        second = line_profile("P", other_side, SYSTEM, there)
+    np.testing.assert_allclose(second.x, first.x, atol=1e-6)
+    np.testing.assert_allclose(second.y, first.y, atol=1e-3)

@@ -101,3 +101,10 @@ def test_files_that_cannot_be_used(tmp_path: Path) -> None:
         with pytest.raises(AvahazardError, match=message) as caught:
             read_layer(file, "line")
         assert hint in caught.value.hint
+
+
+def test_text_that_is_not_utf_8_is_told(tmp_path: Path) -> None:
+    file = write_lines(tmp_path / "a.geojson", [[TOP, BOTTOM]], {"path_id": ["P"]})
+    file.write_bytes(file.read_bytes().replace(b'"properties"', b'"prop\x8brties"'))
+    with pytest.raises(AvahazardError, match="not UTF-8"):
+        read_layer(file, "line")

@@ -68,6 +68,16 @@ def test_the_rest_passes_or_is_for_the_form(column: str, text: str) -> None:
     assert check(column, text) == ([], [])
 
 
+def test_what_is_meant_so_needs_no_note_and_stays_within_what_is_possible() -> None:
+    rows = ({"volume_m3": "2e13"}, {"volume_m3": "1e16"})
+    table = Table("f.csv", ("volume_m3",), (2, 3), rows)
+    problems: list[RowProblem] = []
+    notes: list[str] = []
+    check_ranges(table, problems, notes, unusual=True)
+    assert notes == []
+    assert [p.line for p in problems] == [3]
+
+
 def test_today_is_no_date_to_come() -> None:
     assert check("date", dt.date.today().isoformat()) == ([], [])
     assert check("date", str(dt.date.today().year)) == ([], [])

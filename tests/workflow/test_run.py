@@ -12,7 +12,9 @@ from avahazard.results.project import ProjectRun
 from avahazard.store.models import list_models
 from avahazard.store.session import reading
 from avahazard.workflow.project import answers
-from avahazard.workflow.run import run_project
+from avahazard.workflow.project.file import read_project
+from avahazard.workflow.project.state import ProjectState
+from avahazard.workflow.run import _import, run_project
 
 SMALL = """
 files = ["world"]
@@ -71,6 +73,20 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
     assert set(states(more).values()) == {"done"}
     with reading(str(folder / "valley.db")) as session:
         assert [model.name for model in list_models(session)] == ["base", "base-2"]
+
+
+def test_doubts_about_the_rows_are_told_unless_they_are_meant(tmp_path: Path) -> None:
+    (tmp_path / "events.csv").write_text(
+        "event_id,fall_height_m,runout_length_m,volume_m3\na,900,1500,5e9\n"
+    )
+    file = tmp_path / "avahazard.toml"
+    told = []
+    for more in ("", "unusual = true\n"):
+        file.write_text(f'files = ["events.csv"]\n{more}')
+        state = ProjectState(read_project(file), tmp_path, str(tmp_path / "a.db"), print)
+        told.append(_import(state)[1])
+    assert "line 2: 5e9" in told[0][0]
+    assert told[1] == ()
 
 
 @pytest.mark.slow

@@ -63,8 +63,8 @@ def compare(
         console.print(f"bias: predicted mean less recorded. {error_words(found)}")
         console.print(
             f"Log predictive density, each record left out in turn (higher is better): "
-            f"{scores.elpd_loo:.1f} "
-            f"± {scores.elpd_loo_se:.1f}."
+            f"{scores.elpd_loo:.1f}"
+            + ("." if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}.")
         )
         console.print(table("", *budget_table(found)))
         if found.speed_misfit:

@@ -50,6 +50,12 @@ def import_(
             "--dry-run", help="Say how the files are read and what would happen, store nothing."
         ),
     ] = False,
+    unusual: Annotated[
+        bool,
+        typer.Option(
+            "--unusual", help="Numbers beyond those of snow avalanches are meant so: no note."
+        ),
+    ] = False,
     decimal: Annotated[
         Decimal | None,
         typer.Option(help="The decimal sign, where a file does not show it.", show_default=False),
@@ -72,6 +78,7 @@ def import_(
       avahazard import events.csv velocities.csv --dry-run
       avahazard import records.xlsx --dry-run
       avahazard import events.csv --dates dmy --update
+      avahazard import slides.csv --unusual
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
     from avahazard.records.files.conventions import Conventions  # noqa: PLC0415
@@ -85,7 +92,7 @@ def import_(
         crs=crs,
         update=update,
         dry_run=dry_run,
-        given=Conventions(decimal, dates),
+        given=Conventions(decimal, dates, unusual),
     )
 
     def render(console: Console) -> None:

@@ -15,6 +15,8 @@ from avahazard.inference.seeds import generator
 
 Floats = NDArray[np.float64]
 
+ALIKE = 1e-9
+"""Log densities (nats) that differ by less are those of one weight."""
 MAX_DRAWS = 1000
 BAD_K = 0.7
 MAX_REFITS = 10
@@ -27,7 +29,7 @@ class Loo(NamedTuple):
     """
 
     elpd: float
-    se: float
+    se: float | None
     by_event: Floats
     pareto_k: Floats
     n_bad: int
@@ -41,15 +43,13 @@ def leave_one_out(model: FittedModel) -> Loo:
     weights are not to be trusted (k > 0.7) for ten events or fewer, the model is refitted without
     each.
     """
-    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
     posterior, coordinates = model.posterior, model.draws
     offsets = model.group_offsets(generator(0, "leave one out"))
     given = [
         posterior.event_log_likelihood(coordinates[k], None if offsets is None else offsets[k])
         for k in model.evenly(min(MAX_DRAWS, len(coordinates)))
     ]
-    by_event, pareto_k, _ = array_stats.loo(np.array(given).T, chain_axis=None, draw_axis=-1)
-    by_event = np.array(by_event, dtype=np.float64)
+    by_event, pareto_k = smoothed_loo(np.array(given))
     bad = np.flatnonzero(~(np.asarray(pareto_k) <= BAD_K))
     refits = bad if len(bad) <= MAX_REFITS else bad[:0]
     if len(refits):
@@ -57,11 +57,32 @@ def leave_one_out(model: FittedModel) -> Loo:
     for i in refits:
         out = np.arange(len(by_event)) == i
         by_event[i] = left_out_log_density(posterior, out, start, coordinates)[i]
+    n = len(by_event)
     return Loo(
         elpd=float(np.sum(by_event)),
-        se=float(np.sqrt(len(by_event)) * np.std(by_event, ddof=1)),
+        se=float(np.sqrt(n) * np.std(by_event, ddof=1)) if n > 1 else None,
         by_event=by_event,
         pareto_k=np.asarray(pareto_k),
         n_bad=len(bad),
         n_refitted=len(refits),
     )
+
+
+def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
+    """Left-out log density and Pareto k `[n_events]` of draws `[n_draws, n_events]`.
+
+    An event that is as likely by most draws (one that is sure to leave the profile) has weights
+    without a tail that a Pareto distribution could be fitted to: its plain weights serve, and its k
+    is 0 where they are all equal.
+    """
+    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found, k, _ = array_stats.loo(log_likelihood.T, chain_axis=None, draw_axis=-1)
+    by_event, pareto_k = np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)
+    equal = np.ptp(log_likelihood, axis=0) <= ALIKE
+    pareto_k[equal] = 0.0
+    plain = equal | ~np.isfinite(by_event)
+    less = -log_likelihood[:, plain]
+    # 1 / p(y_i | the others) is the mean of 1 / p(y_i | draw).
+    by_event[plain] = np.log(len(less)) - np.logaddexp.reduce(less, axis=0)
+    return by_event, pareto_k

@@ -62,7 +62,7 @@ def read_forms(
             continue
         refuse_near(table, COLUMNS[kind], wrong)
         table = plain_cells(table, given, intake.problems)
-        check_ranges(table, intake.problems, intake.notes)
+        check_ranges(table, intake.problems, intake.notes, unusual=given.unusual)
         intake.read.append(summary(table, kind))
         intake.understood += understood(table, kind, COLUMNS[kind])
         found.append((kind, table))

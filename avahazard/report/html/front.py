@@ -115,7 +115,7 @@ def _picture(view: PathView, period: float | None) -> Markup | None:
     if row is not None:
         parts += _design(row["design"]["runout_x_m"], end, at)
     words = escape(f"{view.name}: the profile, the recorded stops and the design runout")
-    return Markup(
+    return Markup(  # noqa: S704 (numbers, and words that are escaped)
         f'<svg viewBox="0 -8 {WIDTH} {HEIGHT + 8}" role="img" aria-label="{words}">'
         + "".join(parts)
         + "</svg>"

@@ -95,6 +95,7 @@ class Project(Strict):
     files: Annotated[list[str], Field(min_length=1)]
     database: str | None = None
     update: bool = False
+    unusual: bool = False
     dem: str | None = None
     land_cover: str | None = None
     skip: list[StepName] = Field(default=[])

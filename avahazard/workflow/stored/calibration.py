@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from avahazard.criticism.diagnosis.paths_differ import WORTH_A_NOTE, paths_differ
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.records.collection import Records
+from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results.calibration import (
     Calibration,
     Convergence,
@@ -17,6 +19,7 @@ from avahazard.results.calibration import (
     PathSpread,
     PriorDominated,
 )
+from avahazard.workflow.stored.record_notes import record_notes
 
 Floats = NDArray[np.float64]
 
@@ -27,9 +30,9 @@ independent normals they tell as much at 0.71)."""
 
 
 def calibration_result(
-    found: Calibrated, name: str, *, seed: int, data_fingerprint: str, parent: str | None = None
+    found: Calibrated, name: str, records: Records, *, seed: int, parent: str | None = None
 ) -> Calibration:
-    """Sum up what was found of a model: its parameters and convergence, with notes."""
+    """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
     specification, chains = found.model.specification, found.chains
     n_chains, n_draws = chains.draws.shape[:2]
     checks = chains.diagnostics
@@ -42,6 +45,8 @@ def calibration_result(
         )
     dominated = prior_dominated(found.model)
     notes += [told.note(name, key) for key, told in dominated.items()]
+    of_records = record_notes(records, found.model.observations.sites)
+    notes += of_records
     spread = _path_spread(found)
     if spread is not None:
         notes.insert(0, spread.note(name))
@@ -69,10 +74,11 @@ def calibration_result(
         chains=n_chains,
         draws=n_draws,
         seed=seed,
-        data_fingerprint=data_fingerprint,
+        data_fingerprint=data_fingerprint(records),
         notes=tuple(notes),
         path_spread=spread,
         prior_dominated=dominated or None,
+        of_records=of_records or None,
     )
 
 

@@ -56,8 +56,10 @@ def model_notes(result: Calibration, records_changed: bool, version: str | None)
     if not result.diagnostics.converged:
         notes.append(unconverged_words(name))
     if result.n_events < FEW_EVENTS:
-        notes.append(f"{name} stands on {result.n_events} events only.")
+        events = "1 event" if result.n_events == 1 else f"{result.n_events} events"
+        notes.append(f"{name} stands on {events} only.")
     notes += [told.note(name, key) for key, told in (result.prior_dominated or {}).items()]
+    notes += result.of_records or ()
     if version is not None and version != avahazard.__version__:
         notes.append(
             f"{name} was made with version {version} of this program, which is "

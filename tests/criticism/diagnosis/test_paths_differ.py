@@ -11,6 +11,7 @@ from avahazard.inference.model.observations import Observations, build_observati
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import calibrate_model
 from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.records.collection import Records
 from avahazard.synth.making import make_world
 from avahazard.workflow.stored.calibration import calibration_result
 
@@ -37,7 +38,7 @@ def test_the_evidence_is_about_that_of_the_full_fits(seed: int, strength: float)
     assert expected - 2.5 < found.evidence < expected + 0.8
     assert (found.evidence > WORTH_A_NOTE) == (strength > 0.0)
     assert found.lacking is None
-    result = calibration_result(calibrated, "m", seed=0, data_fingerprint="")
+    result = calibration_result(calibrated, "m", Records(), seed=0)
     if strength:
         assert found.sd == pytest.approx(0.15, rel=0.7)
         assert result.path_spread is not None

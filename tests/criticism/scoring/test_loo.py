@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.criticism.scoring.held_out import left_out_log_density
-from avahazard.criticism.scoring.loo import leave_one_out
+from avahazard.criticism.scoring.loo import leave_one_out, smoothed_loo
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.marginal import sample
 from tests.criticism.studies import draws_about, fitted, straight
@@ -22,6 +22,7 @@ def test_it_agrees_with_refits() -> None:
     )
     np.testing.assert_allclose(found.by_event, truth, atol=0.15)
     assert found.elpd == np.sum(found.by_event)
+    assert found.se is not None
     assert np.isclose(found.se, np.sqrt(20) * np.std(found.by_event, ddof=1))
     assert found.n_bad == np.sum(found.pareto_k > 0.7)
 
@@ -47,3 +48,22 @@ def test_a_record_that_rules_the_fit_is_refitted() -> None:
     truth = np.log(np.sum(weight * given) / np.sum(weight))
     # So far out in the tail the cut of the weights counts.
     assert np.isclose(found.by_event[3], truth, atol=1.0)
+
+
+def test_an_event_that_no_draw_doubts_has_the_density_of_any() -> None:
+    """Weights without a tail: all equal, or but for a few draws that are as unlikely."""
+    rng = np.random.default_rng(0)
+    log_likelihood = rng.normal(-5.0, 0.3, (400, 3))
+    log_likelihood[:, 1] = -2.0
+    log_likelihood[:, 2] = np.where(np.arange(400) < 30, -0.5, 0.0)
+    by_event, pareto_k = smoothed_loo(log_likelihood)
+    assert np.isfinite(by_event).all()
+    assert by_event[1] == -2.0
+    assert pareto_k[1] == 0.0
+    plain = -np.log(np.mean(np.exp(-log_likelihood), axis=0))
+    np.testing.assert_allclose(by_event, plain, atol=0.05)
+
+
+def test_one_event_has_no_standard_error() -> None:
+    posterior, mode = fitted(straight(1))
+    assert leave_one_out(FittedModel(posterior, draws_about(mode), {})).se is None

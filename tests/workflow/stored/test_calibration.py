@@ -14,7 +14,9 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
+from avahazard.records.collection import Records
 from avahazard.records.event import Event
+from avahazard.records.fingerprint import data_fingerprint
 from avahazard.workflow.stored.calibration import calibration_result, mode, summary
 from tests.criticism.studies import straight
 from tests.workflow.worlds import bowl
@@ -66,11 +68,11 @@ def test_the_mode_of_a_constant() -> None:
 def test_parameters_offsets_and_settings() -> None:
     draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
     found = _found(draws, {"B": draws[..., 0].ravel() - 0.5}, left_out={"have no volume": 2})
-    result = calibration_result(found, "m", seed=5, data_fingerprint="f", parent="p")
+    result = calibration_result(found, "m", Records(), seed=5, parent="p")
     assert list(result.parameters) == ["a", "sigma", "path:B"]
     assert result.parameters["path:B"].unit == "log friction"
     assert result.parameters["a"].mean == pytest.approx(draws[..., 0].mean())
-    kept = ("model", "parent", "law", "effects", "n_events", "seed", "data_fingerprint")
+    kept = ("model", "parent", "law", "effects", "n_events", "seed")
     assert [getattr(result, key) for key in kept] == [
         "m",
         "p",
@@ -78,8 +80,8 @@ def test_parameters_offsets_and_settings() -> None:
         ("path-effect",),
         7,
         5,
-        "f",
     ]
+    assert result.data_fingerprint == data_fingerprint(Records())
     assert (result.chains, result.draws) == (4, 500)
     assert result.diagnostics.converged
     assert result.notes == ()
@@ -87,7 +89,7 @@ def test_parameters_offsets_and_settings() -> None:
 
 def test_chains_apart_are_said_not_to_have_converged() -> None:
     draws = np.random.default_rng(4).normal(0.5, 0.1, (4, 500, 1)) + np.arange(4)[:, None, None]
-    result = calibration_result(_found(draws, {}), "m", seed=0, data_fingerprint="f")
+    result = calibration_result(_found(draws, {}), "m", Records(), seed=0)
     assert result.diagnostics.converged is False
     assert result.diagnostics.rhat_max > 1.5
     assert "have not converged" in result.notes[0]

@@ -20,7 +20,6 @@ from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.stored.calibration import calibration_result
@@ -65,7 +64,7 @@ def _store(database: str, found: Calibrated, **more: Any) -> None:
     with writing(database) as session:
         save_records(session, twin_records())
     records = only_paths(twin_records(), more.get("paths", ()))
-    result = calibration_result(found, "m", seed=1, data_fingerprint=data_fingerprint(records))
+    result = calibration_result(found, "m", records, seed=1)
     with writing(database) as session:
         save_calibrated(session, found, result, **more)
 

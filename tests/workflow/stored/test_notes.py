@@ -32,7 +32,8 @@ FEW = "base stands on 7 events only."
 OTHER = "base was made with version 0.0.1 of this program"
 PRIOR = "the records say little of log a: in base the prior speaks"
 SPREAD = "paths differ by sd 0.20"
-ALL = (STALE, UNCONVERGED, FEW, OTHER, PRIOR, SPREAD)
+RECORDS = "records contradict themselves: e1."
+ALL = (STALE, UNCONVERGED, FEW, OTHER, PRIOR, SPREAD, RECORDS)
 
 
 def told_of(database: str) -> None:
@@ -44,6 +45,7 @@ def told_of(database: str) -> None:
         result["diagnostics"]["converged"] = False
         result["prior_dominated"] = {"log a": {"sd_ratio": 0.9, "moved_sd": 0.2}}
         result["path_spread"] = {"sd": 0.2, "evidence": 5.0, "n_paths": 6, "effect": None}
+        result["of_records"] = [RECORDS]
         settings = json.loads(json.dumps(row.settings))
         settings["made_with"]["versions"]["avahazard"] = "0.0.1"
         row.result, row.settings, row.converged = result, settings, False

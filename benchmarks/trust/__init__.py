@@ -1,0 +1,1 @@
+"""Faults, many users, upgrades and bad input over the whole product (docs/trust.md)."""

@@ -1,0 +1,178 @@
+"""Disks that fill, folders that cannot be written to or vanish, clocks that jump."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from avahazard.workflow.database import check
+from benchmarks.trust.jobs import Job, make_state
+from benchmarks.trust.kills import Undisturbed, leave_alone, link_records
+from benchmarks.trust.places import Files
+from benchmarks.trust.power import HERE
+from benchmarks.trust.rows import contents, faults
+from benchmarks.trust.running import PROGRAM, Ran, ended, run, start
+
+# A disk of its own for the command: a file system in memory that no other process sees.
+MOUNTED = """
+mount -t tmpfs -o size={size}k none mounted && cp -RP given/. mounted && cd mounted || exit 99
+mount -o remount,{how} . || exit 99
+{program} --db avahazard.db {words}
+status=$?
+cd .. && rm -rf given && mkdir given && cp -RP mounted/. given
+exit $status
+"""
+DAY_S = 86_400
+
+
+@dataclass(slots=True)
+class Disturbed:
+    """What came of a command on a bad disk or by a bad clock."""
+
+    fault: str
+    job: str
+    told: bool
+    faults: list[str] = field(default_factory=list)
+
+
+def can_mount() -> bool:
+    """Whether file systems of one's own can be mounted here."""
+    if shutil.which("unshare") is None or os.geteuid() != 0:
+        return False
+    return subprocess.run(["unshare", "-m", "true"], check=False).returncode == 0
+
+
+def disturb(
+    jobs: Sequence[Job], n_sizes: int, rng: np.random.Generator, folder: Path
+) -> Iterator[Disturbed]:
+    """Run each job on bad disks and by bad clocks.
+
+    Disks of `n_sizes` sizes, one that is read only, a folder that vanishes, clocks that jump.
+    """
+    place = Files()
+    states: dict[str, str] = {}
+    for job in jobs:
+        if job.state not in states:
+            inside = folder / f"state-{job.state}"
+            inside.mkdir()
+            states[job.state] = place.new(inside)
+            make_state(job.state, states[job.state], folder)
+        alone = leave_alone(job, place, states[job.state], folder)
+        if can_mount():
+            for _ in range(n_sizes):
+                free = int(rng.integers(0, _needed_kb(alone)))
+                yield on_mounted(job, alone, folder, free)
+            yield on_mounted(job, alone, folder, None)
+        yield _vanishing(job, alone, folder, float(rng.uniform(0.3, 1.0)))
+        for jump in (-3650 * DAY_S, 3650 * DAY_S):
+            yield _jumping(job, alone, folder, jump)
+
+
+def _needed_kb(alone: Undisturbed) -> int:
+    """About what the command writes at most, log and file together."""
+    return (alone.size + len(alone.written or b"")) // 1024 + 64
+
+
+def _given(alone: Undisturbed, folder: Path) -> Path:
+    shutil.rmtree(folder / "disk", ignore_errors=True)
+    given = folder / "disk" / "given"
+    given.mkdir(parents=True)
+    (folder / "disk" / "mounted").mkdir()
+    shutil.copy(alone.start, given / "avahazard.db")
+    link_records(folder, given)
+    return given
+
+
+def on_mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) -> Disturbed:
+    """Run a job on a disk with that much room, or on a read-only one."""
+    given = _given(alone, folder)
+    room = Path(alone.start).stat().st_size // 1024 + (8192 if free_kb is None else free_kb)
+    how = "ro" if free_kb is None else "rw"
+    words = " ".join(f"'{word}'" for word in job.words)
+    script = MOUNTED.format(size=room, how=how, program=PROGRAM, words=words)
+    process = subprocess.run(
+        ["unshare", "-m", "sh", "-c", script],
+        cwd=folder / "disk",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    ran = Ran(job.words, process.returncode, process.stdout, process.stderr, "")
+    found = _judged("full disk" if how == "rw" else "read-only folder", job, ran)
+    _look(found, job, alone, given, confirmed=ran.status == 0)
+    return found
+
+
+def _vanishing(job: Job, alone: Undisturbed, folder: Path, share: float) -> Disturbed:
+    """Take the folder away after that share of the time that the job needs."""
+    given = _given(alone, folder)
+    process = start(str(given / "avahazard.db"), job.words, given, stdout=-1, stderr=-1)
+    away = folder / "disk" / "away"
+    timer = threading.Timer(share * alone.seconds, lambda: given.rename(away))
+    timer.start()
+    ran = ended(process, job.words)
+    timer.join()
+    found = _judged("folder that vanishes", job, ran)
+    away.rename(given)
+    _look(found, job, alone, given, confirmed=False)
+    return found
+
+
+def _jumping(job: Job, alone: Undisturbed, folder: Path, jump: int) -> Disturbed:
+    """Run a job by a clock that jumps to and fro at every third reading."""
+    given = _given(alone, folder)
+    shim = folder / "clock.so"
+    if not shim.exists():
+        flags = ["-shared", "-fPIC", "-O1", "-o", str(shim), str(HERE / "clock.c"), "-ldl"]
+        subprocess.run(["gcc", *flags], check=True)
+    clock = {"LD_PRELOAD": str(shim), "TRUST_EVERY": "3", "TRUST_JUMP": str(jump)}
+    words = job.words
+    process = start(
+        str(given / "avahazard.db"), words, given, stdout=-1, stderr=-1, env={**os.environ, **clock}
+    )
+    ran = ended(process, words)
+    found = _judged("clock that jumps", job, ran)
+    # Ten years back the last records of the world are to come, and that is said.
+    if ran.status != 0 and "date" not in ran.errors:
+        found.faults.append(f"refused: {ran.errors}")
+    _look(found, job, alone, given, confirmed=ran.status == 0)
+    return found
+
+
+def _judged(fault: str, job: Job, ran: Ran) -> Disturbed:
+    found = Disturbed(fault, job.name, ran.status != 0)
+    if ran.status not in (0, 1) or "Traceback" in ran.errors:
+        found.faults.append(f"status {ran.status}: {ran.errors[-400:]}")
+    elif ran.status == 1 and not ("Error:" in ran.errors and "Hint:" in ran.errors):
+        found.faults.append(f"no message with a hint: {ran.errors[-400:]}")
+    return found
+
+
+def _look(found: Disturbed, job: Job, alone: Undisturbed, given: Path, *, confirmed: bool) -> None:
+    database = str(given / "avahazard.db")
+    now = contents(database)
+    found.faults += faults(now, alone.before, alone.after)
+    if confirmed and now != alone.after:
+        found.faults.append("it was confirmed, and is not there")
+    if job.state != "old" or now == alone.after:
+        found.faults += check(database).problems
+    if job.file is not None:
+        file = given / job.file
+        same = job.file == "copy.db" or not file.exists() or file.read_bytes() == alone.written
+        if not same:
+            found.faults.append(f"{job.file} is written in part")
+        file.unlink(missing_ok=True)
+        if list(given.glob("*.part*")):
+            found.faults.append("a part of a file is left")
+    again = run(database, job.words, given)
+    if again.status != 0 and not (now == alone.after and again.status == 1):
+        found.faults.append(f"the same command again: {again.errors or again.broken}")
+    if contents(database) != alone.after:
+        found.faults.append("the same command again does not end as the one left alone")

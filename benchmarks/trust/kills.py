@@ -1,0 +1,157 @@
+"""kill -9 at random moments: what was confirmed is there, the rest is all or nothing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from avahazard.workflow.database import check
+from benchmarks.trust.jobs import Job, make_state
+from benchmarks.trust.places import Files, Place, copied
+from benchmarks.trust.rows import Contents, contents, faults
+from benchmarks.trust.running import run, start
+
+
+@dataclass(frozen=True, slots=True)
+class Undisturbed:
+    """A job that was left alone: the database before and after, its file, how long it took.
+
+    `size`: of the database's file at the end, in bytes (0 on a server).
+    """
+
+    start: str
+    before: Contents
+    after: Contents
+    written: bytes | None
+    seconds: float
+    size: int
+
+
+@dataclass(slots=True)
+class Killed:
+    """What came of one kill; `faults` are what was lost, half stored, damaged or refused."""
+
+    job: str
+    place: str
+    moment: float
+    stood: str = "before"
+    faults: list[str] = field(default_factory=list)
+
+
+def leave_alone(job: Job, place: Place, start_database: str, folder: Path) -> Undisturbed:
+    """Run a job in a process of its own, to its end."""
+    before = contents(start_database)
+    inside = folder / "alone"
+    with copied(place, start_database, inside) as database:
+        link_records(folder, inside)
+        began = time.monotonic()
+        process = start(database, job.words, inside, stderr=subprocess.PIPE)
+        errors = process.communicate()[1]
+        seconds = time.monotonic() - began
+        if process.returncode != 0:
+            raise SystemExit(f"{job.name} does not succeed when it is left alone: {errors}")
+        file = (inside / job.file).read_bytes() if job.file else None
+        size = Path(database).stat().st_size if isinstance(place, Files) else 0
+        return Undisturbed(start_database, before, contents(database), file, seconds, size)
+
+
+def kill_jobs(
+    jobs: Sequence[Job], place: Place, n_kills: int, rng: np.random.Generator, folder: Path
+) -> Iterator[Killed]:
+    """Kill the jobs in turn, `n_kills` times in all; `folder` holds their records."""
+    states: dict[str, str] = {}
+    alone: dict[str, Undisturbed] = {}
+    mine = [job for job in jobs if job.on_server or isinstance(place, Files)]
+    try:
+        for k in range(n_kills):
+            job = mine[k % len(mine)]
+            if job.state not in states:
+                inside = folder / f"state-{job.state}"
+                inside.mkdir()
+                states[job.state] = place.new(inside)
+                make_state(job.state, states[job.state], folder)
+            if job.name not in alone:
+                alone[job.name] = leave_alone(job, place, states[job.state], folder)
+            yield kill_once(job, place, alone[job.name], rng, folder)
+    finally:
+        for database in states.values():
+            place.drop(database)
+
+
+def kill_once(
+    job: Job, place: Place, alone: Undisturbed, rng: np.random.Generator, folder: Path
+) -> Killed:
+    """Kill a job at a random moment, look at what is left, and run it again.
+
+    Every second kill of a file waits for the first write to it, and comes within 50 ms of that.
+    """
+    inside = folder / "killed"
+    with copied(place, alone.start, inside) as database:
+        link_records(folder, inside)
+        process = start(database, job.words, inside)
+        began = time.monotonic()
+        if isinstance(place, Files) and job.file is None and rng.random() < 0.5:
+            _await_write(process, Path(f"{database}-wal"), 2.0 * alone.seconds)
+            time.sleep(float(rng.uniform(0.0, 0.05)))
+        else:
+            time.sleep(float(rng.uniform(0.0, 1.05 * alone.seconds)))
+        confirmed = process.poll() == 0
+        if process.returncode is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        found = Killed(job.name, place.name, time.monotonic() - began)
+        process.wait()
+        _judge(found, job, alone, database, inside, confirmed=confirmed)
+    return found
+
+
+def _judge(
+    found: Killed, job: Job, alone: Undisturbed, database: str, folder: Path, *, confirmed: bool
+) -> None:
+    now = contents(database)
+    found.faults += faults(now, alone.before, alone.after)
+    whole = now == alone.after
+    found.stood = "after" if whole else "before" if now == alone.before else "between"
+    if confirmed and not whole:
+        found.faults.append("it was confirmed, and is not there")
+    if job.file is not None and (folder / job.file).exists() and not _same_file(job, alone, folder):
+        found.faults.append(f"{job.file} is written in part")
+    if job.state != "old" or whole:
+        found.faults += check(database, full=True).problems
+    if job.file is not None and (folder / job.file).exists():
+        (folder / job.file).unlink()  # backups are never written over
+    again = run(database, job.words, folder)
+    stored_already = whole and again.status == 1 and not again.broken
+    if again.status != 0 and not stored_already:
+        found.faults.append(f"the same command again: {again.errors or again.broken}")
+    if contents(database) != alone.after:
+        found.faults.append("the same command again does not end as the one left alone")
+    found.faults += check(database, full=True).problems
+
+
+def _same_file(job: Job, alone: Undisturbed, folder: Path) -> bool:
+    if job.file == "copy.db":  # stamped by the hour of the copy
+        return contents(str(folder / job.file)) == alone.before
+    return (folder / str(job.file)).read_bytes() == alone.written
+
+
+def _await_write(process: subprocess.Popen[str], log: Path, at_most: float) -> None:
+    until = time.monotonic() + at_most
+    while process.poll() is None and time.monotonic() < until:
+        if log.exists() and log.stat().st_size > 0:
+            return
+        time.sleep(0.0005)
+
+
+def link_records(folder: Path, inside: Path) -> None:
+    """Give a job in `inside` the records of `folder`."""
+    for name in ("world", "changed"):
+        (inside / name).symlink_to(folder / name)
+    shutil.copy(folder / "avahazard.toml", inside)

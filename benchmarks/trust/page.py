@@ -1,0 +1,43 @@
+"""docs/trust.md out of what the parts of `make trust` counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from textwrap import fill
+
+from benchmarks.trust import fault_sections, input_sections
+from benchmarks.trust.markdown import Found
+
+WIDTH = 104
+VERBATIM = ("|", "`", "-", "#")
+HEAD = """\
+# Faults, many users, upgrades, bad input
+
+What is lost when the program is killed, the power fails or the disk is full; what many users at
+once do to one another; what an upgrade keeps; what garbage does. Each table is written by the run
+that stands above it; `make trust` runs them all in full, `make test` a short version of each.
+"""
+
+
+def page(found: Found) -> str:
+    """The page of all parts that have been run."""
+    parts: dict[str, Callable[[Found], list[str]]] = {
+        "kills": fault_sections.kills,
+        "power": fault_sections.power,
+        "disks": fault_sections.disks,
+        "users": fault_sections.users,
+        "upgrades": fault_sections.upgrades,
+        "mutants": input_sections.mutants,
+        "degenerate": input_sections.degenerate,
+    }
+    lines = [HEAD]
+    for name, write in parts.items():
+        if name in found:
+            lines += write(found[name])
+    if missing := [name for name in parts if name not in found]:
+        lines.append(f"Not run yet: {', '.join(missing)}.")
+    return "\n".join(map(_wrapped, lines)).rstrip() + "\n"
+
+
+def _wrapped(line: str) -> str:
+    return line if line.startswith(VERBATIM) or "\n" in line else fill(line, WIDTH)

@@ -1,0 +1,37 @@
+"""Records that tell next to nothing, before every command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from _pytest.mark import ParameterSet
+
+from avahazard.workflow.models import show_model
+from benchmarks.trust.degenerate import SETS, run_set
+
+
+def slow(*given: str) -> ParameterSet:
+    return pytest.param(*given, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(
+    ("name", "note"),
+    [
+        ("one event", "m stands on 1 event only."),
+        slow("all left the profile", "the records say little of log a"),
+        slow("all volumes equal", "the records say little of n"),
+    ],
+)
+def test_commands_bear_them_and_say_so(name: str, note: str, database: str, tmp_path: Path) -> None:
+    found = run_set(name, database, tmp_path, every=False)
+    assert found.faults == []
+    assert found.done > 0
+    notes = show_model(database, "m").notes
+    assert any(note in told for told in notes), notes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SETS)
+def test_every_command_bears_them(name: str, database: str, tmp_path: Path) -> None:
+    assert run_set(name, database, tmp_path).faults == []

@@ -1,0 +1,75 @@
+"""Notes on the records of a model: paths that miss their terrain, contradictions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from avahazard.inference.model.observations import build_observations
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from avahazard.store.records import save_records
+from avahazard.store.session import writing
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.models import show_model
+from avahazard.workflow.stored.record_notes import record_notes
+from tests.workflow.worlds import bowl, height, known_stops
+
+EVENTS = known_stops(volume_m3=3e4)
+
+
+def notes(records: Records) -> tuple[str, ...]:
+    return record_notes(records, build_observations(records).sites)
+
+
+def cliff(depth_m: float) -> Records:
+    """The bowl with a step of that depth on 20 m, and points that are said to be exact."""
+    x = np.linspace(0.0, 1900.0, 96)
+    y = height(x) + depth_m * (x < 500.0)
+    profile = Profile("B", x, y, elevation_sigma_m=np.full(len(x), 0.5))
+    return Records((Path("B"),), (profile,), EVENTS)
+
+
+def test_right_records_need_no_note() -> None:
+    assert notes(bowl(events=EVENTS)) == ()
+
+
+def test_a_path_that_misses_its_terrain_is_told_with_the_place() -> None:
+    (note,) = notes(cliff(120.0))
+    assert note.startswith("the path that the block runs on misses the points")
+    assert "B (" in note
+    place = float(note.split("at x = ")[1].split(" m")[0])
+    assert 400.0 < place < 600.0
+
+
+def test_an_error_of_the_points_is_no_misfit() -> None:
+    rough = cliff(0.0)
+    noise = np.random.default_rng(1).normal(0.0, 5.0, 96)
+    (profile,) = rough.profiles
+    told = replace(profile, y_m=profile.y_m + noise, elevation_sigma_m=np.full(len(noise), 5.0))
+    assert notes(replace(rough, profiles=(told,))) == ()
+
+
+def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
+    wrong = Event(
+        "wrong",
+        "B",
+        runout_x_m=900.0,
+        volume_m3=1e6,
+        volume_rel_sigma=0.1,
+        deposit_length_m=10.0,
+        deposit_width_m=10.0,
+        deposit_thickness_m=2.0,
+    )
+    before = Event("before", "B", runout_x_m=900.0, left_profile=True, volume_m3=1e4)
+    records = bowl(events=(*EVENTS, wrong, before))
+    (note,) = notes(records)
+    assert "wrong (volume_m3 1e+06; accepted would be about 100" in note
+    assert "before (runout_x_m 900" in note
+    # It is stored with the model, and everything that shows the model says it.
+    with writing(database) as session:
+        save_records(session, records)
+    assert note in calibrate(database, "m", chains=2, draws=50).notes
+    assert show_model(database, "m").notes.count(note) == 1
