@@ -13,8 +13,15 @@ from sqlalchemy import create_engine, make_url, text
 from typer.testing import CliRunner, Result
 
 from avahazard.store import upkeep
+from tests.once import WORKER, compile_once, made_once
 
 ROOT = Path(__file__).resolve().parents[1]
+
+
+def pytest_configure() -> None:
+    """Share what is compiled among workers."""
+    if WORKER:
+        compile_once()
 
 
 def missing(reason: str) -> None:
@@ -92,6 +99,17 @@ def command_line(database: str | Path) -> Callable[..., Result]:
 
 
 @pytest.fixture
+def default_engine() -> Iterator[None]:
+    """Take back, after the test, which engine and how many workers it chose."""
+    from avahazard.engine import close_engine  # noqa: PLC0415
+    from avahazard.workers import set_workers  # noqa: PLC0415
+
+    yield
+    close_engine()
+    set_workers(None)
+
+
+@pytest.fixture
 def avahazard(database: str) -> Callable[..., Result]:
     """Give a function that runs the command line on `database`."""
     return command_line(database)
@@ -120,14 +138,14 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
-    folder = tmp_path_factory.mktemp("snow")
-    records, truth = make_world(3, 120, 6, {"snow-type": 1.5})
-    write_world(folder / "world", records, truth)
-    database = str(folder / "base.db")
-    upkeep.create(database)
-    import_files(database, [folder / "world"])
-    calibrate(database, "base", chains=2, draws=300)
-    return folder
+    def make(folder: Path) -> None:
+        write_world(folder / "world", *make_world(3, 120, 6, {"snow-type": 1.5}))
+        database = str(folder / "base.db")
+        upkeep.create(database)
+        import_files(database, [folder / "world"])
+        calibrate(database, "base", chains=2, draws=300)
+
+    return made_once(tmp_path_factory, "snow", make)
 
 
 @pytest.fixture
@@ -142,4 +160,4 @@ def report_database(tmp_path_factory: pytest.TempPathFactory) -> str:
     that a report shows; do not write to it."""
     from tests.report.html.world import make_report_database  # noqa: PLC0415
 
-    return make_report_database(tmp_path_factory.mktemp("report"))
+    return str(made_once(tmp_path_factory, "report", make_report_database) / "report.db")

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 
 import pytest
 
 from avahazard.workers import n_workers, ordered_map, set_workers
 
-
-@pytest.fixture(autouse=True)
-def _default() -> Iterator[None]:
-    yield
-    set_workers(None)
+pytestmark = pytest.mark.usefixtures("default_engine")
 
 
 def test_results_come_in_the_order_of_the_items() -> None:

@@ -11,20 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.engine import close_engine, cluster, set_engine, spread_map
+from avahazard.engine import cluster, set_engine, spread_map
 from avahazard.records.errors import AvahazardError
-from avahazard.workers import set_workers
 from tests.engine import work
+
+pytestmark = pytest.mark.usefixtures("default_engine")
 
 N = 24
 ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(autouse=True)
-def _default() -> Iterator[None]:
-    yield
-    close_engine()
-    set_workers(None)
 
 
 def test_an_own_cluster_gives_the_same_bits() -> None:

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from avahazard.engine import close_engine, set_engine, spread_map
+from avahazard.engine import set_engine, spread_map
 from avahazard.records.errors import AvahazardError
-from avahazard.workers import set_workers
 from tests.engine import work
 
+pytestmark = pytest.mark.usefixtures("default_engine")
+
 N = 24
-
-
-@pytest.fixture(autouse=True)
-def _default() -> Iterator[None]:
-    yield
-    close_engine()
-    set_workers(None)
 
 
 @pytest.fixture(scope="module")

@@ -25,11 +25,11 @@ DRAWS = {
 DOCUMENT = {"b": [1.0, 0.1, None, 1e-300], "a": {"ü": True, "2": 3}}
 
 
-def filled(database: str) -> None:
-    """Store a model with draws, and a result of each kind."""
+def calibrated(database: str, draws: dict[str, np.ndarray]) -> int:
+    """Store the model `m` with draws; returns the key of its calibration."""
     with writing(database) as session:
         save_model(session, "m", {"paths": []})
-        save_calibration(
+        return save_calibration(
             session,
             "m",
             settings={},
@@ -38,8 +38,14 @@ def filled(database: str) -> None:
             diagnostics={},
             converged=True,
             result=DOCUMENT,
-            draws=DRAWS,
+            draws=draws,
         )
+
+
+def filled(database: str) -> None:
+    """Store a model with draws, and a result of each kind."""
+    calibrated(database, DRAWS)
+    with writing(database) as session:
         for kind in KINDS:
             save_result(session, kind, "m", DOCUMENT)
         save_documents(session, BOUNDS, "m", [{"path_id": "P1", **DOCUMENT}])
@@ -72,19 +78,7 @@ def test_what_is_stored_has_its_checksum(any_database: str) -> None:
 )
 def test_swapped_chunks_are_found_and_not_used(any_database: str, statement: str) -> None:
     long = {"a": np.linspace(0.0, 1.0, 16000).reshape(2, 8000)}
-    with writing(any_database) as session:
-        save_model(session, "m", {})
-        key = save_calibration(
-            session,
-            "m",
-            settings={},
-            seed=1,
-            data_fingerprint="f",
-            diagnostics={},
-            converged=True,
-            result={},
-            draws=long,
-        )
+    key = calibrated(any_database, long)
     change(any_database, statement)
     if "9" in statement:
         change(any_database, "UPDATE draw_chunks SET chunk = chunk - 9")

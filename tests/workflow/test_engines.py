@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from avahazard.engine import close_engine, set_engine
+from avahazard.engine import set_engine
 from avahazard.engine.choice import EngineName
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.synth.making import make_world
-from avahazard.workers import set_workers
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.stored.model import load_parameter_draws
 
-
-@pytest.fixture(autouse=True)
-def _default() -> Iterator[None]:
-    yield
-    close_engine()
-    set_workers(None)
+pytestmark = pytest.mark.usefixtures("default_engine")
 
 
 @pytest.fixture(scope="module")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from sqlalchemy import func, select
 
-from avahazard.engine import close_engine, set_engine
+from avahazard.engine import set_engine
 from avahazard.engine.choice import EngineName
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
@@ -18,7 +18,6 @@ from avahazard.store import upkeep
 from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.result_tables import PathResultTable, PathRunTable
 from avahazard.store.session import reading
-from avahazard.workers import set_workers
 from avahazard.workflow import hazard_plan, hazard_unit
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import HazardQuestion, hazard, run_hazard
@@ -27,6 +26,8 @@ from avahazard.workflow.import_files import import_files
 from avahazard.workflow.stored import by_path
 from avahazard.workflow.zones import zones
 from tests.workflow.twin import DATA
+
+pytestmark = pytest.mark.usefixtures("default_engine")
 
 PATHS = ["nants", "saugy", "scey"]
 ASKED: dict[str, Any] = {"return_periods": [30.0, 100.0], "paths": PATHS, "n_draws": 500}
@@ -44,13 +45,6 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture
 def mine(model: str, tmp_path: Path) -> str:
     return str(shutil.copy(model, tmp_path / "mine.db"))
-
-
-@pytest.fixture(autouse=True)
-def _default() -> Iterator[None]:
-    yield
-    close_engine()
-    set_workers(None)
 
 
 @pytest.fixture(scope="module")

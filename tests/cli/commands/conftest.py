@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -14,20 +13,27 @@ import pytest
 from typer.testing import Result
 
 from avahazard.store import upkeep
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.import_files import import_files
 from tests.conftest import command_line
+from tests.once import made_once
 
 ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = Path(sys.executable).with_name("avahazard")
 
 
-@pytest.fixture(scope="session")
-def twin_database(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Give a database with the twin; do not write to it."""
-    file = str(tmp_path_factory.mktemp("twin") / "twin.db")
+def make_twin(folder: Path) -> str:
+    """Make a database with the twin."""
+    file = str(folder / "twin.db")
     upkeep.create(file)
     import_files(file, [ROOT / "data"])
     return file
+
+
+@pytest.fixture(scope="session")
+def twin_database(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Give a database with the twin; do not write to it."""
+    return str(made_once(tmp_path_factory, "twin", make_twin) / "twin.db")
 
 
 @pytest.fixture
@@ -37,16 +43,12 @@ def on_twin(twin_database: str) -> Callable[..., Result]:
 
 
 @pytest.fixture
-def installed(twin_database: str) -> Callable[..., Any]:
-    """Give a function that runs the installed command on the twin and reads its JSON."""
+def document(on_twin: Callable[..., Result]) -> Callable[..., Any]:
+    """Give a function that runs the command line on the twin and reads its JSON."""
 
     def run(*words: str) -> Any:
-        done = subprocess.run(
-            [PROGRAM, "--db", twin_database, "--json", *words],
-            check=True,
-            capture_output=True,
-            text=True,
-        )
+        done = on_twin("--json", *words)
+        assert done.exit_code == 0, done.stderr
         return json.loads(done.stdout)
 
     return run
@@ -55,12 +57,13 @@ def installed(twin_database: str) -> Callable[..., Any]:
 @pytest.fixture(scope="session")
 def model_database(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Give a database with the twin and the models `base` and `plain`; do not write to it."""
-    file = str(tmp_path_factory.mktemp("models") / "models.db")
-    upkeep.create(file)
-    import_files(file, [ROOT / "data"])
-    for words in (["base"], ["plain", "--method", "gibbs"]):
-        subprocess.run([PROGRAM, "--db", file, "calibrate", *words], check=True)
-    return file
+
+    def make(folder: Path) -> None:
+        file = make_twin(folder)
+        calibrate(file, "base")
+        calibrate(file, "plain", method="gibbs")
+
+    return str(made_once(tmp_path_factory, "models", make) / "twin.db")
 
 
 @pytest.fixture

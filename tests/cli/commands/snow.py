@@ -1,33 +1,31 @@
-"""The installed command on a database of one's own."""
+"""The command line on a database of one's own."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
-PROGRAM = Path(sys.executable).with_name("avahazard")
+from typer.testing import Result
+
+from tests.conftest import command_line
 
 
-def run(database: str, *words: str) -> subprocess.CompletedProcess[str]:
-    """Run the installed command."""
-    return subprocess.run(
-        [PROGRAM, "--db", database, *words], check=False, capture_output=True, text=True
-    )
+def run(database: str, *words: str) -> Result:
+    """Run a command."""
+    return command_line(database)(*words)
 
 
 def document(database: str, *words: str) -> Any:
-    """Run the installed command and read its one document."""
+    """Run a command and read its one document."""
     done = run(database, "--json", *words)
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     return json.loads(done.stdout)
 
 
 def refused(database: str, *words: str, status: int = 1) -> str:
-    """Run the installed command, which must end so; returns what it says."""
+    """Run a command, which must end so; returns what it says."""
     done = run(database, *words)
-    assert (done.returncode, done.stdout) == (status, "")
+    assert (done.exit_code, done.stdout) == (status, "")
     assert "Traceback" not in done.stderr
+    assert isinstance(done.exception, SystemExit)
     return done.stderr

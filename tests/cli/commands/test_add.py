@@ -18,7 +18,7 @@ def test_the_error_falls_and_the_ladder_shows_it(snow_database: str, tmp_path: P
     document(snow_database, "effect", "new", str(file))
     words = ("add", "base", "my-effect", "--as", "wet", "--effect-file", str(file))
     done = run(snow_database, *words)
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     assert "my-effect.wet" in done.stdout
     assert "fell from" in done.stdout
     rows = document(snow_database, "ladder")

@@ -18,8 +18,8 @@ KEYS = {
 }
 
 
-def test_the_installed_command(installed: Callable[..., Any]) -> None:
-    rows = installed("alpha-beta", "scey")
+def test_the_document(document: Callable[..., Any]) -> None:
+    rows = document("alpha-beta", "scey")
     assert [row["coefficients"] for row in rows] == ["norway", "austria"]
     for row in rows:
         assert row.keys() >= KEYS

@@ -14,7 +14,7 @@ def test_people_and_programs(snow_database: str, tmp_path: Path) -> None:
     assert picture.read_bytes()[:4] == b"\x89PNG"
     assert set(found) >= {"model", "scores", "held_out", "where_it_fails"}
     done = run(snow_database, "compare", "base")
-    assert done.returncode == 0
+    assert done.exit_code == 0
     runout = found["scores"]["runout"]
     assert untold(done.stdout, f"{runout['rmse_m']:.1f}", f"{runout['noise_floor_m']:.0f} m") == []
     assert untold(done.stdout, "snow_type", "wet", "less far down") == []

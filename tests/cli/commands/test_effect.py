@@ -20,7 +20,7 @@ def test_one_effect(snow_database: str) -> None:
 def test_a_template(snow_database: str, tmp_path: Path) -> None:
     file = tmp_path / "own.py"
     done = run(snow_database, "effect", "new", str(file))
-    assert done.returncode == 0
+    assert done.exit_code == 0
     assert str(file) in done.stdout
     assert "def friction(columns)" in file.read_text(encoding="utf-8")
     assert "not overwritten" in refused(snow_database, "effect", "new", str(file))

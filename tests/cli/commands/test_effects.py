@@ -16,5 +16,5 @@ def test_the_catalogue_beside_the_data(snow_database: str) -> None:
 
 def test_without_a_database(tmp_path: object) -> None:
     done = run(f"{tmp_path}/none.db", "effects")
-    assert done.returncode == 0
+    assert done.exit_code == 0
     assert "there are no events yet" in " ".join(done.stdout.split())

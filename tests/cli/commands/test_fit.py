@@ -16,8 +16,8 @@ from tests.telling import untold
 Run = Callable[..., Result]
 
 
-def test_the_installed_command(installed: Callable[..., Any]) -> None:
-    fits = {entry["law"]: entry for entry in installed("fit")}
+def test_the_document(document: Callable[..., Any]) -> None:
+    fits = {entry["law"]: entry for entry in document("fit")}
     assert fits.keys() == {"exponential", "power", "rational", "constant"}
     exponential = fits["exponential"]
     se = [parameter["se"] for parameter in exponential["parameters"].values()]

@@ -16,17 +16,17 @@ from tests.telling import untold
 Run = Callable[..., Result]
 
 
-def test_the_installed_command(installed: Callable[..., Any]) -> None:
-    document = installed("friction")
-    assert len(document["events"]) == 173
-    assert document["events"][0].keys() >= {"event_id", "path_id", "mu", "mu_sd", "status"}
-    densities = {density["path_id"]: density for density in document["density"]}
+def test_the_document(document: Callable[..., Any]) -> None:
+    found = document("friction")
+    assert len(found["events"]) == 173
+    assert found["events"][0].keys() >= {"event_id", "path_id", "mu", "mu_sd", "status"}
+    densities = {density["path_id"]: density for density in found["density"]}
     assert len(densities) == 8
     whole = densities["all"]
     assert whole["kappa"] == 5.0
     # All but the tails beyond 2.5/κ on each side, e^-5 of what lies beyond the records.
     assert 0.98 < np.trapezoid(whole["pdf"], whole["mu"]) < 1.0
-    assert document["perturbation"]["parameters"]["a"]["sd"] > 0.0
+    assert found["perturbation"]["parameters"]["a"]["sd"] > 0.0
 
 
 def test_people_see_paths_or_the_events_of_one(on_twin: Run, tmp_path: Path) -> None:

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from typer.testing import Result
 
-from tests.cli.commands.conftest import PROGRAM
 from tests.telling import untold
 
 Run = Callable[..., Result]
@@ -21,13 +17,9 @@ KEYS = {
 }
 
 
-def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
-    file = shutil.copy(model_database, tmp_path / "mine.db")
+def test_the_document(on_my_models: Run) -> None:
     words = ("hazard", "base", "-T", "100", "-V", "20000", "--path", "scey", "--draws", "2000")
-    done = subprocess.run(
-        [PROGRAM, "--db", file, "--json", *words], check=True, capture_output=True, text=True
-    )
-    rows = json.loads(done.stdout)
+    rows = json.loads(on_my_models("--json", *words).stdout)
     assert [row["return_period_years"] for row in rows] == [100.0, None]
     for row in rows:
         assert row.keys() >= KEYS

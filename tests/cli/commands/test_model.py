@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from collections.abc import Callable
 
 from typer.testing import Result
 
-from tests.cli.commands.conftest import PROGRAM
 from tests.telling import untold
 
 Run = Callable[..., Result]
 
 
-def test_the_installed_command(model_database: str) -> None:
-    done = subprocess.run(
-        [PROGRAM, "--db", model_database, "--json", "model", "base"],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    document = json.loads(done.stdout)
+def test_the_document(on_models: Run) -> None:
+    document = json.loads(on_models("--json", "model", "base").stdout)
     assert (document["model"], document["n_events"]) == ("base", 173)
     a = document["parameters"]["a"]
     assert a["q05"] < 0.519 < a["q95"]

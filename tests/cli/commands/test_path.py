@@ -14,13 +14,13 @@ from tests.telling import untold
 Run = Callable[..., Result]
 
 
-def test_the_installed_command(installed: Callable[..., Any]) -> None:
-    document = installed("path", "scey")
-    assert document["fit"].keys() >= {"method", "smoothing", "max_deviation_m", "rms_m"}
-    assert (document["path_id"], document["fit"]["sigma_from"]) == ("scey", "estimated")
-    assert document["fit"]["polynomial_rms_m"] > 1.0 > document["fit"]["max_deviation_m"]
-    assert document["drop_m"] == pytest.approx(1090.0, abs=1.0)
-    assert document["monotone"] is True
+def test_the_document(document: Callable[..., Any]) -> None:
+    found = document("path", "scey")
+    assert found["fit"].keys() >= {"method", "smoothing", "max_deviation_m", "rms_m"}
+    assert (found["path_id"], found["fit"]["sigma_from"]) == ("scey", "estimated")
+    assert found["fit"]["polynomial_rms_m"] > 1.0 > found["fit"]["max_deviation_m"]
+    assert found["drop_m"] == pytest.approx(1090.0, abs=1.0)
+    assert found["monotone"] is True
 
 
 def test_people_see_a_table_with_the_error_and_the_misfits(

@@ -16,14 +16,14 @@ from tests.telling import untold
 Run = Callable[..., Result]
 
 
-def test_the_installed_command(installed: Callable[..., Any]) -> None:
-    document = installed("runout", "scey", "--mu", "0.45")
-    assert (document["path_id"], document["mu"], document["status"]) == ("scey", 0.45, "stopped")
-    assert 960.0 < document["runout_elevation_m"] < 1500.0
-    places = document["speeds"]
-    assert places[-1] == {"x_m": document["runout_x_m"], "speed_m_s": 0.0}
+def test_the_document(document: Callable[..., Any]) -> None:
+    found = document("runout", "scey", "--mu", "0.45")
+    assert (found["path_id"], found["mu"], found["status"]) == ("scey", 0.45, "stopped")
+    assert 960.0 < found["runout_elevation_m"] < 1500.0
+    places = found["speeds"]
+    assert places[-1] == {"x_m": found["runout_x_m"], "speed_m_s": 0.0}
     fastest = max(place["speed_m_s"] for place in places)
-    assert fastest <= document["speed_max_m_s"] < 1.02 * fastest
+    assert fastest <= found["speed_max_m_s"] < 1.02 * fastest
 
 
 def test_people_see_the_stop_and_some_speeds(on_twin: Run) -> None:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-import shutil
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from typer.testing import Result
 
-from tests.cli.commands.conftest import PROGRAM
 from tests.telling import untold
 
 Run = Callable[..., Result]
@@ -21,13 +18,9 @@ KEYS = {
 }
 
 
-def test_the_installed_command(model_database: str, tmp_path: Path) -> None:
-    file = shutil.copy(model_database, tmp_path / "mine.db")
+def test_the_document(on_my_models: Run, tmp_path: Path) -> None:
     words = ("zones", "base", "-T", "100", "--path", "scey", "--plot", str(tmp_path / "z.png"))
-    done = subprocess.run(
-        [PROGRAM, "--db", file, "--json", *words], check=True, capture_output=True, text=True
-    )
-    (entry,) = json.loads(done.stdout)
+    (entry,) = json.loads(on_my_models("--json", *words).stdout)
     assert entry.keys() >= {"path_id", "limits", "places", "zones", "notes"}
     place = entry["places"][10]
     assert place.keys() >= {"x_m", "elevation_m", "p_reach_per_year", "by_return_period"}
