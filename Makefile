@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: lock, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust.
+# For maintainers: lock, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -18,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust lock
+.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust catalogues lock
 
 setup: $(VENV)/.installed
 
@@ -47,6 +47,10 @@ worlds: setup
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict --quiet
 	@echo "Open site/index.html"
+
+# New sentences of the report go into its catalogues, which people translate.
+catalogues: setup
+	$(PYTHON) docs/_tools/catalogues.py
 
 paper-tables: setup
 	$(PYTHON) benchmarks/paper_tables.py

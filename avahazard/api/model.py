@@ -171,18 +171,37 @@ class Model:
 
         return run_model(self.database, path_id, self.name, volume_m3=volume_m3, mu=mu, **options)
 
-    def report(self, file: str | Path) -> WrittenReport:
-        """Write the report of the model to an HTML file.
+    def report(
+        self,
+        file: str | Path,
+        *,
+        title: str = "",
+        author: str = "",
+        place: str = "",
+        date: str = "",
+        language: str = "en",
+    ) -> WrittenReport:
+        """Write the report of the model to an HTML file, in English, German, French or Italian.
+
+        `date` is that of the calibration where it is not given; `language` is en, de, fr or it.
 
         Raises:
-            AvahazardError: the file cannot be written.
+            AvahazardError: the file cannot be written, or there is no such language.
 
-        >>> base.report(folder.parent / "base.html").n_events
+        >>> base.report(folder.parent / "base.html", title="Val d'Arly", language="fr").n_events
         60
         """
+        from avahazard.report.html.content import Cover  # noqa: PLC0415
         from avahazard.workflow.report import write_report  # noqa: PLC0415
 
-        return write_report(self.database, self.name, Path(file), effect_files=self.effect_files)
+        return write_report(
+            self.database,
+            self.name,
+            Path(file),
+            cover=Cover(title, author, place, date),
+            language=language,
+            effect_files=self.effect_files,
+        )
 
     def export(self, file: str | Path) -> Export:
         """Write the latest bounds and zones to a file: .gpkg, .geojson or .csv.

@@ -44,6 +44,15 @@ def output_file(words: str) -> Any:
     return typer.Option("-o", "--output", metavar="FILE", help=words, show_default=False)
 
 
+class ReportLanguage(StrEnum):
+    """Languages of the report."""
+
+    en = "en"
+    de = "de"
+    fr = "fr"
+    it = "it"
+
+
 class FamilyName(StrEnum):
     """How the volumes of the records are fitted."""
 

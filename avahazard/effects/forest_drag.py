@@ -11,9 +11,13 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
 from avahazard.effects.needs import named, needs_profile
 from avahazard.effects.site import Site
+from avahazard.message import message
 from avahazard.physics.resistance import Resistance
 
 FOREST = "forest"
+
+ONE_WOODED = message("{paths} has forest ({n} of {total} events).")
+WOODED = message("{paths} have forest ({n} of {total} events).")
 
 
 def _motion(site: Site, resistance: Resistance, values: Floats) -> Resistance:
@@ -34,8 +38,8 @@ def _seen_in(columns: EventColumns, sites: Sequence[Site]) -> str | None:
     if not wooded:
         return None
     n = int(np.isin(np.array([*columns.paths, ""])[columns.path_index], wooded).sum())
-    has = "has" if len(wooded) == 1 else "have"
-    return f"{named(wooded)} {has} forest ({n} of {len(columns)} events)."
+    words = ONE_WOODED if len(wooded) == 1 else WOODED
+    return words.format(paths=named(wooded), n=n, total=len(columns))
 
 
 def _build(_facts: Facts) -> Effect:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, Facts, Floats, Parameter
 from avahazard.effects.needs import MIN_LEVEL, level_counts, named, two_levels
+from avahazard.message import message
 
 SCATTERS = 2.5
 """Prior standard deviation of a level's log friction against the most common one, in spreads of
@@ -16,6 +17,10 @@ LEAST_SD = 0.2
 """Least of it, and what it is where the records tell no spread."""
 MOST_LEVELS = 5
 """Levels that a sentence names."""
+
+OF_PATH = message("{column} is a matter of the path: {parts}.")
+OF_EVENTS = message("{column} of the {n} events: {parts}.")
+OF_EVENTS_AND_MORE = message("{column} of the {n} events: {parts} and {rest} other levels.")
 
 
 def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
@@ -73,11 +78,11 @@ def level_words(columns: EventColumns, name: str) -> str | None:
         paths = np.array(columns.paths)
         level = np.array([values[columns.path_index == k][0] for k in range(len(columns.paths))])
         parts = [f"{named(sorted(paths[level == k].tolist()))}: {k}" for k in ranked]
-        return f"{name} is a matter of the path: {'; '.join(parts)}."
+        return OF_PATH.format(column=name, parts="; ".join(parts))
     parts = [f"{counts[k]} {k}" for k in ranked[:MOST_LEVELS]]
     rest = len(ranked) - MOST_LEVELS
-    more = f" and {rest} other levels" if rest > 0 else ""
-    return f"{name} of the {len(columns)} events: {', '.join(parts)}{more}."
+    text = OF_EVENTS_AND_MORE if rest > 0 else OF_EVENTS
+    return text.format(column=name, n=len(columns), parts=", ".join(parts), rest=rest)
 
 
 def level_effect(key: str, name: str, facts: Facts) -> Effect:

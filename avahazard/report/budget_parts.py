@@ -5,15 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from avahazard.criticism.scoring.budget_rows import UNEXPLAINED
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.comparison import Comparison
 
-PART_WORDS = {
-    "record": "errors of the records",
-    "volume": "volume and release",
-    "scatter": "natural scatter",
-    "parameters": "parameters",
-    UNEXPLAINED: "unexplained",
-}
 COLORS = {
     "record": "#BBBBBB",
     "volume": "#56B4E9",
@@ -23,6 +17,21 @@ COLORS = {
 }
 EXPLAINED = ("#009E73", "#66C2A5", "#1B7837", "#A6D96A")
 """Colours of what added effects explain."""
+
+
+def part_words(source: str, language: Language = ENGLISH) -> str:
+    """A source of error as people call it."""
+    say = language.say
+    known = {
+        "record": say("errors of the records"),
+        "volume": say("volume and release"),
+        "scatter": say("natural scatter"),
+        "parameters": say("parameters"),
+        UNEXPLAINED: say("unexplained"),
+    }
+    if source in known:
+        return known[source]
+    return say("explained by {effect}", effect=language.effect(source))
 
 
 def bars(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from avahazard.report.html.words import COORDINATES
+from avahazard.report.html.words import coordinate_words
 from avahazard.report.picture import figure
 from avahazard.results.amounts import unit_of
 from avahazard.results.comparison import Comparison, Failure, MeasuredForce
@@ -49,7 +49,7 @@ def _draw_bias(axes: Axes, comparison: Comparison) -> None:
     axes.axvspan(-floor, floor, color="tab:blue", alpha=0.2, lw=0)
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.margins(x=0.08)
-    of = f"{unit_of(comparison.coordinate)} of {COORDINATES[comparison.coordinate]}"
+    of = f"{unit_of(comparison.coordinate)} of {coordinate_words(comparison.coordinate)}"
     axes.set_xlabel(f"← {_less(comparison)}     mean miss ({of})     {_more(comparison)} →")
     axes.set_title(f"Where {comparison.model} fails", pad=36)
     axes.spines[["top", "right"]].set_visible(False)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from avahazard.report.budget_parts import PART_WORDS, bars, parts_in_order
-from avahazard.report.html.words import COORDINATES
+from avahazard.report.budget_parts import bars, part_words, parts_in_order
+from avahazard.report.html.words import coordinate_words
 from avahazard.report.picture import figure, picture
 from avahazard.results.amounts import RATIO, amount, unit_of
 from avahazard.results.comparison import Comparison
@@ -61,7 +61,7 @@ def _draw_budgets(axes: Axes, budgets: Mapping[str, Mapping[str, float]], coordi
             left=start,
             height=WIDTH,
             color=color,
-            label=PART_WORDS.get(source, f"explained by {source}"),
+            label=part_words(source),
         )
         for k, value in enumerate(metres):
             if value * value >= LEAST_SHARE * longest:
@@ -127,7 +127,7 @@ def _waterfall(axes: Axes, shown: Sequence[tuple[Rung, float]]) -> None:
     axes.margins(y=0.1)
     axes.set_ylim(bottom=0.0)
     axes.set_xticks(np.arange(len(shown)), [_label(row) for row, _ in shown])
-    of = f"{unit_of(coordinate)} of {COORDINATES[coordinate]}"
+    of = f"{unit_of(coordinate)} of {coordinate_words(coordinate)}"
     axes.set_ylabel(f"error: CRPS where held out ({of})")
     axes.spines[["top", "right"]].set_visible(False)
 

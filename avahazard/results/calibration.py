@@ -5,8 +5,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from avahazard.message import message
 from avahazard.results.base import ABSENT, Result
 from avahazard.results.ladder import BeforeAndAfter
+
+PATHS_DIFFER = message(
+    "paths differ by sd {sd} on log friction (evidence {odds}); {model} has no path effect: its "
+    "design runouts are too narrow. {remedy}"
+)
+ODDS, LONG_ODDS = message("{odds} to 1"), message("over 1000 to 1")
+ADD_PATHS = message("Add it: avahazard add {model} {effect} --as NEW.")
+TOO_FEW_PATHS = message("{n} paths are too few to add it: take them as too narrow.")
+PRIOR_SPEAKS = message(
+    "the records say little of {parameter}: in {model} the prior speaks (moved by {moved} of its "
+    "standard deviations, {width} as wide)."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +62,16 @@ class PathSpread(Result):
     def note(self, model: str) -> str:
         """The sentence for people."""
         odds = math.exp(min(self.evidence, 7.0))
-        sure = f"{odds:.0f} to 1" if odds < 1000.0 else "over 1000 to 1"
         remedy = (
-            f"Add it: avahazard add {model} {self.effect} --as NEW."
+            ADD_PATHS.format(model=model, effect=self.effect)
             if self.effect
-            else f"{self.n_paths} paths are too few to add it: take them as too narrow."
+            else TOO_FEW_PATHS.format(n=self.n_paths)
         )
-        return (
-            f"paths differ by sd {self.sd:.2f} on log friction (evidence {sure}); {model} has no "
-            f"path effect: its design runouts are too narrow. {remedy}"
+        return PATHS_DIFFER.format(
+            sd=f"{self.sd:.2f}",
+            odds=ODDS.format(odds=f"{odds:.0f}") if odds < 1000.0 else LONG_ODDS,
+            model=model,
+            remedy=remedy,
         )
 
 
@@ -74,9 +88,11 @@ class PriorDominated(Result):
 
     def note(self, model: str, parameter: str) -> str:
         """The sentence for people."""
-        return (
-            f"the records say little of {parameter}: in {model} the prior speaks (moved by "
-            f"{abs(self.moved_sd):.1f} of its standard deviations, {self.sd_ratio:.0%} as wide)."
+        return PRIOR_SPEAKS.format(
+            parameter=parameter,
+            model=model,
+            moved=f"{abs(self.moved_sd):.1f}",
+            width=f"{self.sd_ratio:.0%}",
         )
 
 

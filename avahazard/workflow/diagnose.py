@@ -18,6 +18,7 @@ from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
 from avahazard.effects.needs import named
 from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.message import message
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.amounts import amount
@@ -43,6 +44,9 @@ from avahazard.workflow.stored.own_effects import read_own_of
 Report = Callable[[str, float, float], None]
 
 CHANCE, MOST_PATHS = 0.05, 4
+
+FAILS_ON = message("It fails beyond chance on {paths}; predicted less recorded.")
+MORE_EVENTS = message("{n} more events: effects of {size} show")
 
 
 def diagnose_model(
@@ -175,7 +179,7 @@ def failing_paths(compared: Comparison) -> list[str]:
     if not paths:
         return []
     shown = [f"{row.level} ({row.bias_m:+.0f} m)" for row in paths[:MOST_PATHS]]
-    return [f"It fails beyond chance on {named(shown)}; predicted less recorded."]
+    return [FAILS_ON.format(paths=named(shown))]
 
 
 def _groups(found: Findings) -> Iterator[GroupTest]:
@@ -235,5 +239,5 @@ def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:
     half = amount(
         found.detectable_m / 2**0.5, coordinate_name(found.base.posterior.observations), 0
     )
-    text = f"{n} more events: effects of {half} show"
+    text = MORE_EVENTS.format(n=n, size=half)
     return Rows([Measurement(text, found.screening.critical_gain)])

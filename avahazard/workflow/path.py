@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.site import release_place, stop_place
+from avahazard.message import message
 from avahazard.physics.ground_spline import block_length
 from avahazard.physics.point_error import point_error
 from avahazard.physics.smooth_profile import (
@@ -29,6 +30,19 @@ Floats = NDArray[np.float64]
 
 CONTRADICTED = 2.0
 """A given error is contradicted by points that scatter this many times as far."""
+
+ASSUMED = message(
+    "{n} points do not tell their error: {sigma} m was assumed. Give elevation_sigma_m."
+)
+SCATTERED = message(
+    "The points scatter by {scatter} m about smooth ground, more than their elevation_sigma_m of "
+    "{sigma} m: the block runs over bumps that may be errors."
+)
+RISES = message("The path rises at {places}.")
+SHARP = message(
+    "The radius of curvature is below the length of the flow ({length} m) at {places}: the block "
+    "is a poor picture there."
+)
 
 
 def view_path(database: str, path_id: str, plot: FilePath | None = None) -> PathCheck:
@@ -117,29 +131,21 @@ def _notes(check: PathCheck) -> list[str]:
     fit = check.fit
     estimate = fit.sigma_estimate_m
     if fit.sigma_from == "assumed":
-        notes.append(
-            f"{check.n_points} points do not tell their error: {fit.elevation_sigma_m:g} m was "
-            "assumed. Give elevation_sigma_m."
-        )
+        notes.append(ASSUMED.format(n=check.n_points, sigma=f"{fit.elevation_sigma_m:g}"))
     elif (
         fit.sigma_from == "given"
         and estimate is not None
         and estimate > CONTRADICTED * fit.elevation_sigma_m
     ):
         notes.append(
-            f"The points scatter by {estimate:.1f} m about smooth ground, more than their "
-            f"elevation_sigma_m of {fit.elevation_sigma_m:.1f} m: the block runs over bumps "
-            "that may be errors."
+            SCATTERED.format(scatter=f"{estimate:.1f}", sigma=f"{fit.elevation_sigma_m:.1f}")
         )
     if not check.monotone:
         places = "; ".join(_written(part) for part in check.rises)
-        notes.append(f"The path rises at {places}.")
+        notes.append(RISES.format(places=places))
     if check.sharp_bends:
         places = "; ".join(_written(part) for part in check.sharp_bends)
-        notes.append(
-            f"The radius of curvature is below the length of the flow "
-            f"({check.flow_length_m:.0f} m) at {places}: the block is a poor picture there."
-        )
+        notes.append(SHARP.format(length=f"{check.flow_length_m:.0f}", places=places))
     return notes
 
 

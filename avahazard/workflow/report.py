@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path as FilePath
 
+from avahazard.message import message
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.html.content import Cover, ReportContent
+from avahazard.report.language import language_of
 from avahazard.report.whole_file import put_in_place
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
@@ -33,6 +35,25 @@ Report = Callable[[str, float, float], None]
 
 UNTITLED = Cover()
 ENDINGS = (".html", ".htm")
+NO_PROFILES = message(
+    "No path has a profile, so there are no lines to draw: import paths.csv and profiles.csv."
+)
+NO_BOUNDS = message("No bounds were computed. Make them: avahazard hazard {model}")
+ONE_SCATTER = message(
+    "A model by method metropolis holds all errors in one scatter, and cannot be set against "
+    "them. Calibrate with --method marginal to compare."
+)
+NOT_COMPARED = message(
+    "The model was not compared with held-out records. Do it: avahazard compare {model}"
+)
+CANNOT_BE_ASKED = message(
+    "A model by method {method} cannot be asked for missing effects. Calibrate with --method "
+    "marginal to ask."
+)
+NOT_DIAGNOSED = message(
+    "Nobody asked yet which effect is missing. Do it: avahazard diagnose {model}"
+)
+NO_ZONES = message("Pressures and zones were not computed. Make them: avahazard zones {model}")
 
 
 def write_report(
@@ -41,6 +62,7 @@ def write_report(
     file: FilePath,
     *,
     cover: Cover = UNTITLED,
+    language: str = "en",
     effect_files: Sequence[FilePath] = (),
     report: Report = lambda _what, _done, _total: None,
 ) -> WrittenReport:
@@ -48,11 +70,12 @@ def write_report(
 
     Nothing is computed anew that a command stores: the report shows the latest comparison,
     diagnosis, bounds and zones, and says how to get what is missing. Equal databases give equal
-    files. `cover` holds the title, the author, the place and the date, where they are given.
+    files. `cover` holds the title, the author, the place and the date, where they are given;
+    `language` is that of the page: en, de, fr or it.
 
     Raises:
-        AvahazardError: there is no such model, its own effects are not given, or `file` cannot
-            be written or is not the name of a page.
+        AvahazardError: there is no such model or language, its own effects are not given, or
+            `file` cannot be written or is not the name of a page.
     """
     if file.suffix.lower() not in ENDINGS:
         raise AvahazardError(
@@ -62,7 +85,9 @@ def write_report(
         raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     from avahazard.report.html.page import render  # noqa: PLC0415 (plotly and jinja2 are slow)
 
-    content = gather(database, name, cover=cover, effect_files=effect_files, report=report)
+    content = gather(
+        database, name, cover=cover, language=language, effect_files=effect_files, report=report
+    )
     text = render(content).encode("utf-8")
     whole = file.with_name(f".{file.name}.part")
     try:
@@ -89,6 +114,7 @@ def gather(
     name: str,
     *,
     cover: Cover = UNTITLED,
+    language: str = "en",
     effect_files: Sequence[FilePath] = (),
     report: Report = lambda _what, _done, _total: None,
 ) -> ReportContent:
@@ -97,6 +123,7 @@ def gather(
     Raises:
         AvahazardError: as for `write_report`.
     """
+    tongue = language_of(language)
     stored = load_stored(database, name, own_effects(database, name, effect_files))
     everything = stored.records
     with reading(database) as session:
@@ -160,6 +187,7 @@ def gather(
         ),
         loop=loop,
         cover=cover,
+        language=tongue,
     )
 
 
@@ -176,32 +204,17 @@ def _lacking(
     name, method = stored.name, stored.method
     lacking = {}
     if not profiles:
-        lacking["paths"] = lacking["rows"] = (
-            "No path has a profile, so there are no lines to draw: import paths.csv and "
-            "profiles.csv."
-        )
+        lacking["paths"] = lacking["rows"] = NO_PROFILES
     elif not rows:
-        lacking["rows"] = f"No bounds were computed. Make them: avahazard hazard {name}"
+        lacking["rows"] = NO_BOUNDS.format(model=name)
     if method == "metropolis":
-        lacking["comparison"] = (
-            "A model by method metropolis holds all errors in one scatter, and cannot be set "
-            "against them. Calibrate with --method marginal to compare."
-        )
+        lacking["comparison"] = ONE_SCATTER
     elif not comparison:
-        lacking["comparison"] = (
-            f"The model was not compared with held-out records. Do it: avahazard compare {name}"
-        )
+        lacking["comparison"] = NOT_COMPARED.format(model=name)
     if method != "marginal":
-        lacking["diagnosis"] = (
-            f"A model by method {method} cannot be asked for missing effects. Calibrate with "
-            "--method marginal to ask."
-        )
+        lacking["diagnosis"] = CANNOT_BE_ASKED.format(method=method)
     elif not diagnosis:
-        lacking["diagnosis"] = (
-            f"Nobody asked yet which effect is missing. Do it: avahazard diagnose {name}"
-        )
+        lacking["diagnosis"] = NOT_DIAGNOSED.format(model=name)
     if profiles and not zones:
-        lacking["zones"] = (
-            f"Pressures and zones were not computed. Make them: avahazard zones {name}"
-        )
+        lacking["zones"] = NO_ZONES.format(model=name)
     return lacking

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from avahazard.effects.effect import Definition
 from avahazard.inference.model.observations import build_observations
+from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import LoopView, StateView, SweepView
@@ -18,6 +19,9 @@ from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import effects_of
 
 MOST_MODELS, MOST_SWEEPS = 8, 2
+TOO_MANY = message("more than {n} models")
+NOT_GIVEN = message("its own effects were not given")
+OTHER_RECORDS = message("calibrated on other records")
 
 
 def loop_view(
@@ -100,19 +104,19 @@ def _others(
             found.append(stored)
             continue
         if len(found) >= MOST_MODELS:
-            left_out[name] = f"more than {MOST_MODELS} models"
+            left_out[name] = TOO_MANY.format(n=MOST_MODELS)
             continue
         try:
             fit = load_stored(database, name, _own_of(name, stored.own, models))
         except AvahazardError:
-            left_out[name] = "its own effects were not given"
+            left_out[name] = NOT_GIVEN
             continue
         if (
             fit.fingerprint != stored.fingerprint
             or fit.records_changed
             or fit.paths != stored.paths
         ):
-            left_out[name] = "calibrated on other records"
+            left_out[name] = OTHER_RECORDS
             continue
         found.append(fit)
     order = {model.name: k for k, model in enumerate(models)}

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import EffectFiles, StoredModel, output_file
+from avahazard.cli.options import EffectFiles, ReportLanguage, StoredModel, output_file
 from avahazard.cli.output import emit, warn
 from avahazard.cli.progress import show_progress
 from avahazard.cli.settings import settings
@@ -27,6 +27,9 @@ def report(
     date: Annotated[
         str, typer.Option(help="Date of the document; else that of the calibration.")
     ] = "",
+    language: Annotated[
+        ReportLanguage, typer.Option(help="Language of the report.")
+    ] = ReportLanguage.en,
     effect_file: EffectFiles = None,
 ) -> None:
     """Write a report of a model as one HTML file that needs no network.
@@ -35,6 +38,7 @@ def report(
     Examples:
       avahazard report first -o first.html
       avahazard report first -o first.html --title "Val d'Arly" --author "A. Favre"
+      avahazard report first -o first-de.html --language de
       avahazard --json report first -o first.html
     """
     from avahazard.report.html.content import Cover  # noqa: PLC0415
@@ -46,6 +50,7 @@ def report(
             name,
             output,
             cover=Cover(title, author, place, date),
+            language=language.value,
             effect_files=effect_file or (),
             report=progress,
         )

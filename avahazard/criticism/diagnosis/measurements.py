@@ -9,6 +9,7 @@ from avahazard.criticism.diagnosis.confounding import explained
 from avahazard.criticism.diagnosis.friction_variance import friction_variance
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.diagnosis.speed_measurement import speed_gain
+from avahazard.message import message
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import Measurement
 
@@ -18,6 +19,12 @@ N_MIDDLES, N_TRACKS, N_PLACES = 20, 5, 8
 """Events with a speed at mid-track, or with that many along the whole track."""
 N_EVENTS = 50
 
+RUNOUTS = message("runouts of {n} more events on paths like these")
+MID_TRACK = message("speeds at mid-track on {n} events")
+WHOLE_TRACK = message("speeds along the whole track of {n} events")
+FURTHER_PATH = message("{n} events on a further path, like the one where they part most")
+UNLINKED = message("{n} events in which what {one} and {other} go by do not go together")
+
 
 def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measurement]:
     """Measurements that part two fits, best first, each with its expected gain (nats).
@@ -25,20 +32,15 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measur
     Without profiles only further events can be measured.
     """
     gain = record_gain(first, second)
-    text = f"runouts of {N_EVENTS} more events on paths like these"
+    text = RUNOUTS.format(n=N_EVENTS)
     found = {text: N_EVENTS * float(np.mean(gain))}
     if first.posterior.observations.sites:
         groups = first.posterior.observations.columns.path_index
         best = max(float(np.mean(gain[groups == k])) for k in np.unique(groups))
         found |= {
-            f"speeds at mid-track on {N_MIDDLES} events": speed_gain(
-                first, second, N_MIDDLES, 1, seed
-            ),
-            f"speeds along the whole track of {N_TRACKS} events": speed_gain(
-                first, second, N_TRACKS, N_PLACES, seed
-            ),
-            f"{N_EVENTS} events on a further path, like the one where they part most": N_EVENTS
-            * best,
+            MID_TRACK.format(n=N_MIDDLES): speed_gain(first, second, N_MIDDLES, 1, seed),
+            WHOLE_TRACK.format(n=N_TRACKS): speed_gain(first, second, N_TRACKS, N_PLACES, seed),
+            FURTHER_PATH.format(n=N_EVENTS): N_EVENTS * best,
         }
     shifts = _column_shifts(first, second)
     if len(shifts) == 2:
@@ -46,7 +48,7 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measur
         total = friction_variance(first).total
         # The weaker must be missed: its rival then gives it up.
         apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / float(np.median(total))
-        text = f"{N_EVENTS} events in which what {a} and {b} go by do not go together"
+        text = UNLINKED.format(n=N_EVENTS, one=a, other=b)
         found[text] = N_EVENTS * apart
     ranked = sorted(found.items(), key=lambda item: -item[1])
     return Rows(Measurement(text, float(value)) for text, value in ranked)

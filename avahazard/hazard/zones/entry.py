@@ -18,6 +18,7 @@ from avahazard.hazard.zones.limits import Limits
 from avahazard.hazard.zones.pieces import Exceeded, zone_pieces
 from avahazard.hazard.zones.pressure import draw_densities, pressure_kpa
 from avahazard.inference.seeds import generator
+from avahazard.message import message
 from avahazard.results.base import Rows
 from avahazard.results.hazard import Quantiles
 from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, ZonedPath
@@ -27,7 +28,14 @@ Floats = NDArray[np.float64]
 N_PLACES = 81
 HELD_WORTH_A_NOTE = 0.05
 """Share of avalanches that stop at their release from which it is said."""
-INTERVAL = (
+FAR = message(
+    "T = {periods} is past twice the observed years, or past the table of volumes: an "
+    "extrapolation."
+)
+HELD = message(
+    "{share} of the avalanches stop at their release, where the slope is under the friction. {hint}"
+)
+INTERVAL = message(
     "speed and pressure that a year exceeds with chance 1/T, all volumes and frictions mixed: 5, "
     "50 and 95 % over the uncertainty of the parameters, of the frequency and of the density"
 )
@@ -104,13 +112,7 @@ def _notes(path_id: str, held: float, extrapolated: Sequence[float]) -> tuple[st
     notes = []
     if extrapolated:
         far = ", ".join(f"{period:g}" for period in extrapolated)
-        notes.append(
-            f"{path_id}: T = {far} is past twice the observed years, or past "
-            "the table of volumes: an extrapolation."
-        )
+        notes.append(f"{path_id}: {FAR.format(periods=far)}")
     if held > HELD_WORTH_A_NOTE:
-        notes.append(
-            f"{path_id}: {held:.0%} of the avalanches stop at their "
-            f"release, where the slope is under the friction. {RELEASE_HINT}"
-        )
+        notes.append(f"{path_id}: {HELD.format(share=f'{held:.0%}', hint=RELEASE_HINT)}")
     return tuple(notes)

@@ -19,6 +19,7 @@ from avahazard.inference.paper.metropolis import metropolis
 from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import Chains
+from avahazard.message import message
 from avahazard.physics.runout_curve import MU, MU_STEP
 from avahazard.records.errors import AvahazardError
 
@@ -30,6 +31,9 @@ LARGEST = 1e100
 BASE = Specification()
 FORMS = {"metropolis": ("line", "bend"), "gibbs": ("line",)}
 """The forms of law that each can do."""
+
+LEFT_OUT = message("method {method} leaves out {n} of {total} events: {reasons}.")
+NO_SPEEDS = message("method {method} does not use measured speeds.")
 
 
 def check_method(method: MethodName, specification: Specification) -> None:
@@ -106,11 +110,15 @@ def calibrate_paper(
     if left_out:
         reasons = ", ".join(f"{n} {reason}" for reason, n in left_out.items())
         notes.append(
-            f"method {method} leaves out {sum(left_out.values())} of {observations.n_events} "
-            f"events: {reasons}."
+            LEFT_OUT.format(
+                method=method,
+                n=sum(left_out.values()),
+                total=observations.n_events,
+                reasons=reasons,
+            )
         )
     if observations.speeds:
-        notes.append(f"method {method} does not use measured speeds.")
+        notes.append(NO_SPEEDS.format(method=method))
     posterior = assemble(observations, specification, {})
     slots = (*chosen.coordinates, "log sigma")
     model = fitted_model(posterior, slots, _coordinates(chosen, chains), {}, method)

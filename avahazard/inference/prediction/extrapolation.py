@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from avahazard.inference.model.friction_scatter import draws, friction, volume_share
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
+from avahazard.message import message
 
 Floats = NDArray[np.float64]
 
@@ -24,6 +25,24 @@ RARE = 0.01
 """A share of draws outside that is not worth a word."""
 BEYOND = 1.001
 """A volume this many times the largest recorded is beyond it."""
+UNDER, OVER = message("under"), message("over")
+ON_PATH = "{path}: {note}"
+OVER_BOTH = message(
+    "a volume of {volume} is {times_path} times the largest recorded on this path "
+    "({largest_of_path}) and {times} times that of all paths ({largest}): an extrapolation."
+)
+OVER_ITS_PATH = message(
+    "a volume of {volume} is {times_path} times the largest recorded on this path "
+    "({largest_of_path}): an extrapolation."
+)
+OVER_ALL = message(
+    "a volume of {volume} is {times} times the largest recorded ({largest}): an extrapolation."
+)
+OUT_OF_BOUNDS = message(
+    "FRICTION OUT OF BOUNDS: for {volume} {share} of the frictions drawn are {side} {limit} "
+    "(median {median}), as no avalanche has. Do not use this runout; --law asymptotic keeps "
+    "friction bounded."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,35 +74,35 @@ class Extrapolation:
 
     def notes(self) -> list[str]:
         """What a reader must know, a sentence each; none where nothing is extrapolated."""
-        where = f"{self.path_id}: " if self.path_id else ""
         volume = f"{self.volume_m3:.3g} m3"
+        told = {
+            "volume": volume,
+            "times_path": f"{self.times_path or 0.0:.2g}",
+            "largest_of_path": f"{self.largest_of_path_m3 or 0.0:.3g} m3",
+            "times": f"{self.times_all or 0.0:.2g}",
+            "largest": f"{self.largest_m3:.3g} m3",
+        }
         notes = []
         if self.times_path is not None:
-            text = (
-                f"{where}a volume of {volume} is {self.times_path:.2g} times the largest recorded "
-                f"on this path ({self.largest_of_path_m3:.3g} m3)"
-            )
-            if self.times_all is not None:
-                text += (
-                    f" and {self.times_all:.2g} times that of all paths ({self.largest_m3:.3g} m3)"
-                )
-            notes.append(text + ": an extrapolation.")
+            beyond_all = self.times_all is not None
+            notes.append((OVER_BOTH if beyond_all else OVER_ITS_PATH).format(**told))
         elif self.times_all is not None:
-            notes.append(
-                f"{where}a volume of {volume} is {self.times_all:.2g} times the largest recorded "
-                f"({self.largest_m3:.3g} m3): an extrapolation."
-            )
+            notes.append(OVER_ALL.format(**told))
         for share, side, limit in (
-            (self.too_low, "under", LEAST_FRICTION),
-            (self.too_high, "over", MOST_FRICTION),
+            (self.too_low, UNDER, LEAST_FRICTION),
+            (self.too_high, OVER, MOST_FRICTION),
         ):
             if share > RARE:
                 notes.append(
-                    f"{where}FRICTION OUT OF BOUNDS: for {volume} {share:.0%} of the frictions "
-                    f"drawn are {side} {limit:g} (median {self.median:.2g}), as no avalanche has. "
-                    "Do not use this runout; --law asymptotic keeps friction bounded."
+                    OUT_OF_BOUNDS.format(
+                        volume=volume,
+                        share=f"{share:.0%}",
+                        side=side,
+                        limit=f"{limit:g}",
+                        median=f"{self.median:.2g}",
+                    )
                 )
-        return notes
+        return [ON_PATH.format(path=self.path_id, note=n) if self.path_id else n for n in notes]
 
 
 def extrapolation(model: FittedModel, path_id: str | None, volume_m3: float) -> Extrapolation:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from avahazard.report.budget_parts import PART_WORDS, bars, parts_in_order
+from avahazard.report.budget_parts import bars, part_words, parts_in_order
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import axis, layout
-from avahazard.results.amounts import RATIO, amount, unit_of
+from avahazard.report.html.words import amount
+from avahazard.results.amounts import RATIO, unit_of
 
 LEAST_SHARE = 0.06
 """Of the longest bar: shorter segments have their metres on hover only."""
@@ -14,6 +15,7 @@ LEAST_SHARE = 0.06
 
 def budget_figure(content: ReportContent) -> Figure | None:
     """A bar for every compared model with a budget; None where there is none."""
+    language, say = content.language, content.language.say
     found = bars([row.model for row in content.ladder], content.loop.comparisons)
     if not found:
         return None
@@ -28,11 +30,11 @@ def budget_figure(content: ReportContent) -> Figure | None:
             {
                 "type": "bar",
                 "orientation": "h",
-                "name": label(PART_WORDS.get(source, f"explained by {source}")),
+                "name": label(part_words(source, language)),
                 "x": [v * v for v in metres],
                 "y": models,
                 "text": [
-                    amount(v, coordinate, 0) if v * v >= LEAST_SHARE * longest else ""
+                    amount(v, coordinate, 0, language) if v * v >= LEAST_SHARE * longest else ""
                     for v in metres
                 ],
                 "textposition": "inside",
@@ -46,18 +48,20 @@ def budget_figure(content: ReportContent) -> Figure | None:
         )
     return Figure(
         "budget",
-        "Where the error comes from",
-        f"Stacked bars of the error budget of {len(found)} models.",
-        "Errors from sources that know nothing of each other add up by their squares, so the bars "
-        "are squares, and the figures in them are "
-        f"{'H/L' if coordinate == RATIO else 'metres'}, on the records of the calibration. "
-        "Errors of the records and of their volumes are no fault of the model; natural scatter is "
-        "what varies from one avalanche to the next of the same volume. What an added effect "
-        "explains was unexplained or taken for scatter before it.",
+        say("Where the error comes from"),
+        say("Stacked bars of the error budget of {n} models.", n=len(found)),
+        say(
+            "Errors from sources that know nothing of each other add up by their squares, so the "
+            "bars are squares, and the figures in them are {unit}, on the records of the "
+            "calibration. Errors of the records and of their volumes are no fault of the model; "
+            "natural scatter is what varies from one avalanche to the next of the same volume. "
+            "What an added effect explains was unexplained or taken for scatter before it.",
+            unit="H/L" if coordinate == RATIO else say("metres"),
+        ),
         data,
         layout(
             axis(
-                "square of the error" + ("" if coordinate == RATIO else " (m²)"),
+                say("square of the error") + ("" if coordinate == RATIO else " (m²)"),
                 rangemode="tozero",
                 nticks=5,
             ),

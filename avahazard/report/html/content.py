@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile
 from avahazard.records.terrain_crop import TerrainCrop
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
@@ -223,3 +224,4 @@ class ReportContent:
     lacking: Mapping[str, str]
     loop: LoopView
     cover: Cover = Cover()
+    language: Language = ENGLISH

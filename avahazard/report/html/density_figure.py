@@ -9,14 +9,18 @@ import numpy as np
 from avahazard.report.html.content import Document
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLACK, COLORS, axis, layout
+from avahazard.report.language import ENGLISH, Language
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 
-def density_figure(densities: Sequence[Document], names: dict[str, str]) -> Figure | None:
+def density_figure(
+    densities: Sequence[Document], names: dict[str, str], language: Language = ENGLISH
+) -> Figure | None:
     """The density of all events thick, that of each path thin; None where there is none."""
     if not densities:
         return None
+    say = language.say
     many = len(densities) > len(COLORS)
     span = np.asarray(densities[0]["mu"])
     data: list[Trace] = []
@@ -24,7 +28,8 @@ def density_figure(densities: Sequence[Document], names: dict[str, str]) -> Figu
         whole = density["path_id"] == "all"
         mu, pdf = np.asarray(density["mu"]), np.asarray(density["pdf"])
         beyond = np.asarray(density["extrapolated"], dtype=bool)
-        name = "all events" if whole else names.get(density["path_id"], density["path_id"])
+        of = density["path_id"]
+        name = say("all events") if whole else names.get(of, of)
         place = k if whole else list(names).index(density["path_id"])
         color = BLACK if whole else COLORS[place % (len(COLORS) - 1)]
         common: Trace = {
@@ -56,16 +61,20 @@ def density_figure(densities: Sequence[Document], names: dict[str, str]) -> Figu
         )
     return Figure(
         "density",
-        "How apparent friction is spread",
-        f"Probability density of apparent friction of all events and of {len(densities) - 1} "
-        "paths.",
-        "The area under each curve is 1; the number of events is in brackets. Dotted parts lie "
-        "beyond the records: they are an assumption of the method (Holy 1997)."
-        + (" Tap a name in the legend to show its path." if many else ""),
+        say("How apparent friction is spread"),
+        say(
+            "Probability density of apparent friction of all events and of {n} paths.",
+            n=len(densities) - 1,
+        ),
+        say(
+            "The area under each curve is 1; the number of events is in brackets. Dotted parts "
+            "lie beyond the records: they are an assumption of the method (Holy 1997)."
+        )
+        + (" " + say("Tap a name in the legend to show its path.") if many else ""),
         data,
         layout(
-            axis("apparent friction μ", range=[max(0.0, span[0]), span[-1]]),
-            axis("probability density", rangemode="tozero"),
+            axis(say("apparent friction μ"), range=[max(0.0, span[0]), span[-1]]),
+            axis(say("probability density"), rangemode="tozero"),
         ),
     )
 

@@ -5,39 +5,50 @@ from __future__ import annotations
 from avahazard.report.html.effects_figure import SIGNIFICANT
 from avahazard.report.html.table import HtmlTable, error_text
 from avahazard.report.html.words import chance, likelier
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.diagnosis import Diagnosis
 
 
-def candidates_table(diagnosis: Diagnosis) -> HtmlTable:
+def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> HtmlTable:
     """Candidate effects, best first; those that chance may have made are folded."""
-    floor = 1.0 / (diagnosis.n_worlds + 1)
+    say, floor = language.say, 1.0 / (diagnosis.n_worlds + 1)
     named = set(diagnosis.missing)
     rows = [
         [
-            c.effect,
-            likelier(c.screened_gain),
-            chance(c.p_value, floor),
-            error_text(c.error_before_m, diagnosis.coordinate),
-            error_text(c.error_after_m, diagnosis.coordinate),
-            ", ".join(c.confounded_with) or "–",
-            c.physics,
+            language.effect(c.effect),
+            likelier(c.screened_gain, language),
+            chance(c.p_value, floor, language),
+            error_text(c.error_before_m, diagnosis.coordinate, language),
+            error_text(c.error_after_m, diagnosis.coordinate, language),
+            ", ".join(language.effect(key) for key in c.confounded_with) or "–",
+            language.told(c.physics),
         ]
         for c in diagnosis.candidates
     ]
     columns = (
-        "effect", ">records likelier", ">p", ">own CRPS before", ">after", "looks like", "meaning"
+        say("effect"), ">" + say("records likelier"), ">p", ">" + say("own CRPS before"),
+        ">" + say("after"), say("looks like"), say("meaning"),
     )  # fmt: skip
     shown = sum(c.effect in named or c.p_value <= SIGNIFICANT for c in diagnosis.candidates)
-    folded = f"{len(rows) - shown} that may be chance"
     return HtmlTable(
-        "candidates", "Candidate effects", columns, rows, cards=True, shown=shown, folded=folded
+        "candidates",
+        say("Candidate effects"),
+        columns,
+        rows,
+        cards=True,
+        shown=shown,
+        folded=say("{n} that may be chance", n=len(rows) - shown),
     )
 
 
-def measure_table(diagnosis: Diagnosis) -> HtmlTable | None:
+def measure_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> HtmlTable | None:
     """What to measure next; None where nothing is proposed."""
-    rows = [[step.measurement, likelier(step.expected_gain)] for step in diagnosis.measure_next]
+    say = language.say
+    rows = [
+        [language.told(step.measurement), likelier(step.expected_gain, language)]
+        for step in diagnosis.measure_next
+    ]
     if not rows:
         return None
-    columns = ("measurement", ">makes the right explanation likelier")
-    return HtmlTable("measure", "What to measure next", columns, rows)
+    columns = (say("measurement"), ">" + say("makes the right explanation likelier"))
+    return HtmlTable("measure", say("What to measure next"), columns, rows)

@@ -7,6 +7,7 @@ import math
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import BLUE, ORANGE, VERMILION, axis, layout
 from avahazard.report.html.words import chance, likelier
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.diagnosis import Diagnosis
 
 MOST_ROWS = 16
@@ -15,13 +16,13 @@ MOST_NATS = 600.0
 SIGNIFICANT = 0.03
 
 
-def effects_figure(diagnosis: Diagnosis) -> Figure | None:
+def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure | None:
     """The gain of every candidate, and the gain that chance alone reaches 19 times in 20."""
-    rows = diagnosis.candidates[:MOST_ROWS]
+    say, rows = language.say, diagnosis.candidates[:MOST_ROWS]
     if not rows:
         return None
     named = set(diagnosis.missing)
-    names = [label(row.effect) for row in rows]
+    names = [label(language.effect(row.effect)) for row in rows]
     floor = 1.0 / (diagnosis.n_worlds + 1)
     gain = [times(row.screened_gain) for row in rows]
     alone = [times(row.chance_gain) for row in rows]
@@ -34,19 +35,28 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     ]  # fmt: skip
     return Figure(
         "effects",
-        "Candidate effects",
-        f"How much likelier the records are with each of {len(rows)} candidate effects, beside "
-        "what chance alone would show.",
-        "How many times likelier the records are with the effect than without. A mark right of "
-        "its grey bar is more than chance would do, 19 times in 20, if the model were complete; "
-        "among many candidates some do so by chance, and the p-value below allows for that. Red: "
-        "named as missing."
-        + (f" {cut} more candidates, weaker than these, are in the table alone." if cut else ""),
+        say("Candidate effects"),
+        say(
+            "How much likelier the records are with each of {n} candidate effects, beside what "
+            "chance alone would show.",
+            n=len(rows),
+        ),
+        say(
+            "How many times likelier the records are with the effect than without. A mark right "
+            "of its grey bar is more than chance would do, 19 times in 20, if the model were "
+            "complete; among many candidates some do so by chance, and the p-value below allows "
+            "for that. Red: named as missing."
+        )
+        + (
+            " " + say("{n} more candidates, weaker than these, are in the table alone.", n=cut)
+            if cut
+            else ""
+        ),
         [
             {
                 "type": "bar",
                 "orientation": "h",
-                "name": "chance alone",
+                "name": say("chance alone"),
                 "x": [value - 1.0 for value in alone],
                 "base": 1.0,
                 "y": names,
@@ -56,11 +66,17 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
             {
                 "type": "scatter",
                 "mode": "markers",
-                "name": "with the effect",
+                "name": say("with the effect"),
                 "x": gain,
                 "y": names,
                 "text": [
-                    label(f"{likelier(row.screened_gain)} likelier, p {chance(row.p_value, floor)}")
+                    label(
+                        say(
+                            "{times} likelier, p {p}",
+                            times=likelier(row.screened_gain, language),
+                            p=chance(row.p_value, floor, language),
+                        )
+                    )
                     for row in rows
                 ],
                 "marker": {"color": colors, "size": 11, "symbol": "diamond"},
@@ -68,7 +84,7 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
             },
         ],
         layout(
-            axis("times likelier", type="log", dtick=_ticks([*gain, *alone]),
+            axis(say("times likelier"), type="log", dtick=_ticks([*gain, *alone]),
                  exponentformat="power", tickangle=0),
             axis("", type="category", autorange="reversed"),
             height=120 + 28 * len(rows),

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import COLORS, SYMBOLS, axis, layout
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.comparison import MeasuredForce
 
 
-def force_figure(force: Sequence[MeasuredForce]) -> Figure:
+def force_figure(force: Sequence[MeasuredForce], language: Language = ENGLISH) -> Figure:
     """Resisting force per mass against speed, a colour for each event."""
+    say = language.say
     events = list(dict.fromkeys(row.event_id for row in force))
     data = []
     for k, event in enumerate(events):
@@ -39,9 +41,11 @@ def force_figure(force: Sequence[MeasuredForce]) -> Figure:
         )
     return Figure(
         "force",
-        "Force measured along the tracks",
-        f"Resisting force per mass against speed, measured on {len(events)} events.",
-        "Flat: Coulomb friction, as in the base model. Rising with the square of speed: drag.",
+        say("Force measured along the tracks"),
+        say("Resisting force per mass against speed, measured on {n} events.", n=len(events)),
+        say("Flat: Coulomb friction, as in the base model. Rising with the square of speed: drag."),
         data,
-        layout(axis("speed (m/s)"), axis("resisting force per mass (m/s²)", zeroline=True)),
+        layout(
+            axis(say("speed (m/s)")), axis(say("resisting force per mass (m/s²)"), zeroline=True)
+        ),
     )

@@ -10,29 +10,39 @@ from avahazard.report.html.content import EventView, Floats, FrictionView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLUE, axis, by_path, layout
 from avahazard.report.html.words import event_words
+from avahazard.report.language import ENGLISH, Language
 
 
 def friction_figure(
-    view: FrictionView, events: Sequence[EventView], names: dict[str, str]
+    view: FrictionView,
+    events: Sequence[EventView],
+    names: dict[str, str],
+    language: Language = ENGLISH,
 ) -> Figure:
     """Median friction with the bands of the avalanches and of the law, and apparent frictions."""
+    say = language.say
     x = view.volume.tolist()
     data: list[Trace] = []
     if view.scatter is not None:
         q05, q25, q75, q95 = view.scatter
-        data += _band(view.volume, q05, q95, "rgba(86,180,233,0.22)", "90 % of avalanches")
-        data += _band(view.volume, q25, q75, "rgba(86,180,233,0.40)", "50 % of avalanches")
+        data += _band(view.volume, q05, q95, "rgba(86,180,233,0.22)", say("90 % of avalanches"))
+        data += _band(view.volume, q25, q75, "rgba(86,180,233,0.40)", say("50 % of avalanches"))
     low, middle, high = view.law
     data += [
         {
             "type": "scatter",
             "mode": "lines",
-            "name": "median, and 90 % of what it may be",
+            "name": say("median, and 90 % of what it may be"),
             "legendgroup": "law",
             "x": x,
             "y": middle.tolist(),
             "line": {"color": BLUE, "width": 2.5},
-            "hovertemplate": "V = %{x:,.0f} m³: median friction %{y:.3f}<extra></extra>",
+            "hovertemplate": say(
+                "V = {volume} m³: median friction {friction}",
+                volume="%{x:,.0f}",
+                friction="%{y:.3f}",
+            )
+            + "<extra></extra>",
         },
         *(
             {
@@ -49,7 +59,7 @@ def friction_figure(
         ),
     ]
     shown = [e for e in events if e.mu_reference is not None and e.volume_m3]
-    for name, color, symbol, mine in by_path(shown, names):
+    for name, color, symbol, mine in by_path(shown, names, language):
         data.append(
             {
                 "type": "scatter",
@@ -57,46 +67,57 @@ def friction_figure(
                 "name": label(name),
                 "x": [e.volume_m3 for e in mine],
                 "y": [e.mu_reference for e in mine],
-                "text": [label(event_words(e, names)) for e in mine],
-                "hovertemplate": "%{text}<br>apparent friction %{y:.3f}<extra></extra>",
+                "text": [label(event_words(e, names, language)) for e in mine],
+                "hovertemplate": "%{text}<br>"
+                + say("apparent friction {friction}", friction="%{y:.3f}")
+                + "<extra></extra>",
                 "marker": {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8},
             }
         )
-    inside = "" if view.scatter is None else _inside(view, shown)
+    inside = "" if view.scatter is None else _inside(view, shown, language)
     lacking = len(events) - len(shown)
     return Figure(
         "friction",
-        "Friction against volume",
-        f"Apparent friction of {len(shown)} events against their volume, with the calibrated "
-        "median and the bands that hold 50 and 90 % of avalanches.",
-        "Apparent friction is the one whose block, with the model’s effects on its motion, stops "
-        "where the record says; what effects on friction and the path itself add to it is taken "
-        "off, as it is from the curve. Large avalanches run farther where the curve falls. The "
-        "model itself was fitted to the records, not to these points."
+        say("Friction against volume"),
+        say(
+            "Apparent friction of {n} events against their volume, with the calibrated median and "
+            "the bands that hold 50 and 90 % of avalanches.",
+            n=len(shown),
+        ),
+        say(
+            "Apparent friction is the one whose block, with the model’s effects on its motion, "
+            "stops where the record says; what effects on friction and the path itself add to it "
+            "is taken off, as it is from the curve. Large avalanches run farther where the curve "
+            "falls. The model itself was fitted to the records, not to these points."
+        )
         + inside
         + (
-            f" {lacking} events have no volume, or no friction stops the block at their record, "
-            "and are not shown."
+            " "
+            + say(
+                "{n} events have no volume, or no friction stops the block at their record, and "
+                "are not shown.",
+                n=lacking,
+            )
             if lacking
             else ""
         ),
         data,
         layout(
-            axis("volume (m³)", type="log", exponentformat="power", dtick=1),
-            axis("friction μ"),
+            axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1),
+            axis(say("friction μ")),
             height=470,
         ),
     )
 
 
-def _inside(view: FrictionView, events: Sequence[EventView]) -> str:
+def _inside(view: FrictionView, events: Sequence[EventView], language: Language) -> str:
     """How many points lie in the wide band."""
     assert view.scatter is not None
     log_volume = np.log([e.volume_m3 or np.nan for e in events])
     low, high = (np.interp(log_volume, np.log(view.volume), view.scatter[k]) for k in (0, 3))
     mu = np.array([e.mu_reference for e in events], np.float64)
     n = int(np.sum((mu >= low) & (mu <= high)))
-    return f" {n} of {len(events)} lie in the band of 90 %."
+    return " " + language.say("{n} of {total} lie in the band of 90 %.", n=n, total=len(events))
 
 
 def _band(x: Floats, low: Floats, high: Floats, color: str, name: str) -> list[Trace]:

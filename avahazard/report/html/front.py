@@ -11,7 +11,8 @@ from avahazard.report.html.content import Document, PathView, ReportContent
 from avahazard.report.html.path_figure import shown_end
 from avahazard.report.html.style import GROUND, INK, VERMILION
 from avahazard.report.html.summary import SIGNIFICANT
-from avahazard.report.html.words import BEYOND, interval, metres
+from avahazard.report.html.words import beyond, interval, metres
+from avahazard.report.language import Language
 
 WIDTH, HEIGHT, PLACES = 300, 130, 60
 FOOT, LIFT = 8, 5
@@ -32,7 +33,12 @@ def path_answers(content: ReportContent) -> list[PathAnswer]:
     """Every path with a profile or a design runout."""
     period = shown_period(content)
     return [
-        PathAnswer(number, view.name, _picture(view, period), _sentence(content, view, period))
+        PathAnswer(
+            number,
+            view.name,
+            _picture(view, period, content.language),
+            _sentence(content, view, period),
+        )
         for number, view in enumerate(content.paths, start=1)
         if view.smooth is not None
     ]
@@ -52,22 +58,33 @@ def _row(view: PathView, period: float | None) -> Document | None:
 
 def _sentence(content: ReportContent, view: PathView, period: float | None) -> str:
     """How far, how sure, and whether the model fails here."""
+    language, say = content.language, content.language.say
     row = _row(view, period)
-    words = "No design runout was computed here."
-    if row is not None:
+    words = say("No design runout was computed here.")
+    if row is not None and period is not None:
         design = row["design"]
         x, z = design["runout_x_m"], design["runout_elevation_m"]
         if x["q50"] is None:
-            words = f"Once in {period:g} years avalanches run past the end of the profile."
+            words = say(
+                "Once in {period} years avalanches run past the end of the profile.",
+                period=language.number(f"{period:g}"),
+            )
         else:
-            words = (
-                f"Once in {period:g} years avalanches pass x = {metres(x['q50'])} "
-                f"({metres(z['q50'])} above sea level); 90 % sure: {interval(x)}"
-                + (f" ({BEYOND}: past the profile)." if x["q95"] is None else ".")
+            sure = interval(x, language)
+            if x["q95"] is None:
+                past_it = say("{beyond}: past the profile", beyond=beyond(language))
+                sure = f"{sure} ({past_it})"
+            words = say(
+                "Once in {period} years avalanches pass x = {x} ({elevation} above sea level); "
+                "90 % sure: {interval}.",
+                period=language.number(f"{period:g}"),
+                x=metres(x["q50"], language),
+                elevation=metres(z["q50"], language),
+                interval=sure,
             )
         past, n = design["records_beyond"], design["n_records"]
         if past is not None and n:
-            words += f" {past} of {n} records lie past it."
+            words += " " + say("{n} of {total} records lie past it.", n=past, total=n)
     return " ".join([words, *_trust(content, view)])
 
 
@@ -75,19 +92,25 @@ def _trust(content: ReportContent, view: PathView) -> list[str]:
     compared = content.comparison
     if compared is None:
         return []
+    language, say = content.language, content.language.say
     words = []
     mine = next((g for g in compared.held_out.groups if g.group == view.path.path_id), None)
     if mine is not None:
-        words.append(f"Its records, kept back, were missed by {mine.crps_m:.0f} m.")
+        error = metres(mine.crps_m, language)
+        words.append(say("Its records, kept back, were missed by {error}.", error=error))
     for failure in compared.where_it_fails:
         on_it = failure.axis == "path" and failure.level == view.path.path_id
         if on_it and failure.p_value < SIGNIFICANT:
-            bias = f"{failure.bias_m:+.0f} m".replace("-", "−")
-            words.append(f"Here the model fails beyond chance: {bias}, predicted less recorded.")
+            words.append(
+                say(
+                    "Here the model fails beyond chance: {bias}, predicted less recorded.",
+                    bias=language.number(f"{failure.bias_m:+.0f} m"),
+                )
+            )
     return words
 
 
-def _picture(view: PathView, period: float | None) -> Markup | None:
+def _picture(view: PathView, period: float | None, language: Language) -> Markup | None:
     """The profile, the recorded stops, and the design runout with its 90 %."""
     smooth = view.smooth
     if smooth is None:
@@ -114,7 +137,11 @@ def _picture(view: PathView, period: float | None) -> Markup | None:
     row = _row(view, period)
     if row is not None:
         parts += _design(row["design"]["runout_x_m"], end, at)
-    words = escape(f"{view.name}: the profile, the recorded stops and the design runout")
+    words = escape(
+        language.say(
+            "{path}: the profile, the recorded stops and the design runout", path=view.name
+        )
+    )
     return Markup(  # noqa: S704 (numbers, and words that are escaped)
         f'<svg viewBox="0 -8 {WIDTH} {HEIGHT + 8}" role="img" aria-label="{words}">'
         + "".join(parts)

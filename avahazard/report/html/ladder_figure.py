@@ -5,18 +5,19 @@ from __future__ import annotations
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLUE, VERMILION, axis, layout
-from avahazard.report.html.words import COORDINATES, count
-from avahazard.results.amounts import amount, unit_of
+from avahazard.report.html.words import amount, coordinate_words
+from avahazard.results.amounts import RATIO, unit_of
 
 
 def ladder_figure(content: ReportContent) -> Figure | None:
     """A bar for every compared model, this one blue; None where none was compared."""
+    language, say = content.language, content.language.say
     rows = [row for row in content.ladder if row.held_out_crps_m is not None]
     if not rows:
         return None
     name = content.model.model
     coordinate = rows[0].coordinate or "mixed"
-    of, unit = COORDINATES[coordinate], unit_of(coordinate)
+    of, unit = coordinate_words(coordinate, language), unit_of(coordinate)
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     data: list[Trace] = [
         {
@@ -25,7 +26,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
             "x": [row.held_out_crps_m for row in rows],
             "y": [label(row.model) for row in rows],
             "text": [
-                amount(row.held_out_crps_m, coordinate, 0)
+                amount(row.held_out_crps_m, coordinate, 0, language)
                 for row in rows
                 if row.held_out_crps_m is not None
             ],
@@ -36,7 +37,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
         }
     ]
     places = layout(
-        axis(f"error ({unit} of {of})", rangemode="tozero"),
+        axis(say("error ({unit} of {coordinate})", unit=unit, coordinate=of), rangemode="tozero"),
         axis("", type="category", autorange="reversed"),
         height=120 + 34 * len(rows),
         bargap=0.35,
@@ -61,8 +62,10 @@ def ladder_figure(content: ReportContent) -> Figure | None:
                 "yanchor": "bottom",
                 "xanchor": "left",
                 "showarrow": False,
-                "text": "errors of records and volumes alone: "
-                + amount(min(floors), coordinate, 0),
+                "text": say(
+                    "errors of records and volumes alone: {error}",
+                    error=amount(min(floors), coordinate, 0, language),
+                ),
                 "font": {"color": VERMILION, "size": 12},
             }
         ]
@@ -70,14 +73,27 @@ def ladder_figure(content: ReportContent) -> Figure | None:
     lost = len(content.ladder) - len(rows)
     return Figure(
         "ladder",
-        "Error of each model on what it had not seen",
-        f"Bars of the held-out error of {len(rows)} models, with the floor that the errors of "
-        "the records leave.",
-        f"The CRPS is a mean error in {unit.replace('m', 'metres')} that counts the width of the "
-        "forecast too; for a forecast without scatter it is the mean absolute error. The dashed "
-        "line is what errors of the recorded runouts and volumes alone would leave: what varies "
-        "from avalanche to avalanche comes on top for every model."
-        + (f" Left out: {count(lost, 'model')} never compared." if lost else ""),
+        say("Error of each model on what it had not seen"),
+        say(
+            "Bars of the held-out error of {n} models, with the floor that the errors of the "
+            "records leave.",
+            n=len(rows),
+        ),
+        say(
+            "The CRPS is a mean error in {unit} that counts the width of the forecast too; for a "
+            "forecast without scatter it is the mean absolute error. The dashed line is what "
+            "errors of the recorded runouts and volumes alone would leave: what varies from "
+            "avalanche to avalanche comes on top for every model.",
+            unit="H/L" if coordinate == RATIO else say("metres"),
+        )
+        + (
+            " "
+            + language.plural(
+                "Left out: {n} model never compared.", "Left out: {n} models never compared.", lost
+            )
+            if lost
+            else ""
+        ),
         data,
         places,
     )

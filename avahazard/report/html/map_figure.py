@@ -11,8 +11,10 @@ import numpy as np
 from avahazard.report.html.content import Floats, PathView, PlanView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.hillshade import hillshade
+from avahazard.report.html.map_marks import north_arrow, scale_bar
 from avahazard.report.html.style import BLACK, INK, ROW_COLORS, TOOLBAR_PX, axis, layout
-from avahazard.report.html.words import case, event_words, interval
+from avahazard.report.html.words import case, event_words, interval, metres
+from avahazard.report.language import ENGLISH, Language
 
 MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 BAR_PLACES = 24
@@ -20,17 +22,18 @@ EDGE = 0.08
 """Room around what is drawn, as a share of its size."""
 
 
-def map_figure(k: int, view: PathView) -> Figure | None:
+def map_figure(k: int, view: PathView, language: Language = ENGLISH) -> Figure | None:
     """The plan of a path; None where it has no coordinates."""
     plan = view.plan
     if plan is None or view.smooth is None or view.release_x is None:
         return None
+    say = language.say
     degrees = plan.crs is None
     data: list[Trace] = [
         {
             "type": "scatter",
             "mode": "lines",
-            "name": "path",
+            "name": say("path"),
             "x": plan.east,
             "y": plan.north,
             "line": {"color": INK, "width": 1.6},
@@ -44,7 +47,7 @@ def map_figure(k: int, view: PathView) -> Figure | None:
             {
                 "type": "scatter",
                 "mode": "lines",
-                "name": label(f"zone: {zone['zone']}"),
+                "name": label(say("zone: {zone}", zone=language.told(zone["zone"]))),
                 "x": east,
                 "y": north,
                 "line": {"color": zone["color"], "width": 12},
@@ -53,7 +56,7 @@ def map_figure(k: int, view: PathView) -> Figure | None:
             }
         )
     for number, row in enumerate(view.rows[: len(ROW_COLORS)]):
-        data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number)
+        data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number, language)
     stops = [e for e in view.events if e.stop_x_m is not None]
     if stops:
         names = {view.path.path_id: view.name}
@@ -62,10 +65,10 @@ def map_figure(k: int, view: PathView) -> Figure | None:
             {
                 "type": "scatter",
                 "mode": "markers",
-                "name": "recorded stops",
+                "name": say("recorded stops"),
                 "x": east,
                 "y": north,
-                "text": [label(event_words(e, names)) for e in stops],
+                "text": [label(event_words(e, names, language)) for e in stops],
                 "hovertemplate": "%{text}<extra></extra>",
                 "marker": {"symbol": "circle-open", "size": 7, "color": INK,
                            "line": {"width": 1.2}},
@@ -76,37 +79,41 @@ def map_figure(k: int, view: PathView) -> Figure | None:
         {
             "type": "scatter",
             "mode": "markers",
-            "name": "release",
+            "name": say("release"),
             "x": east,
             "y": north,
             "marker": {"symbol": "triangle-down", "size": 11, "color": BLACK},
-            "hovertemplate": "release<extra></extra>",
+            "hovertemplate": say("release") + "<extra></extra>",
         }
     )
+    shown_east, shown_north, _ = _ranges(plan)
+    data.append(scale_bar(shown_east, shown_north, degrees, language))
     return Figure(
         f"map-{k}",
-        "Seen from above",
-        f"{view.name} on the map, with the recorded stops and the predicted runouts.",
-        _caption(plan),
+        say("Seen from above"),
+        say(
+            "{path} on the map, with the recorded stops and the predicted runouts.",
+            path=view.name,
+        ),
+        _caption(plan, language),
         data,
-        _layout(plan, degrees),
+        _layout(plan, degrees, language),
         digits=9,
     )
 
 
-def _layout(plan: PlanView, degrees: bool) -> dict[str, Any]:
-    east, north = _span(plan.east), _span(plan.north)
-    ratio = 1.0 / math.cos(math.radians(float(np.mean(plan.north)))) if degrees else 1.0
-    size = max(east[1] - east[0], (north[1] - north[0]) * ratio)
-    room = EDGE * size
+def _layout(plan: PlanView, degrees: bool, language: Language) -> dict[str, Any]:
+    say = language.say
+    east, north, ratio = _ranges(plan)
+    across = say("longitude (°)") if degrees else say("easting (m)")
+    upwards = say("latitude (°)") if degrees else say("northing (m)")
     places = layout(
-        axis("longitude (°)" if degrees else "easting (m)", nticks=5, tickformat=_ticks(degrees),
-             range=[east[0] - room, east[1] + room]),
-        axis("latitude (°)" if degrees else "northing (m)", nticks=6, tickformat=_ticks(degrees),
-             range=[north[0] - room / ratio, north[1] + room / ratio],
+        axis(across, nticks=5, tickformat=_ticks(degrees), range=list(east)),
+        axis(upwards, nticks=6, tickformat=_ticks(degrees), range=list(north),
              scaleanchor="x", scaleratio=ratio),
         height=520,
         margin=MARGIN,
+        annotations=[north_arrow()],
     )  # fmt: skip
     if plan.ground is not None:
         ground = plan.ground
@@ -130,6 +137,15 @@ def _layout(plan: PlanView, degrees: bool) -> dict[str, Any]:
     return places
 
 
+def _ranges(plan: PlanView) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """What is shown from west to east and from south to north, and the ratio of their units."""
+    east, north = _span(plan.east), _span(plan.north)
+    ratio = 1.0 / math.cos(math.radians(float(np.mean(plan.north)))) if plan.crs is None else 1.0
+    room = EDGE * max(east[1] - east[0], (north[1] - north[0]) * ratio)
+    up = room / ratio
+    return (east[0] - room, east[1] + room), (north[0] - up, north[1] + up), ratio
+
+
 def _ticks(degrees: bool) -> str:
     return ".3f" if degrees else "d"
 
@@ -138,18 +154,23 @@ def _span(values: Floats) -> tuple[float, float]:
     return float(np.min(values)), float(np.max(values))
 
 
-def _runout(plan: PlanView, row: Any, color: str, width: float) -> list[Trace]:
+def _runout(plan: PlanView, row: Any, color: str, width: float, language: Language) -> list[Trace]:
     """The 90 % of a row along the line, and its median; rows lie on each other, narrower.
 
     Of the design runout; of avalanches of the volume where the row is for one.
     """
     spread = (row.get("design") or row)["runout_x_m"]
-    name = f"design runout, {case(row)}" if row.get("design") else f"avalanches of {case(row)}"
+    say, of = language.say, case(row, language)
+    name = (
+        say("design runout, {case}", case=of)
+        if row.get("design")
+        else say("avalanches of {volume}", volume=of)
+    )
     if spread["q05"] is None:
         return []
     end = float(plan.x[-1]) if spread["q95"] is None else float(spread["q95"])
     east, north = _along(plan, float(spread["q05"]), end)
-    group = f"row {case(row)}"
+    group = f"row {of}"
     traces: list[Trace] = [
         {
             "type": "scatter",
@@ -160,7 +181,7 @@ def _runout(plan: PlanView, row: Any, color: str, width: float) -> list[Trace]:
             "y": north,
             "line": {"color": color, "width": max(width, 3.0)},
             "opacity": 0.65,
-            "text": [f"{name}: x {interval(spread)}"] * BAR_PLACES,
+            "text": [f"{name}: x {interval(spread, language)}"] * BAR_PLACES,
             "hovertemplate": "%{text}<extra></extra>",
         }
     ]
@@ -176,7 +197,10 @@ def _runout(plan: PlanView, row: Any, color: str, width: float) -> list[Trace]:
                 "y": north,
                 "marker": {"symbol": "diamond", "size": 10, "color": color,
                            "line": {"color": "white", "width": 1}},
-                "hovertemplate": f"{name}, median: x {spread['q50']:.0f} m<extra></extra>",
+                "hovertemplate": say(
+                    "{name}, median: x {x}", name=name, x=metres(spread["q50"], language)
+                )
+                + "<extra></extra>",
             }
         )  # fmt: skip
     return traces
@@ -190,14 +214,17 @@ def _at(plan: PlanView, x: Floats) -> tuple[Floats, Floats]:
     return np.interp(x, plan.x, plan.east), np.interp(x, plan.x, plan.north)
 
 
-def _caption(plan: PlanView) -> str:
-    words = (
-        "Coordinates are longitude and latitude."
+def _caption(plan: PlanView, language: Language) -> str:
+    say = language.say
+    words = [
+        say("Coordinates are longitude and latitude.")
         if plan.crs is None
-        else f"Coordinates are those of {plan.crs}."
-    )
-    shade = " The shading is that of the terrain model of the import." if plan.ground else ""
-    return (
-        f"{words} The coloured line holds 90 % of what the design runout may be, the diamond is "
-        f"its median; for a given volume, of its avalanches.{shade}"
-    )
+        else say("Coordinates are those of {crs}.", crs=plan.crs),
+        say(
+            "The coloured line holds 90 % of what the design runout may be, the diamond is its "
+            "median; for a given volume, of its avalanches."
+        ),
+    ]
+    if plan.ground:
+        words.append(say("The shading is that of the terrain model of the import."))
+    return " ".join(words)

@@ -1,4 +1,4 @@
-"""Tables of the model: its parameters, scores and failures, and how it was made."""
+"""Tables of the model: its parameters, scores and failures."""
 
 from __future__ import annotations
 
@@ -9,58 +9,63 @@ from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import SIGNIFICANT, failing
 from avahazard.report.html.table import HtmlTable, error_text
 from avahazard.report.html.words import (
-    COORDINATES,
+    amount,
     axis_words,
     chance,
-    integer,
+    coordinate_words,
+    level_words,
     number,
     share,
     unit_words,
 )
-from avahazard.results.amounts import RATIO, amount, bare
+from avahazard.report.language import ENGLISH, Language
+from avahazard.results.amounts import RATIO, bare
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 
 
 def ladder_table(content: ReportContent) -> HtmlTable:
     """Every model and its error, oldest first."""
+    language, say = content.language, content.language.say
     rows = [
         [
             row.model,
             row.parent or "–",
-            ", ".join(row.added) or "–",
+            ", ".join(language.effect(key) for key in row.added) or "–",
             *(
-                error_text(getattr(row, key), known)
+                error_text(getattr(row, key), known, language)
                 for key, known in (
                     ("held_out_crps_m", row.coordinate),
                     ("held_out_crps_x_m", "x"),
                     ("crps_m", row.coordinate),
                 )
             ),
-            "–" if row.elpd_loo is None else f"{row.elpd_loo:.0f}".replace("-", "−"),
-            "–" if row.coverage_90 is None else share(row.coverage_90),
-            "–" if row.speed_rmse_m_s is None else f"{row.speed_rmse_m_s:.1f} m/s",
+            "–" if row.elpd_loo is None else language.number(f"{row.elpd_loo:.0f}"),
+            "–" if row.coverage_90 is None else share(row.coverage_90, language),
+            "–" if row.speed_rmse_m_s is None else language.number(f"{row.speed_rmse_m_s:.1f} m/s"),
         ]
         for row in content.ladder
     ]
     columns = (
-        "model", "from", "added", ">error", ">in x", ">on its own records", ">elpd", ">in 90 %",
-        ">speed RMSE",
+        say("model"), say("from"), say("added"), ">" + say("error"), ">" + say("in x"),
+        ">" + say("on its own records"), ">elpd", ">" + say("in 90 %"), ">" + say("speed RMSE"),
     )  # fmt: skip
-    return HtmlTable("models", "Every model and its error, oldest first", columns, rows)
+    return HtmlTable("models", say("Every model and its error, oldest first"), columns, rows)
 
 
-def scores_table(comparison: Comparison) -> HtmlTable:
+def scores_table(comparison: Comparison, language: Language = ENGLISH) -> HtmlTable:
     """Scores on what the model was calibrated on, and on what was kept back."""
-    held = comparison.held_out
-    apart = "paths kept back" if held.by == "path" else "fifths of the events kept back"
+    say, held = language.say, comparison.held_out
+    apart = say("paths kept back") if held.by == "path" else say("fifths of the events kept back")
     rows = []
     coordinate = comparison.coordinate
-    for name, scores in ((apart, held), ("records of the calibration", comparison.scores)):
-        for what, unit, found in ((COORDINATES[coordinate], "m", scores.runout),
-                                  (COORDINATES["x"], "m",
-                                   None if coordinate == "x" else scores.runout_x),
-                                  ("speed", "m_s", scores.speed)):  # fmt: skip
+    for name, scores in ((apart, held), (say("records of the calibration"), comparison.scores)):
+        for what, unit, found in (
+            (coordinate_words(coordinate, language), "m", scores.runout),
+            (coordinate_words("x", language), "m",
+             None if coordinate == "x" else scores.runout_x),
+            (say("speed"), "m_s", scores.speed),
+        ):  # fmt: skip
             if found is not None:
                 in_ratio = unit == "m" and coordinate == RATIO
                 ending = "H/L" if in_ratio else unit.replace("_", "/")
@@ -70,98 +75,77 @@ def scores_table(comparison: Comparison) -> HtmlTable:
                         what,
                         str(found.n),
                         *(
-                            f"{_signed(getattr(found, f'{key}_{unit}'), in_ratio)} {ending}"
+                            f"{_signed(getattr(found, f'{key}_{unit}'), in_ratio, language)} "
+                            f"{ending}"
                             for key in ("rmse", "bias", "crps")
                         ),
-                        share(found.coverage_50),
-                        share(found.coverage_90),
+                        share(found.coverage_50, language),
+                        share(found.coverage_90, language),
                     ]
                 )
-    columns = ("", "of", ">n", ">RMSE", ">bias", ">CRPS", ">in 50 %", ">in 90 %")
-    return HtmlTable("scores", "Scores against the records", columns, rows)
+    columns = (
+        "", say("of"), ">n", ">RMSE", ">" + say("bias"), ">CRPS", ">" + say("in 50 %"),
+        ">" + say("in 90 %"),
+    )  # fmt: skip
+    return HtmlTable("scores", say("Scores against the records"), columns, rows)
 
 
-def failures_table(comparison: Comparison, names: Mapping[str, str]) -> HtmlTable:
+def failures_table(
+    comparison: Comparison, names: Mapping[str, str], language: Language = ENGLISH
+) -> HtmlTable:
     """Where the model fails, the least likely by chance first; what may be chance is folded."""
-    n_failing = len(failing(comparison))
+    say, n_failing = language.say, len(failing(comparison))
     rows = [
         [
-            axis_words(row.axis),
-            names.get(row.level, row.level),
+            axis_words(row.axis, language),
+            names[row.level] if row.level in names else level_words(row.level, language),
             str(row.n),
             ("+" if row.bias_m > 0 else "")
-            + amount(row.bias_m, comparison.coordinate, 0).replace("-", "−"),
-            chance(row.p_value),
-            "beyond chance" if row.p_value < SIGNIFICANT else "may be chance",
+            + amount(row.bias_m, comparison.coordinate, 0, language),
+            chance(row.p_value, language=language),
+            say("beyond chance") if row.p_value < SIGNIFICANT else say("may be chance"),
         ]
         for row in sorted(comparison.where_it_fails, key=lambda row: row.p_value >= SIGNIFICANT)
     ]
-    columns = ("by", "level", ">events", ">predicted less recorded", ">p", "")
-    folded = f"{len(rows) - n_failing} that may be chance"
-    return HtmlTable("failures", "Where it fails", columns, rows, shown=n_failing, folded=folded)
+    columns = (
+        say("by"), say("level"), ">" + say("events"), ">" + say("predicted less recorded"), ">p",
+        "",
+    )  # fmt: skip
+    folded = say("{n} that may be chance", n=len(rows) - n_failing)
+    title = say("Where it fails")
+    return HtmlTable("failures", title, columns, rows, shown=n_failing, folded=folded)
 
 
-def parameters_table(model: Calibration) -> HtmlTable:
+def parameters_table(model: Calibration, language: Language = ENGLISH) -> HtmlTable:
     """The posterior of the parameters in numbers."""
+    say = language.say
     rows = [
         [
             name,
-            *(_as_sure_as(p.sd, getattr(p, key)) for key in ("mean", "sd", "q05", "q95", "mode")),
-            unit_words(p.unit) or "–",
+            *(
+                _as_sure_as(p.sd, getattr(p, key), language)
+                for key in ("mean", "sd", "q05", "q95", "mode")
+            ),
+            unit_words(p.unit, language) or "–",
         ]
         for name, p in model.parameters.items()
         if not name.startswith("path:")
     ]
-    columns = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
-    return HtmlTable("parameters", "Parameters", columns, rows)
+    columns = (
+        "", ">" + say("mean"), ">" + say("± sd"), ">5 %", ">95 %", ">" + say("mode"), say("unit"),
+    )  # fmt: skip
+    return HtmlTable("parameters", say("Parameters"), columns, rows)
 
 
-def made_table(content: ReportContent) -> HtmlTable:
-    """Seeds, versions and fingerprint: what somebody needs to make all this again."""
-    model = content.model
-    checks = model.diagnostics
-    rhat = checks.rhat_max
-    rows = [
-        ["calibrated (UTC)", content.created],
-        [
-            "method",
-            f"{model.method}, {model.chains} chains of {integer(model.draws)} draws",
-        ],
-        ["seed", str(model.seed)],
-        [
-            "convergence",
-            f"R-hat {'infinite' if rhat is None else f'{rhat:.3f}'}, effective sample size at "
-            f"least {integer(checks.ess_bulk_min)}, {share(checks.acceptance)} accepted",
-        ],
-        ["fingerprint of the records (SHA-256)", model.data_fingerprint],
-    ]
-    if content.calibrated_paths:
-        rows.append(["calibrated on the paths", ", ".join(content.calibrated_paths)])
-    if content.effect_sha256:
-        rows.append(["fingerprint of the effect file (SHA-256)", content.effect_sha256])
-    if content.diagnosis is not None:
-        rows.append(
-            [
-                "diagnosis",
-                f"{content.diagnosis.n_worlds} made worlds, seed {content.diagnosis.seed}",
-            ]
-        )
-    draws = sorted({row["n_draws"] for row in content.rows})
-    if draws:
-        rows.append(["draws of the bounds", ", ".join(integer(n) for n in draws) + " for each row"])
-    rows += [[f"version of {name}", version] for name, version in content.versions.items()]
-    return HtmlTable("made", "How to make it again", ("", ""), rows)
-
-
-def _signed(value: float, in_ratio: bool) -> str:
+def _signed(value: float, in_ratio: bool, language: Language) -> str:
     """One decimal, of H/L four; nothing is less than nothing by nothing."""
     text = bare(value, RATIO if in_ratio else None)
-    return text.lstrip("-") if float(text) == 0.0 else text.replace("-", "−")
+    return language.number(text.lstrip("-") if float(text) == 0.0 else text)
 
 
-def _as_sure_as(sd: float, value: float) -> str:
+def _as_sure_as(sd: float, value: float, language: Language) -> str:
     """The value with as many decimals as two digits of its standard deviation have."""
     decimals = 1 - math.floor(math.log10(sd)) if sd > 0.0 else 0
     if 0 <= decimals < 6 and abs(value) < 1e6:
-        return f"{value:.{decimals}f}".replace("-", "−")
-    return number(value)
+        return language.number(f"{value:.{decimals}f}")
+    return number(value, language)

@@ -15,6 +15,7 @@ from avahazard.report.html.reach_panel import reach_of, reach_traces
 from avahazard.report.html.speed_panel import speed_traces
 from avahazard.report.html.stops_panel import stops_height, stops_of, stops_traces
 from avahazard.report.html.style import TOOLBAR_PX, VERMILION, axis, layout
+from avahazard.report.language import ENGLISH, Language
 
 MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 ROOM = 1.15
@@ -22,7 +23,11 @@ PROFILE_PX, PANEL_PX, GAP_PX = 340, 140, 32
 
 
 def path_figure(
-    k: int, view: PathView, loop: LoopView, all_events: Sequence[EventView]
+    k: int,
+    view: PathView,
+    loop: LoopView,
+    all_events: Sequence[EventView],
+    language: Language = ENGLISH,
 ) -> Figure | None:
     """Panels above one another over the same x; None for a path without a profile.
 
@@ -30,41 +35,46 @@ def path_figure(
     """
     if view.smooth is None or view.release_x is None:
         return None
+    say = language.say
     shown = stops_of(view, loop, all_events)
     bands = [float(np.max(state.x[shown, 2])) for state in loop.models if shown]
     end = shown_end(view, bands)
     here = [place for place in loop.places if place.path_id == view.path.path_id]
-    ground = [*profile_traces(view), *place_traces(here, view.smooth, end), block_trace(view)]
+    ground = [
+        *profile_traces(view, language),
+        *place_traces(here, view.smooth, end, language),
+        block_trace(view, language),
+    ]
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [
         (
             ground,
-            axis("elevation (m)", range=profile_range(view.smooth, len(view.rows))),
+            axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows))),
             PROFILE_PX,
         )
     ]
-    words = ["its profile with the recorded stops and the predicted runouts"]
+    words = [say("its profile with the recorded stops and the predicted runouts")]
     states: States = {}
     if shown:
-        words.append("every record beside where it was expected")
-        traces, changes = stops_traces(view, loop, all_events, shown)
+        words.append(say("every record beside where it was expected"))
+        traces, changes = stops_traces(view, loop, all_events, shown, language)
         states = {
             key: {len(ground) + number: trace for number, trace in change.items()}
             for key, change in changes.items()
         }
-        rows = axis("records", range=[0.0, len(shown) + 1.0], showticklabels=False)
+        rows = axis(say("records"), range=[0.0, len(shown) + 1.0], showticklabels=False)
         panels.append((traces, {**rows, "ticks": "", "showgrid": False}, stops_height(len(shown))))
-    speeds = speed_traces(view)
+    speeds = speed_traces(view, language)
     if speeds:
-        words.append("the speeds")
-        panels.append((speeds, axis("speed (m/s)", rangemode="tozero"), PANEL_PX))
+        words.append(say("the speeds"))
+        panels.append((speeds, axis(say("speed (m/s)"), rangemode="tozero"), PANEL_PX))
     if reach_of(view) is not None:
-        words.append("the chance to be reached in a year")
+        words.append(say("the chance to be reached in a year"))
         ticks = [1.0, 0.1, 0.01, 0.001, 0.0001]
         panels.append(
             (
-                reach_traces(view),
+                reach_traces(view, language),
                 axis(
-                    "reached a year",
+                    say("reached a year"),
                     type="log",
                     tickvals=ticks,
                     ticktext=["1", "1/10", "1/100", "1/1000", "1/10 000"],
@@ -84,15 +94,15 @@ def path_figure(
         top -= px + GAP_PX
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
     x_axis = axis(
-        "distance along the path x (m)",
+        say("distance along the path x (m)"),
         anchor=last,
         range=[view.smooth.x_min, end],
     )
     places = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=MARGIN, **axes)
     return Figure(
         f"path-{k}",
-        "Along the path",
-        f"{view.name}: {', '.join(words)}, along the path.",
+        say("Along the path"),
+        say("{path}, along the path: {parts}.", path=view.name, parts=", ".join(words)),
         "",
         data,
         places,
@@ -116,13 +126,14 @@ def shown_end(view: PathView, more: Sequence[float] = ()) -> float:
     return float(min(smooth.x_min + length, smooth.x_max))
 
 
-def block_trace(view: PathView) -> Trace:
+def block_trace(view: PathView, language: Language = ENGLISH) -> Trace:
     """The block, on its release until a slider moves it."""
     assert view.smooth is not None
     return {
         "type": "scatter",
         "mode": "markers",
-        "name": "the block",
+        "name": language.say("the block"),
+        "meta": "block",
         "showlegend": False,
         "cliponaxis": False,
         "x": [view.release_x],
@@ -130,46 +141,8 @@ def block_trace(view: PathView) -> Trace:
         "visible": False,
         "marker": {"symbol": "square", "size": 15, "color": VERMILION,
                    "line": {"color": "white", "width": 2}},
-        "hovertemplate": "the block stops: x %{x:.0f} m, %{y:.0f} m<extra></extra>",
+        "hovertemplate": language.say(
+            "the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}"
+        )
+        + "<extra></extra>",
     }  # fmt: skip
-
-
-def reading_words(views: Sequence[PathView], *, stops: bool = False) -> list[str]:
-    """How to read the figures of the paths: of what they hold, once for all."""
-    rows = [row for view in views for row in view.rows]
-    words = []
-    if any(row.get("design") for row in rows):
-        words.append(
-            "Thick bars above the ground hold 90 % of what the runout exceeded once in the return "
-            "period may be; the tick is its median."
-        )
-    if rows:
-        words.append(
-            "Thin lines hold 90 % of avalanches of one volume (that of the return period, or a "
-            "given one), and the humps on them are their distribution; the small tick is their "
-            "median. A bar that ends at the edge goes on beyond the profile."
-        )
-    if stops:
-        words.append(
-            "Under the profile every record has a line: the tick is where it stopped, the bar "
-            "holds 90 % of where the model shown expects it, the grey one behind it that of the "
-            "parent, if it has one."
-        )
-    if any(view.alpha_beta for view in views):
-        words.append(
-            "Stars: the α-β runout, from the shape of the ground alone, with one standard "
-            "deviation."
-        )
-    if any(view.zones for view in views):
-        words.append(
-            "The strip at the foot shows the zones. Speeds are those that a year exceeds with "
-            "chance 1/T: the median full, 95 % dashed, 5 % dotted; hover for the pressure."
-        )
-    elif any(view.speeds for view in views):
-        words.append("Speeds are those of the block of median friction at that volume.")
-    if any(row.get("reach") for row in rows):
-        words.append(
-            "The lowest panel gives the chance that an avalanche comes as far in a year, and 90 % "
-            "of what that may be."
-        )
-    return words

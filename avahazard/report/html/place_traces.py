@@ -10,17 +10,25 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import PlaceView
 from avahazard.report.html.figure import Trace, label
 from avahazard.report.html.style import GREEN, ORANGE
+from avahazard.report.language import ENGLISH, Language
 
 TREES_EVERY, ABOVE, POINTS = 0.016, 0.012, 30
 """Distance of the trees as a share of the path, their height over the ground as one of the drop,
 and the points of a band."""
 
 
-def place_traces(places: Sequence[PlaceView], smooth: SmoothProfile, end: float) -> list[Trace]:
+def place_traces(
+    places: Sequence[PlaceView],
+    smooth: SmoothProfile,
+    end: float,
+    language: Language = ENGLISH,
+) -> list[Trace]:
     """A trace for each effect that acts on a part of this path, which is drawn up to `end` (m)."""
     traces: list[Trace] = []
     length = end - smooth.x_min
     for place in places:
+        effect = language.effect(place.effect)
+        name = label(language.say("{effect} acts here", effect=effect))
         if place.trees:
             parts = [np.arange(a, b, TREES_EVERY * length) for a, b in place.stretches]
             x = np.concatenate(parts)
@@ -29,11 +37,11 @@ def place_traces(places: Sequence[PlaceView], smooth: SmoothProfile, end: float)
                 {
                     "type": "scatter",
                     "mode": "markers",
-                    "name": label(f"{place.effect} acts here"),
+                    "name": name,
                     "x": x,
                     "y": smooth.height(x) + ABOVE * drop,
                     "marker": {"symbol": "triangle-up", "size": 9, "color": GREEN},
-                    "hovertemplate": label(place.effect) + ": x %{x:.0f} m<extra></extra>",
+                    "hovertemplate": label(effect) + ": x %{x:.0f} m<extra></extra>",
                 }
             )
             continue
@@ -47,7 +55,7 @@ def place_traces(places: Sequence[PlaceView], smooth: SmoothProfile, end: float)
             {
                 "type": "scatter",
                 "mode": "lines",
-                "name": label(f"{place.effect} acts here"),
+                "name": name,
                 "x": xs,
                 "y": ys,
                 "line": {"width": 7, "color": ORANGE},

@@ -11,6 +11,7 @@ from avahazard.report.html.content import Floats
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import BLUE, SKY, VERMILION, axis, layout
 from avahazard.report.html.words import number, unit_words
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.calibration import ParameterSummary
 
 BINS = 36
@@ -20,23 +21,29 @@ SMALL_MARGIN = {"l": 62, "r": 20, "t": 10, "b": 62}
 
 
 def posterior_figures(
-    parameters: Mapping[str, ParameterSummary], draws: Mapping[str, Floats]
+    parameters: Mapping[str, ParameterSummary],
+    draws: Mapping[str, Floats],
+    language: Language = ENGLISH,
 ) -> list[Figure]:
     """A histogram for every parameter that moves, and the first two against each other."""
     moving = {name: v for name, v in draws.items() if np.ptp(v) > 0.0}
     figures = [
-        _histogram(k, name, values, parameters[name])
+        _histogram(k, name, values, parameters[name], language)
         for k, (name, values) in enumerate(moving.items())
     ]
     if len(moving) > 1:
-        figures.append(_joint(*islice(moving.items(), 2)))
+        one, other = islice(moving.items(), 2)
+        figures.append(_joint(one, other, language))
     return figures
 
 
 def offsets_figure(
-    parameters: Mapping[str, ParameterSummary], names: Mapping[str, str]
+    parameters: Mapping[str, ParameterSummary],
+    names: Mapping[str, str],
+    language: Language = ENGLISH,
 ) -> Figure | None:
     """How far each path's friction lies from that of all; None without a path effect."""
+    say = language.say
     rows = [(k.removeprefix(OFFSET), p) for k, p in parameters.items() if k.startswith(OFFSET)]
     if not rows:
         return None
@@ -46,10 +53,12 @@ def offsets_figure(
     low, middle, high = map(np.array, percent)
     return Figure(
         "offsets",
-        "What sets the paths apart",
-        f"Friction of {len(rows)} paths against that of all, with 90 % intervals.",
-        "A path to the left of the line has less friction than the law says for its volumes, for "
-        "a reason that the records do not hold.",
+        say("What sets the paths apart"),
+        say("Friction of {n} paths against that of all, with 90 % intervals.", n=len(rows)),
+        say(
+            "A path to the left of the line has less friction than the law says for its volumes, "
+            "for a reason that the records do not hold."
+        ),
         [
             {
                 "type": "scatter",
@@ -68,24 +77,33 @@ def offsets_figure(
             }
         ],
         layout(
-            axis("friction against that of all paths (%)", zeroline=True, zerolinecolor="#555"),
+            axis(
+                say("friction against that of all paths (%)"), zeroline=True, zerolinecolor="#555"
+            ),
             axis("", type="category", autorange="reversed"),
             height=110 + 26 * len(rows),
         ),
     )
 
 
-def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> Figure:
+def _histogram(
+    k: int, name: str, values: Floats, summary: ParameterSummary, language: Language
+) -> Figure:
     counts, edges = np.histogram(values, bins=BINS, density=True)
     middle = 0.5 * (edges[1:] + edges[:-1])
     inside = (middle >= summary.q05) & (middle <= summary.q95)
-    low, high, mean = (number(getattr(summary, key)) for key in ("q05", "q95", "mean"))
-    unit = f" {unit_words(summary.unit)}" if summary.unit else ""
+    low, high, mean = (number(getattr(summary, key), language) for key in ("q05", "q95", "mean"))
+    unit = f" {unit_words(summary.unit, language)}" if summary.unit else ""
+    numbers = language.say(
+        "mean {mean}{unit}; 90 % in {low} to {high}{unit}", mean=mean, low=low, high=high, unit=unit
+    )
     return Figure(
         f"posterior-{k + 1}",
         name,
-        f"Histogram of the posterior draws of {name}: mean {mean}, 90 % in {low} to {high}{unit}.",
-        f"mean {mean}{unit}; 90 % in {low} to {high}{unit}",
+        language.say(
+            "Histogram of the posterior draws of {name}: {numbers}.", name=name, numbers=numbers
+        ),
+        numbers,
         [
             {
                 "type": "bar",
@@ -97,7 +115,7 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
             }
         ],
         layout(
-            axis(label(name) + (f"<br>({label(unit_words(summary.unit))})" if unit else ""),
+            axis(label(name) + (f"<br>({label(unit.strip())})" if unit else ""),
                  exponentformat="power", nticks=3),
             axis("", showticklabels=False, ticks="", rangemode="tozero"),
             height=246,
@@ -108,14 +126,19 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
     )  # fmt: skip
 
 
-def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
+def _joint(one: tuple[str, Floats], other: tuple[str, Floats], language: Language) -> Figure:
     every = max(1, len(one[1]) // JOINT_DRAWS)
-    r = float(np.corrcoef(one[1], other[1])[0, 1])
+    r = language.number(f"{np.corrcoef(one[1], other[1])[0, 1]:.2f}")
     return Figure(
         "posterior-joint",
-        f"{one[0]} and {other[0]} together",
-        f"Posterior draws of {one[0]} against {other[0]}; their correlation is {r:.2f}.",
-        f"correlation {r:.2f}".replace("-", "−"),
+        language.say("{one} and {other} together", one=one[0], other=other[0]),
+        language.say(
+            "Posterior draws of {one} against {other}; their correlation is {r}.",
+            one=one[0],
+            other=other[0],
+            r=r,
+        ),
+        language.say("correlation {r}", r=r),
         [
             {
                 "type": "scatter",

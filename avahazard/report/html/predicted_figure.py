@@ -10,18 +10,17 @@ from avahazard.report.html.content import EventView, LoopView, StateView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLACK, axis, by_path, layout
 from avahazard.report.html.words import event_words
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.amounts import RATIO
 
-WORDS = {
-    "elevation": ("elevation of the stop", "Elevations of the stops"),
-    "x": ("distance x of the stop", "Places of the stops along the path"),
-    "length": ("runout length", "Runout lengths"),
-    RATIO: ("H/L", "H over L"),
-}
+KINDS = ("elevation", "x", "length", RATIO)
 
 
 def predicted_figures(
-    events: Sequence[EventView], names: dict[str, str], loop: LoopView
+    events: Sequence[EventView],
+    names: dict[str, str],
+    loop: LoopView,
+    language: Language = ENGLISH,
 ) -> list[Figure]:
     """A figure for each coordinate that was recorded: elevation, x, runout length.
 
@@ -30,10 +29,10 @@ def predicted_figures(
     states = (*loop.models, *loop.swept)
     place = {e.event_id: k for k, e in enumerate(events)}
     figures = []
-    for coordinate in WORDS:
+    for coordinate in KINDS:
         mine = [e for e in events if e.coordinate == coordinate and e.predicted is not None]
         if mine:
-            figures.append(_figure(coordinate, mine, names, states, place))
+            figures.append(_figure(coordinate, mine, names, states, place, language))
     return figures
 
 
@@ -43,15 +42,16 @@ def _figure(
     names: dict[str, str],
     states: Sequence[StateView],
     place: Mapping[str, int],
+    language: Language,
 ) -> Figure:
-    what, title = WORDS[coordinate]
+    say = language.say
+    titles, predicted, recorded = _titles(coordinate, language)
     unit = "" if coordinate == RATIO else " m"
     of = ".4g" if coordinate == RATIO else ".0f"
-    on_axis = "" if coordinate == RATIO else " (m)"
     stopped = [e for e in events if e.observed_m is not None]
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, mine in by_path(stopped, names):
+    for name, color, symbol, mine in by_path(stopped, names, language):
         rows = [place[e.event_id] for e in mine]
         for state in states:
             low, middle, high = state.predicted[rows].T
@@ -76,9 +76,14 @@ def _figure(
                 },
                 "marker": {"color": color, "symbol": symbol, "size": 7},
                 "opacity": 0.8,
-                "text": [label(event_words(e, names)) for e in mine],
-                "hovertemplate": f"%{{text}}<br>predicted %{{x:{of}}}{unit}, "
-                f"recorded %{{y:{of}}}{unit}<extra></extra>",
+                "text": [label(event_words(e, names, language)) for e in mine],
+                "hovertemplate": "%{text}<br>"
+                + say(
+                    "predicted {predicted}, recorded {recorded}",
+                    predicted=f"%{{x:{of}}}{unit}",
+                    recorded=f"%{{y:{of}}}{unit}",
+                )
+                + "<extra></extra>",
             }
         )
     inside = sum(_inside(e) for e in stopped)
@@ -89,7 +94,7 @@ def _figure(
             {
                 "type": "scatter",
                 "mode": "lines",
-                "name": "predicted = recorded",
+                "name": say("predicted = recorded"),
                 "x": line,
                 "y": line,
                 "line": {"color": BLACK, "width": 1, "dash": "dash"},
@@ -99,18 +104,56 @@ def _figure(
     left = len(events) - len(stopped)
     return Figure(
         f"predicted-{coordinate}",
-        f"{title}: measured against predicted",
-        f"Recorded {what} of {len(stopped)} events against the predicted one; {inside} of the "
-        "records lie in their 90 % interval.",
-        f"Each mark is an event: the predicted median across, the record upwards; the bar holds "
-        f"90 % of what the model expects to be recorded. {inside} of {len(stopped)} records lie "
-        "within their bar. These records were used in the calibration."
-        + (f" {left} events that left their profile have no stop to show." if left else ""),
+        titles,
+        say(
+            "{title}, of {n} events; {inside} of the records lie in their 90 % interval.",
+            title=titles,
+            n=len(stopped),
+            inside=inside,
+        ),
+        say(
+            "Each mark is an event: the predicted median across, the record upwards; the bar "
+            "holds 90 % of what the model expects to be recorded. {inside} of {n} records lie "
+            "within their bar. These records were used in the calibration.",
+            n=len(stopped),
+            inside=inside,
+        )
+        + (
+            " " + say("{n} events that left their profile have no stop to show.", n=left)
+            if left
+            else ""
+        ),
         data,
-        layout(axis(f"predicted {what}{on_axis}", **_range(stopped, states, place)),
-               axis(f"recorded {what}{on_axis}"), height=520),
+        layout(axis(predicted, **_range(stopped, states, place)), axis(recorded), height=520),
         states=changes,
     )  # fmt: skip
+
+
+def _titles(coordinate: str, language: Language) -> tuple[str, str, str]:
+    """Title of the figure, and of the axes of what was predicted and recorded."""
+    say = language.say
+    return {
+        "elevation": (
+            say("Elevations of the stops: measured against predicted"),
+            say("predicted elevation of the stop (m)"),
+            say("recorded elevation of the stop (m)"),
+        ),
+        "x": (
+            say("Places of the stops along the path: measured against predicted"),
+            say("predicted distance x of the stop (m)"),
+            say("recorded distance x of the stop (m)"),
+        ),
+        "length": (
+            say("Runout lengths: measured against predicted"),
+            say("predicted runout length (m)"),
+            say("recorded runout length (m)"),
+        ),
+        RATIO: (
+            say("H over L: measured against predicted"),
+            say("predicted H/L"),
+            say("recorded H/L"),
+        ),
+    }[coordinate]
 
 
 def _range(

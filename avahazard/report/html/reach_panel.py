@@ -8,6 +8,7 @@ from typing import Any
 from avahazard.report.html.content import PathView
 from avahazard.report.html.figure import Trace
 from avahazard.report.html.style import BLUE
+from avahazard.report.language import ENGLISH, Language
 
 LEAST = 1e-5
 
@@ -18,7 +19,7 @@ def reach_of(view: PathView) -> Mapping[str, Any] | None:
     return next(found, None)
 
 
-def reach_traces(view: PathView) -> list[Trace]:
+def reach_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
     """Median and 90 % of what the yearly chance may be, for a logarithmic axis."""
     reach = reach_of(view)
     assert reach is not None
@@ -41,11 +42,14 @@ def reach_traces(view: PathView) -> list[Trace]:
         {
             "type": "scatter",
             "mode": "lines",
-            "name": "chance to be reached in a year",
+            "name": language.say("chance to be reached in a year"),
             "showlegend": False,
             "x": x,
             "y": middle,
             "line": {"color": BLUE, "width": 2},
-            "hovertemplate": "x %{x:.0f} m: %{y:.2g} a year<extra></extra>",
+            "hovertemplate": language.say(
+                "x {x} m: {chance} a year", x="%{x:.0f}", chance="%{y:.2g}"
+            )
+            + "<extra></extra>",
         },
     ]

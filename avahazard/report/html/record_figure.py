@@ -9,21 +9,35 @@ from avahazard.report.html.content import EventView, PathView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLUE, ORANGE, VERMILION, axis, layout
 from avahazard.report.html.words import event_words
+from avahazard.report.language import ENGLISH, Language
 
 ROW_PX = 24
 
 
-def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Figure | None:
+def record_figure(
+    events: Sequence[EventView], paths: Sequence[PathView], language: Language = ENGLISH
+) -> Figure | None:
     """Dated events by year and path, larger where the volume was; None where none is dated."""
+    say = language.say
     names = {view.path.path_id: view.name for view in paths}
     dated = [e for e in events if e.year is not None]
     if not dated:
         return None
-    rows = list(dict.fromkeys(_row(e, names) for e in dated))
+    rows = list(dict.fromkeys(_row(e, names, language) for e in dated))
     rows += [label(view.name) for view in paths if label(view.name) not in rows]
     kinds = (
-        ("stopped on the profile", BLUE, "circle", [e for e in dated if not e.left_profile]),
-        ("left the profile", VERMILION, "diamond-open", [e for e in dated if e.left_profile]),
+        (
+            say("stopped on the profile"),
+            BLUE,
+            "circle",
+            [e for e in dated if not e.left_profile],
+        ),
+        (
+            say("left the profile"),
+            VERMILION,
+            "diamond-open",
+            [e for e in dated if e.left_profile],
+        ),
     )
     data: list[Trace] = [
         {
@@ -31,8 +45,8 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
             "mode": "markers",
             "name": name,
             "x": [e.year for e in mine],
-            "y": [_row(e, names) for e in mine],
-            "text": [label(event_words(e, names)) for e in mine],
+            "y": [_row(e, names, language) for e in mine],
+            "text": [label(event_words(e, names, language)) for e in mine],
             "hovertemplate": "%{text}<extra></extra>",
             "marker": {
                 "color": color,
@@ -55,7 +69,7 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
             {
                 "type": "scatter",
                 "mode": "lines",
-                "name": "observed years",
+                "name": say("observed years"),
                 "x": [x for _, first, last in spans for x in (first, last, None)],
                 "y": [y for name, _, _ in spans for y in (name, name, None)],
                 "line": {"color": ORANGE, "width": 2},
@@ -66,23 +80,29 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
     undated = len(events) - len(dated)
     return Figure(
         "record",
-        "The record through the years",
-        f"{len(dated)} dated events of {len(rows)} paths by year; the mark grows with the volume.",
-        "Each mark is an event; larger marks are larger volumes. Empty stretches are years "
-        "without events, or years in which nobody looked."
-        + (f" {undated} events without a date are not shown." if undated else ""),
+        say("The record through the years"),
+        say(
+            "{n} dated events of {paths} paths by year; the mark grows with the volume.",
+            n=len(dated),
+            paths=len(rows),
+        ),
+        say(
+            "Each mark is an event; larger marks are larger volumes. Empty stretches are years "
+            "without events, or years in which nobody looked."
+        )
+        + (" " + say("{n} events without a date are not shown.", n=undated) if undated else ""),
         data,
         layout(
-            axis("year"),
+            axis(say("year")),
             axis("", type="category", categoryarray=rows[::-1], tickfont={"size": 11}),
             height=130 + ROW_PX * len(rows),
         ),
     )
 
 
-def _row(event: EventView, names: dict[str, str]) -> str:
+def _row(event: EventView, names: dict[str, str], language: Language) -> str:
     if event.path_id is None:
-        return "no path"
+        return language.say("no path")
     return label(names.get(event.path_id, event.path_id))
 
 

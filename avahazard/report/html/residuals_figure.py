@@ -10,15 +10,20 @@ from avahazard.report.html.content import EventView, LoopView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLACK, axis, by_path, layout
 from avahazard.report.html.words import event_words
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.amounts import RATIO
 
 ROOM = 1.08
 
 
 def residuals_figure(
-    events: Sequence[EventView], names: dict[str, str], loop: LoopView
+    events: Sequence[EventView],
+    names: dict[str, str],
+    loop: LoopView,
+    language: Language = ENGLISH,
 ) -> Figure | None:
     """Predicted mean less record of every event with a volume; None where there are none."""
+    say = language.say
     states = (*loop.models, *loop.swept)
     own = next((s for s in loop.models if s.key == loop.lineage[-1]), None)
     with_volume = [e for e in events if e.volume_m3 is not None]
@@ -29,7 +34,7 @@ def residuals_figure(
     shape = "%{y:.4f}" if ratio else "%{y:.0f} m"
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, mine in by_path(with_volume, names):
+    for name, color, symbol, mine in by_path(with_volume, names, language):
         rows = [place[e.event_id] for e in mine]
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
@@ -42,26 +47,34 @@ def residuals_figure(
                 "y": own.error[rows],
                 "marker": {"color": color, "symbol": symbol, "size": 7},
                 "opacity": 0.8,
-                "text": [label(event_words(e, names)) for e in mine],
-                "hovertemplate": "%{text}<br>predicted less recorded: " + shape + "<extra></extra>",
+                "text": [label(event_words(e, names, language)) for e in mine],
+                "hovertemplate": "%{text}<br>"
+                + say("predicted less recorded: {error}", error=shape)
+                + "<extra></extra>",
             }
         )
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     line = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0}
     lost = len(events) - len(with_volume)
     places = layout(
-        axis("volume (m³)", type="log", dtick=1),
-        axis(f"predicted less recorded ({'H/L' if ratio else 'm'})", range=[-most, most]),
+        axis(say("volume (m³)"), type="log", dtick=1),
+        axis(
+            say("predicted less recorded ({unit})", unit="H/L" if ratio else "m"),
+            range=[-most, most],
+        ),
         height=420,
         shapes=[{**line, "line": {"color": BLACK, "width": 1, "dash": "dash"}}],
     )
     return Figure(
         "residuals",
-        "What the model misses",
-        f"Predicted mean less record of {len(with_volume)} events over their volume.",
-        "Each mark is an event: the mean of what the model expects less the record, in the unit of "
-        "what was recorded. A model that lacks nothing scatters evenly about the dashed line."
-        + (f" {lost} events without a volume are left out." if lost else ""),
+        say("What the model misses"),
+        say("Predicted mean less record of {n} events over their volume.", n=len(with_volume)),
+        say(
+            "Each mark is an event: the mean of what the model expects less the record, in the "
+            "unit of what was recorded. A model that lacks nothing scatters evenly about the "
+            "dashed line."
+        )
+        + (" " + say("{n} events without a volume are left out.", n=lost) if lost else ""),
         data,
         places,
         states=changes,

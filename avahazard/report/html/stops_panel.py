@@ -10,6 +10,7 @@ from avahazard.report.html.content import EventView, Floats, LoopView, PathView,
 from avahazard.report.html.figure import Trace, label
 from avahazard.report.html.style import BLUE, INK
 from avahazard.report.html.words import event_words
+from avahazard.report.language import ENGLISH, Language
 
 BEFORE, ROW_PX, LEAST_PX, MOST_PX = "#BDBDBD", 7, 70, 260
 
@@ -34,12 +35,17 @@ def stops_height(n: int) -> int:
 
 
 def stops_traces(
-    view: PathView, loop: LoopView, events: Sequence[EventView], shown: Sequence[int]
+    view: PathView,
+    loop: LoopView,
+    events: Sequence[EventView],
+    shown: Sequence[int],
+    language: Language = ENGLISH,
 ) -> tuple[list[Trace], dict[str, Mapping[int, Trace]]]:
     """Bands of the parent and of the model, the medians, the records; and what states change.
 
     A band holds 90 % of where the block of that record is expected to stop.
     """
+    say = language.say
     states = {state.key: state for state in (*loop.models, *loop.swept)}
     name = loop.lineage[-1]
     parent = loop.lineage[-2] if len(loop.lineage) > 1 and loop.lineage[-2] in states else None
@@ -47,9 +53,11 @@ def stops_traces(
     names = {view.path.path_id: view.name}
     traces: list[Trace] = []
     if parent is not None:
-        traces.append(_bands(states[parent], shown, rows, f"90 % by “{parent}”", BEFORE, 5.0))
+        before = say("90 % by “{model}”", model=parent)
+        traces.append(_bands(states[parent], shown, rows, before, BEFORE, 5.0))
     band = len(traces)
-    traces.append(_bands(states[name], shown, rows, "90 % of the model shown", BLUE, 2.4))
+    now = say("90 % of the model shown")
+    traces.append(_bands(states[name], shown, rows, now, BLUE, 2.4))
     traces.append(
         {
             "type": "scatter",
@@ -58,7 +66,8 @@ def stops_traces(
             "x": states[name].x[shown, 1],
             "y": rows,
             "marker": {"color": BLUE, "size": 4},
-            "hovertemplate": "median of the model shown: x %{x:.0f} m<extra></extra>",
+            "hovertemplate": say("median of the model shown: x {x} m", x="%{x:.0f}")
+            + "<extra></extra>",
         }
     )
     traces.append(
@@ -70,8 +79,10 @@ def stops_traces(
             "y": rows,
             "marker": {"symbol": "line-ns-open", "size": 8, "color": INK,
                        "line": {"width": 1.6, "color": INK}},
-            "text": [label(event_words(events[k], names)) for k in shown],
-            "hovertemplate": "%{text}<br>stopped at x %{x:.0f} m<extra></extra>",
+            "text": [label(event_words(events[k], names, language)) for k in shown],
+            "hovertemplate": "%{text}<br>"
+            + say("stopped at x {x} m", x="%{x:.0f}")
+            + "<extra></extra>",
         }
     )  # fmt: skip
     changes: dict[str, Mapping[int, Trace]] = {

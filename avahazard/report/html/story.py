@@ -8,8 +8,17 @@ from avahazard.criticism.scoring.budget_rows import UNEXPLAINED
 from avahazard.criticism.scoring.error_fall import error_fall
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import failing
-from avahazard.report.html.words import axis_words, chance, count, likelier, metres
-from avahazard.results.amounts import RATIO, amount, bare, unit_of
+from avahazard.report.html.words import (
+    amount,
+    axis_words,
+    chance,
+    kept_back,
+    level_words,
+    likelier,
+    metres,
+)
+from avahazard.report.language import ENGLISH, Language
+from avahazard.results.amounts import RATIO, bare, unit_of
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Candidate, Diagnosis
 
@@ -25,7 +34,7 @@ class Chapter:
 
 def chapters(content: ReportContent) -> list[Chapter]:
     """The story of the model from its first ancestor; empty where nothing was ever compared."""
-    loop = content.loop
+    loop, language = content.loop, content.language
     added = {row.model: row.added for row in content.ladder}
     told = []
     for k, name in enumerate(loop.lineage):
@@ -35,120 +44,182 @@ def chapters(content: ReportContent) -> list[Chapter]:
         found = loop.comparisons.get(name)
         sentences: list[str] = []
         if found is not None:
-            sentences += _error(found, loop.comparisons.get(parent or ""), parent)
-            sentences += _failure(found)
+            sentences += _error(found, loop.comparisons.get(parent or ""), parent, language)
+            sentences += _failure(found, language)
         if name in loop.diagnoses:
-            sentences += diagnosis_sentences(loop.diagnoses[name])
+            sentences += diagnosis_sentences(loop.diagnoses[name], language)
         if name == loop.lineage[-1]:
-            sentences += _left(found, loop.diagnoses.get(name))
-        more = ", ".join(added.get(name, ()))
-        heading = f"“{name}”" if parent is None else f"“{name}”: “{parent}” and {more or 'no more'}"
+            sentences += _left(found, loop.diagnoses.get(name), language)
+        heading = language.say("“{name}”", name=name)
+        if parent is not None:
+            more = ", ".join(language.effect(key) for key in added.get(name, ()))
+            heading = language.say(
+                "“{model}”: “{parent}” and {more}",
+                model=name,
+                parent=parent,
+                more=more or language.say("no more"),
+            )
         told.append(Chapter(name, heading, tuple(sentences)))
     return told
 
 
-def _error(found: Comparison, before: Comparison | None, parent: str | None) -> list[str]:
-    own = found.held_out.runout.crps_m
-    what = "paths" if found.held_out.by == "path" else "events"
+def _error(
+    found: Comparison, before: Comparison | None, parent: str | None, language: Language
+) -> list[str]:
+    say, where = language.say, kept_back(found.held_out.by, language)
+    now = amount(found.held_out.runout.crps_m, found.coordinate, language=language)
     if before is None:
-        return [f"Its error on {what} kept back: {amount(own, found.coordinate)}."]
-    was = before.held_out.runout.crps_m
-    now, then = amount(own, found.coordinate), amount(was, found.coordinate)
-    words = f"Its error on {what} kept back: {now}, after {then} of “{parent}”"
+        return [say("Its error {where}: {error}.", where=where, error=now)]
+    was = amount(before.held_out.runout.crps_m, found.coordinate, language=language)
+    words = say(
+        "Its error {where}: {error}, after {was} of “{parent}”",
+        where=where,
+        error=now,
+        was=was,
+        parent=parent,
+    )
     fall = error_fall(before, found)
     if fall is None:
-        return [f"{words}; too few groups were kept back to say how sure that is."]
+        return [say("{words}; too few groups were kept back to say how sure that is.", words=words)]
     if fall.q05_m > 0.0:
-        sure = "it fell"
+        sure = say("it fell")
     elif fall.q95_m < 0.0:
-        sure = "it rose"
+        sure = say("it rose")
     else:
-        sure = "whether it fell is not sure"
+        sure = say("whether it fell is not sure")
     low, high, mean = (
-        _minus(bare(value, found.coordinate)) for value in (fall.q05_m, fall.q95_m, fall.mean_m)
+        language.number(bare(value, found.coordinate))
+        for value in (fall.q05_m, fall.q95_m, fall.mean_m)
     )
-    unit = unit_of(found.coordinate)
-    return [f"{words}: a fall of {mean} {unit} (90 %: {low} to {high} {unit}), so {sure}."]
-
-
-def _failure(found: Comparison) -> list[str]:
-    rows = failing(found)
-    if not rows:
-        return ["It fails nowhere that chance could not explain."]
-    parts = [
-        f"{axis_words(row.axis)} “{row.level}” ({count(row.n, 'event')}, "
-        f"{_plus(row.bias_m, found.coordinate)})"
-        for row in rows[:3]
+    return [
+        say(
+            "{words}: a fall of {mean} {unit} (90 %: {low} to {high} {unit}), so {sure}.",
+            words=words,
+            mean=mean,
+            low=low,
+            high=high,
+            unit=unit_of(found.coordinate),
+            sure=sure,
+        )
     ]
-    more = f", and {len(rows) - 3} more" if len(rows) > 3 else ""
-    return [f"It fails beyond chance by {'; '.join(parts)}{more} (predicted less recorded)."]
 
 
-def diagnosis_sentences(found: Diagnosis) -> list[str]:
+def _failure(found: Comparison, language: Language) -> list[str]:
+    say, rows = language.say, failing(found)
+    if not rows:
+        return [say("It fails nowhere that chance could not explain.")]
+    named = "; ".join(
+        language.plural(
+            "{axis} “{level}” ({n} event, {bias})",
+            "{axis} “{level}” ({n} events, {bias})",
+            row.n,
+            axis=axis_words(row.axis, language),
+            level=level_words(row.level, language),
+            bias=_plus(row.bias_m, found.coordinate, language),
+        )
+        for row in rows[:3]
+    )
+    if len(rows) > 3:
+        named = say("{names}, and {n} more", names=named, n=len(rows) - 3)
+    return [say("It fails beyond chance by {names} (predicted less recorded).", names=named)]
+
+
+def diagnosis_sentences(found: Diagnosis, language: Language = ENGLISH) -> list[str]:
     """What was asked of the model, what was found, and on which evidence."""
-    asked = f"Asked for {count(len(found.candidates), 'effect')} that it might lack"
+    say = language.say
+    asked = language.plural(
+        "Asked for {n} effect that it might lack",
+        "Asked for {n} effects that it might lack",
+        len(found.candidates),
+    )
     candidates = {c.effect: c for c in found.candidates}
     if found.verdict == "adequate":
         return [
-            f"{asked}, the records show none: one that moves runouts by "
-            f"{_size(found.detectable_m, found.coordinate)} would have been seen 4 times in 5."
+            say(
+                "{asked}, the records show none: one that moves runouts by {size} would have been "
+                "seen 4 times in 5.",
+                asked=asked,
+                size=_size(found.detectable_m, found.coordinate, language),
+            )
         ]
     named = [candidates[key] for key in found.missing if key in candidates]
     if found.verdict == "missing-effect" and named:
-        words = [f"{asked}, the records name {named[0].effect}: {_evidence(named[0], found)}."]
+        words = say(
+            "{asked}, the records name {effect}: {evidence}.",
+            asked=asked,
+            effect=language.effect(named[0].effect),
+            evidence=_evidence(named[0], found, language),
+        )
     elif found.verdict == "ambiguous" and named:
-        each = "; ".join(f"{c.effect} ({_evidence(c, found)})" for c in named)
-        words = [f"{asked}, the records name several that they cannot tell apart: {each}."]
+        each = "; ".join(
+            f"{language.effect(c.effect)} ({_evidence(c, found, language)})" for c in named
+        )
+        words = say(
+            "{asked}, the records name several that they cannot tell apart: {effects}.",
+            asked=asked,
+            effects=each,
+        )
     else:
-        words = [
-            f"{asked}, none explains what is seen along {', '.join(found.missing)}: it is there, "
-            "and no physics of the catalogue has its shape."
-        ]
-    return [*words, *found.where]
+        words = say(
+            "{asked}, none explains what is seen along {missing}: it is there, and no physics of "
+            "the catalogue has its shape.",
+            asked=asked,
+            missing=", ".join(language.effect(key) for key in found.missing),
+        )
+    return [words, *(language.told(where) for where in found.where)]
 
 
-def _evidence(candidate: Candidate, found: Diagnosis) -> str:
+def _evidence(candidate: Candidate, found: Diagnosis, language: Language) -> str:
     """The gain in plain words: how much likelier the records are, and how often chance does it."""
-    floor = 1.0 / (found.n_worlds + 1)
+    say, floor = language.say, 1.0 / (found.n_worlds + 1)
     seldom = (
-        f"in none of {found.n_worlds} made worlds that lack nothing did chance do as much"
+        say(
+            "in none of {n} made worlds that lack nothing did chance do as much",
+            n=found.n_worlds,
+        )
         if candidate.p_value <= floor * 1.0001
-        else f"chance does as much in {candidate.p_value:.0%} of made worlds that lack nothing"
+        else say(
+            "chance does as much in {share} of made worlds that lack nothing",
+            share=f"{candidate.p_value:.0%}".replace("%", " %"),
+        )
     )
-    p = chance(candidate.p_value, floor)
-    sign = "" if p.startswith("<") else "= "
-    return (
-        f"with it the records are {likelier(candidate.screened_gain)} likelier than without, and "
-        f"{seldom} (p {sign}{p})"
+    p = chance(candidate.p_value, floor, language)
+    return say(
+        "with it the records are {times} likelier than without, and {seldom} (p {p})",
+        times=likelier(candidate.screened_gain, language),
+        seldom=seldom,
+        p=p if p.startswith("<") else f"= {p}",
     )
 
 
-def _left(found: Comparison | None, diagnosis: Diagnosis | None) -> list[str]:
+def _left(found: Comparison | None, diagnosis: Diagnosis | None, language: Language) -> list[str]:
     """What is still not explained."""
+    say = language.say
     words = []
     budget = {} if found is None else {part.source: part.rms_m for part in found.budget}
     if found is not None and UNEXPLAINED in budget:
-        size = _size(budget[UNEXPLAINED], found.coordinate)
         words.append(
-            f"Still unexplained: {size} (root mean square), beyond what "
-            "errors of the records, natural scatter and parameters let expect."
+            say(
+                "Still unexplained: {size} (root mean square), beyond what errors of the records, "
+                "natural scatter and parameters let expect.",
+                size=_size(budget[UNEXPLAINED], found.coordinate, language),
+            )
             if budget[UNEXPLAINED] > 0.0
-            else "Nothing is left that errors of the records, natural scatter and parameters do "
-            "not let expect."
+            else say(
+                "Nothing is left that errors of the records, natural scatter and parameters do "
+                "not let expect."
+            )
         )
     if diagnosis is None:
-        words.append("Whether it still lacks an effect was not asked.")
+        words.append(say("Whether it still lacks an effect was not asked."))
     return words
 
 
-def _minus(text: str) -> str:
-    return text.replace("-", "−")
+def _size(value: float, coordinate: str, language: Language) -> str:
+    if coordinate == RATIO:
+        return amount(value, coordinate, language=language)
+    return metres(value, language)
 
 
-def _size(value: float, coordinate: str) -> str:
-    return amount(value, coordinate) if coordinate == RATIO else metres(value)
-
-
-def _plus(value: float, coordinate: str) -> str:
-    sign = "-" if value < 0.0 else "+"
-    return _minus(sign + amount(abs(value), coordinate, 0))
+def _plus(value: float, coordinate: str, language: Language) -> str:
+    return ("" if value < 0.0 else "+") + amount(value, coordinate, 0, language)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from avahazard.report.html.content import EventView
+from avahazard.report.language import ENGLISH, Language
 
 # Okabe and Ito's colours, which people with any kind of colour vision can tell apart.
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#AA4499"
@@ -59,7 +60,7 @@ def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any)
 
 
 def by_path(
-    events: Sequence[EventView], names: dict[str, str]
+    events: Sequence[EventView], names: dict[str, str], language: Language = ENGLISH
 ) -> Iterator[tuple[str, str, str, list[EventView]]]:
     """Name, colour, symbol and events of each path; all in one where there are many paths.
 
@@ -69,10 +70,10 @@ def by_path(
     for event in events:
         groups.setdefault(event.path_id, []).append(event)
     if len(names) > len(COLORS):
-        yield "recorded events", BLUE, "circle", list(events)
+        yield language.say("recorded events"), BLUE, "circle", list(events)
         return
     places = {path_id: k for k, path_id in enumerate(names)}
     for path_id, mine in groups.items():
         k = len(COLORS) - 1 if path_id is None else places[path_id]
-        name = "recorded events" if path_id is None else names[path_id]
+        name = language.say("recorded events") if path_id is None else names[path_id]
         yield name, COLORS[k], SYMBOLS[k], mine

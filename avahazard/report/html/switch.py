@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from avahazard.report.html.content import ReportContent, StateView
+from avahazard.report.html.content import LoopView, ReportContent, StateView
 from avahazard.report.html.figure import script_json
+from avahazard.report.language import Language
 
 DIGITS = 5
 
@@ -21,9 +22,11 @@ def switch_json(content: ReportContent) -> Markup:
     tables = {state.key: _tables(state, shared) for state in states}
     value = {
         "own": loop.lineage[-1],
+        "language": _language(content.language),
         "models": [state.key for state in loop.models],
         "states": {
             state.key: {
+                "name": state_name(state.key, loop, content.language),
                 "held_out_m": state.held_out_m,
                 "crps_m": state.crps_m,
                 "rmse_m": state.rmse_m,
@@ -44,6 +47,46 @@ def switch_json(content: ReportContent) -> Markup:
         },
     }
     return script_json(value, DIGITS)
+
+
+def state_name(key: str, loop: LoopView, language: Language) -> str:
+    """A state as people read it: a model's name, or an effect and its strength."""
+    for sweep in loop.sweeps:
+        for known, strength in zip(sweep.keys, sweep.strengths, strict=True):
+            if known == key and strength != 1.0:
+                return f"{language.effect(sweep.effect)} × {language.number(f'{strength:g}')}"
+    return key
+
+
+def _language(language: Language) -> dict[str, Any]:
+    """Signs of numbers, the words of the script, and those of Plotly's toolbar."""
+    say = language.say
+    return {
+        "code": language.code,
+        "decimal": language.decimal,
+        "group": language.group,
+        "separators": language.separators,
+        "shown": say(
+            "Shown: {model}. Error on all records of the calibration {crps} (CRPS; root mean "
+            "square {rmse})."
+        ),
+        "shown_held_out": say(
+            "Shown: {model}. Error on all records of the calibration {crps} (CRPS; root mean "
+            "square {rmse}), on what was kept back {held_out}."
+        ),
+        "times": say("{strength} × that of {model}"),
+        "stops": say("With μ = {friction} the block stops at x = {x} m, {y} m above sea level."),
+        "leaves": say("With μ = {friction} the block runs past the end of the profile."),
+        "toolbar": {
+            "Download plot as a PNG": say("Download plot as a PNG"),
+            "Download plot": say("Download plot as a PNG"),
+            "Zoom": say("Zoom"),
+            "Pan": say("Pan"),
+            "Zoom in": say("Zoom in"),
+            "Zoom out": say("Zoom out"),
+            "Reset axes": say("Reset axes"),
+        },
+    }
 
 
 def _tables(state: StateView, shared: list[Any]) -> dict[str, list[int]]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from avahazard.results.amounts import amount
+from avahazard.report.html.words import amount
+from avahazard.report.language import ENGLISH, Language
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,8 @@ class HtmlTable:
         return [part for part in parts if part[1]]
 
 
-def error_text(value: float | None, coordinate: str | None = None) -> str:
+def error_text(
+    value: float | None, coordinate: str | None = None, language: Language = ENGLISH
+) -> str:
     """An error in metres, or H/L in that coordinate; a dash where it is not known."""
-    return "–" if value is None else amount(value, coordinate)
+    return "–" if value is None else amount(value, coordinate, language=language)

@@ -29,7 +29,14 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
         if _outdated(run, page):
             told = project.project
             cover = Cover(told.title, told.author, told.place, told.date)
-            report = write_report(run.database, model, page, cover=cover, report=run.report)
+            report = write_report(
+                run.database,
+                model,
+                page,
+                cover=cover,
+                language=told.language,
+                report=run.report,
+            )
             yield Step("report", DONE, page.name), list(report.lacking), [str(page)]
         else:
             yield Step("report", UP_TO_DATE, page.name), [], [str(page)]

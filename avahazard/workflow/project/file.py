@@ -15,6 +15,7 @@ from avahazard.inference.model.specification import (
 )
 from avahazard.records.errors import AvahazardError
 from avahazard.records.toml_document import Strict, read_toml
+from avahazard.report.language import LanguageName
 
 NAME = "avahazard.toml"
 EXAMPLE = (
@@ -34,6 +35,7 @@ class ProjectSection(Strict):
     author: str = ""
     place: str = ""
     date: str = ""
+    language: LanguageName = "en"
 
 
 class ModelSection(Strict):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from avahazard.criticism.diagnosis.paths_differ import WORTH_A_NOTE, paths_differ
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results.calibration import (
@@ -28,6 +29,11 @@ STILL_PRIOR = 0.75
 """Posterior over prior standard deviation where the records tell less than the prior (with
 independent normals they tell as much at 0.71)."""
 
+NOT_CONVERGED = message(
+    "the chains have not converged (R-hat {rhat}, smallest effective sample size {ess}): the model "
+    "is stored as such. More --draws may help."
+)
+
 
 def calibration_result(
     found: Calibrated, name: str, records: Records, *, seed: int, parent: str | None = None
@@ -39,9 +45,10 @@ def calibration_result(
     notes = list(found.notes)
     if not checks.converged:
         notes.append(
-            f"the chains have not converged (R-hat {checks.rhat_max:.3f}, smallest effective "
-            f"sample size {min(checks.ess_bulk_min, checks.ess_tail_min):.0f}): the model is "
-            "stored as such. More --draws may help."
+            NOT_CONVERGED.format(
+                rhat=f"{checks.rhat_max:.3f}",
+                ess=f"{min(checks.ess_bulk_min, checks.ess_tail_min):.0f}",
+            )
         )
     dominated = prior_dominated(found.model)
     notes += [told.note(name, key) for key, told in dominated.items()]

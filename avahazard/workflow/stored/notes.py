@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import avahazard
 from avahazard.hazard.notes import stale_words, unconverged_words
+from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
@@ -20,6 +21,12 @@ from avahazard.store.models import load_model
 from avahazard.store.session import Session
 from avahazard.workflow.stored.model import StoredFit, version_of
 
+FEW_ONE = message("{model} stands on 1 event only.")
+FEW = message("{model} stands on {n} events only.")
+OLDER = message(
+    "{model} was made with version {version} of this program, which is {now} now: avahazard rerun "
+    "{model} tells whether that matters."
+)
 FEW_EVENTS = 10
 """Events under which a model is one of its priors, whatever the chains say."""
 
@@ -56,13 +63,10 @@ def model_notes(result: Calibration, records_changed: bool, version: str | None)
     if not result.diagnostics.converged:
         notes.append(unconverged_words(name))
     if result.n_events < FEW_EVENTS:
-        events = "1 event" if result.n_events == 1 else f"{result.n_events} events"
-        notes.append(f"{name} stands on {events} only.")
+        words = FEW_ONE if result.n_events == 1 else FEW
+        notes.append(words.format(model=name, n=result.n_events))
     notes += [told.note(name, key) for key, told in (result.prior_dominated or {}).items()]
     notes += result.of_records or ()
     if version is not None and version != avahazard.__version__:
-        notes.append(
-            f"{name} was made with version {version} of this program, which is "
-            f"{avahazard.__version__} now: avahazard rerun {name} tells whether that matters."
-        )
+        notes.append(OLDER.format(model=name, version=version, now=avahazard.__version__))
     return tuple(notes)

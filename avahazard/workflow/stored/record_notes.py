@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avahazard.effects.site import Site
+from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.contradictions import place_fault, volume_fault
 
@@ -15,6 +16,12 @@ MISFIT_M = 10.0
 MISFIT_SIGMAS = 4.0
 """… where it is also that many times their error: the farthest of hundreds lies some 3 away."""
 SHOWN = 3
+MISSES = message(
+    "the path that the block runs on misses the points of its profile: {paths}. Look at it: "
+    "avahazard path PATH --plot FILE."
+)
+CONTRADICT = message("records contradict themselves: {events}.")
+MORE = message("{n} more")
 
 
 def record_notes(records: Records, sites: Sequence[Site]) -> tuple[str, ...]:
@@ -39,10 +46,7 @@ def _misfits(records: Records, sites: Sequence[Site]) -> list[str]:
             found.append(f"{site.path.path_id} ({place})")
     if not found:
         return []
-    return [
-        f"the path that the block runs on misses the points of its profile: {_listed(found)}. "
-        "Look at it: avahazard path PATH --plot FILE."
-    ]
+    return [MISSES.format(paths=_listed(found))]
 
 
 def _contradictions(records: Records) -> list[str]:
@@ -59,9 +63,9 @@ def _contradictions(records: Records) -> list[str]:
             found.append(f"{event.event_id} ({column} {value:g}; accepted would be {accepted})")
     if not found:
         return []
-    return [f"records contradict themselves: {_listed(found)}."]
+    return [CONTRADICT.format(events=_listed(found))]
 
 
 def _listed(found: Sequence[str]) -> str:
-    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+    more = f" and {MORE.format(n=len(found) - SHOWN)}" if len(found) > SHOWN else ""
     return f"{', '.join(found[:SHOWN])}{more}"

@@ -6,7 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from avahazard.report.html import effect_tables, model_tables, path_tables
+from avahazard.report.html.bounds_table import bounds_table
 from avahazard.report.html.content import ReportContent
+from avahazard.report.html.made_table import made_table
 from avahazard.report.html.table import HtmlTable
 from avahazard.report.html.words import NARROW as S
 from avahazard.results.base import Rows
@@ -76,13 +78,13 @@ def test_a_block_that_does_not_start_has_no_line(content: ReportContent) -> None
 
 
 def test_bounds_hold_every_number(content: ReportContent) -> None:
-    table = path_tables.bounds_table(content)
+    table = bounds_table(content)
     assert len(table.rows) == len(content.rows)
     found = cells(table)
     row = content.rows[0]
     assert found["x of V by nature alone"] != "–"
     assert found["years"] == f"{row['first_year']}–{row['last_year']}"
-    bare = cells(path_tables.bounds_table(replace(content, rows=[ROW])))
+    bare = cells(bounds_table(replace(content, rows=[ROW])))
     assert bare["design x, m"] == f"1{S}700"
     assert bare["design elevation, m"] == f"1{S}000"
     assert bare["x of V, m"] == f"1{S}200"
@@ -170,9 +172,9 @@ def test_candidates_and_what_to_measure(content: ReportContent) -> None:
 
 
 def test_how_it_was_made_names_seed_versions_and_fingerprint(content: ReportContent) -> None:
-    made = dict(model_tables.made_table(content).rows)
+    made = dict(made_table(content).rows)
     assert made["fingerprint of the records (SHA-256)"] == content.model.data_fingerprint
     assert made["version of avahazard"] == content.versions["avahazard"]
     assert made["seed"] == "0"
-    text = str(model_tables.made_table(replace(content, effect_sha256="ab" * 32)).rows)
+    text = str(made_table(replace(content, effect_sha256="ab" * 32)).rows)
     assert "ab" * 32 in text

@@ -22,8 +22,8 @@ def test_numbers() -> None:
     assert words.chance(0.005, 1 / 200) == "< 1/200"
     assert words.chance(0.01, 1 / 200) == "0.010"
     assert words.chance(0.025, 1 / 40) == "< 1/40"
-    assert words.count(1, "path") == "1 path"
-    assert words.count(2, "path") == "2 paths"
+    assert words.paths(1) == "1 path"
+    assert words.paths(2) == "2 paths"
 
 
 def test_a_share_is_never_nothing_where_it_is_something() -> None:

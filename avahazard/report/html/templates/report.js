@@ -5,6 +5,7 @@
   var drawn = [];
   var shared = JSON.parse(document.getElementById("switch").textContent);
   var now = shared.own;
+  var tongue = shared.language;
   var PRINT_PX = 690, PRINT_HIGH_PX = 410, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
 
   function draw(place) {
@@ -17,7 +18,9 @@
       figure.layout.height += ENTRY_PX * Math.max(0, entries.length - 2);
       place.style.height = figure.layout.height + "px";
     }
+    figure.layout.separators = tongue.separators;
     Plotly.newPlot(place, figure.data, figure.layout, {
+      locale: tongue.code, locales: locales(),
       responsive: true, displaylogo: false, showTips: false, displayModeBar: coarse || place.clientWidth < NARROW_PX ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]
     });
@@ -36,13 +39,24 @@
     });
     place.state = now;
   }
-  function metres(value) { return value.toFixed(1) + " m"; }
+  function locales() {
+    var own = {};
+    own[tongue.code] = { dictionary: tongue.toolbar };
+    return own;
+  }
+  function said(words, values) {
+    return words.replace(/\{(\w+)\}/g, function (_, name) { return values[name]; });
+  }
+  function number(value, digits) { return value.toFixed(digits).replace(".", tongue.decimal); }
+  function metres(value) { return number(value, 1) + " m"; }
   function tell() {
     var state = shared.states[now];
     if (!state) { return; }
-    var words = "Shown: " + now + ". Error on all records of the calibration " + metres(state.crps_m) +
-      " (CRPS; root mean square " + metres(state.rmse_m) + ")";
-    words += state.held_out_m === null ? "." : ", on what was kept back " + metres(state.held_out_m) + ".";
+    var held = state.held_out_m;
+    var words = said(held === null ? tongue.shown : tongue.shown_held_out, {
+      model: state.name, crps: metres(state.crps_m), rmse: metres(state.rmse_m),
+      held_out: held === null ? "" : metres(held)
+    });
     document.querySelectorAll("[data-switch]").forEach(function (box) {
       box.querySelector(".shown-error").textContent = words;
       box.querySelectorAll("[type=radio]").forEach(function (radio) {
@@ -52,7 +66,8 @@
         var sweep = shared.sweeps[Number(slider.dataset.sweep)], k = sweep.keys.indexOf(now);
         if (k < 0) { k = sweep.strengths.indexOf(1); if (shared.models.indexOf(now) < 0) { slider.value = k; } }
         else { slider.value = k; }
-        slider.nextElementSibling.textContent = sweep.strengths[slider.value] + " × that of " + shared.own;
+        var strength = String(sweep.strengths[slider.value]).replace(".", tongue.decimal);
+        slider.nextElementSibling.textContent = said(tongue.times, { strength: strength, model: shared.own });
       });
     });
     document.documentElement.dataset.state = now;
@@ -87,7 +102,7 @@
     while (k < x.length - 2 && x[k + 1] < at) { k += 1; }
     return y[k] + (at - x[k]) / (x[k + 1] - x[k]) * (y[k + 1] - y[k]);
   }
-  function grouped(value) { return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, "\u202f"); }
+  function grouped(value) { return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, tongue.group); }
   document.querySelectorAll("[data-path]").forEach(function (box) {
     var path = box.dataset.path, known = shared.paths[path];
     var friction = box.querySelector("[data-block=mu]"), size = box.querySelector("[data-block=volume]");
@@ -103,14 +118,13 @@
     }
     box.slid = function () {
       var mu = Number(friction.value), x = stop(tables()[0], mu);
-      friction.nextElementSibling.textContent = mu.toFixed(3);
-      var words = "With μ = " + mu.toFixed(3) + " the block ";
+      friction.nextElementSibling.textContent = number(mu, 3);
       var end = known.profile.x[known.profile.x.length - 1], at = x === null ? end : x;
       var y = between(known.profile.x, known.profile.y, at);
-      words += x === null ? "runs past the end of the profile."
-        : "stops at x = " + grouped(x) + " m, " + grouped(y) + " m above sea level.";
-      box.querySelector(".stop").textContent = words;
-      var number = place.data ? place.data.findIndex(function (t) { return t.name === "the block"; }) : -1;
+      box.querySelector(".stop").textContent = said(x === null ? tongue.leaves : tongue.stops, {
+        friction: number(mu, 3), x: grouped(at), y: grouped(y)
+      });
+      var number = place.data ? place.data.findIndex(function (t) { return t.meta === "block"; }) : -1;
       if (number >= 0) { Plotly.restyle(place, { x: [[at]], y: [[y]], visible: true }, [number]); }
     };
     friction.addEventListener("input", box.slid);
