@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from statistics import median
 from typing import NamedTuple
 
@@ -42,3 +43,15 @@ def seconds(work: Callable[[], object], repeats: int = 1) -> float:
     for _ in range(repeats):
         work()
     return (time.perf_counter() - start) / repeats
+
+
+def processes(
+    ours: Sequence[str], theirs: Sequence[str], rounds: int = 15
+) -> tuple[float, float, float]:
+    """Medians of seconds of two commands, as whole processes, and of ours / theirs."""
+
+    def process(command: Sequence[str]) -> float:
+        return seconds(lambda: subprocess.run(command, stdout=subprocess.DEVNULL, check=True))
+
+    a, b, inverse = alternate(lambda: process(ours), lambda: process(theirs), rounds)
+    return a, b, 1.0 / inverse

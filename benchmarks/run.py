@@ -25,8 +25,9 @@ from benchmarks.measuring import Result  # noqa: E402
 
 NAMES = (
     *("run", "run_limit", "run_effects", "run_speed", "run_limit_ground"),
-    *("mh_emcee", "gibbs_limit", "draws_limit", "help", "small", "import_rows"),
-    *("diagnose", "diagnose_speeds", "hazard_path", "compare_paths", "scaling", "events"),
+    *("mh_emcee", "marginal_nuts", "gibbs_limit", "draws_limit", "evidence"),
+    *("help", "small", "import_rows", "diagnose", "diagnose_speeds"),
+    *("hazard_path", "workers", "compare_paths", "scaling", "events"),
 )
 
 
@@ -103,7 +104,7 @@ def machine() -> str:
     models = [text.split(":")[1].strip() for text in lines if text.startswith("model name")]
     packages = ", ".join(
         f"{name} {version(name)}"
-        for name in ("numpy", "scipy", "numba", "emcee")
+        for name in ("numpy", "scipy", "numba", "emcee", "numpyro", "dynesty")
         if find_spec(name) is not None
     )
     processor = models[0] if models else platform.machine()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,17 +25,35 @@ SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Site:
-    """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`."""
+    """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`.
+
+    It is cut at `nodes` (m), or, if given, at the places of `like`. Its terrains, which are large,
+    are made when they are first asked for.
+    """
 
     path: Path
     smooth: SmoothProfile
-    terrain: Terrain
-    fine_terrain: Terrain
+    nodes: Floats
     release_x: Floats
     profile_x: Floats
     land_cover: tuple[str, ...] | None
+    like: Site | None = None
+
+    @cached_property
+    def terrain(self) -> Terrain:
+        """The path in cells."""
+        if self.like is not None:
+            return terrain_at(self.smooth, self.like.terrain.x)
+        return build_terrain(self.smooth, self.nodes, MAX_CELL_M)
+
+    @cached_property
+    def fine_terrain(self) -> Terrain:
+        """The path in cells for friction that depends on speed."""
+        if self.like is not None:
+            return terrain_at(self.smooth, self.like.fine_terrain.x)
+        return build_terrain(self.smooth, self.nodes, SPEED_CELL_M)
 
     def terrain_for(self, resistance: Resistance) -> Terrain:
         """The terrain whose number of cells fits this resistance."""
@@ -82,12 +101,10 @@ def build_site(
     if profile.land_cover is not None:
         cover = np.asarray(profile.land_cover)
         breaks.append(profile.x_m[1:][cover[1:] != cover[:-1]])
-    nodes = np.concatenate(breaks)
     return Site(
         path=path,
         smooth=smooth,
-        terrain=build_terrain(smooth, nodes, MAX_CELL_M),
-        fine_terrain=build_terrain(smooth, nodes, SPEED_CELL_M),
+        nodes=np.concatenate(breaks),
         release_x=releases,
         profile_x=profile.x_m,
         land_cover=profile.land_cover,
@@ -105,13 +122,7 @@ def drawn_site(site: Site, rng: np.random.Generator) -> Site:
 
     Releases, cells and land cover stay at their places, so that resistances fit both.
     """
-    smooth = drawn_profile(site.smooth, rng)
-    return replace(
-        site,
-        smooth=smooth,
-        terrain=terrain_at(smooth, site.terrain.x),
-        fine_terrain=terrain_at(smooth, site.fine_terrain.x),
-    )
+    return replace(site, smooth=drawn_profile(site.smooth, rng), like=site)
 
 
 def release_place(smooth: SmoothProfile, elevation: float | None) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import end_accelerations, resisting
-from avahazard.physics.cell_step import BATCH_SIZE, step, step_by_speed
+from avahazard.physics.cell_step import BATCH_SIZE, LANES, step, step_by_speed
 from avahazard.physics.cells import Cells
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.contact import step_with_contact
@@ -92,12 +92,14 @@ def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> i
 def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
     friction, w = batch.friction, batch.w
+    n_first = first_of_batch(w, start & batch.rows)
     for i in range(start, len(cells.length)):
         if n_moving == 0:
             break
         row, row_new = i & batch.rows, (i + 1) & batch.rows
         if cells.speed_dependent:
-            low, high = step_by_speed(cells, i, friction, w, row, row_new, batch.held, batch.push)
+            held, push = batch.held, batch.push
+            low, high = step_by_speed(cells, i, friction, w, row, row_new, held, push, n_first)
         else:
             low, high = step(cells, i, friction, w, row, row_new)
         if high:
@@ -107,8 +109,21 @@ def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
                 if np.isnan(batch.lost_x[j]):
                     batch.lost_x[j] = lost[j]
         if low or high:
-            n_moving -= stop_in_cell(cells, i, batch)
+            n_stopped = stop_in_cell(cells, i, batch)
+            n_moving -= n_stopped
+            if n_stopped and cells.speed_dependent:
+                n_first = first_of_batch(w, row_new)
     place_stops(cells, batch)
+
+
+@kernel(forceinline=True)
+def first_of_batch(w: Floats, row: int) -> int:
+    """How many blocks, from the first on, hold all that still move: a multiple of `LANES`."""
+    n = 0
+    for j in range(BATCH_SIZE):
+        if not np.isnan(w[row, j]):
+            n = j + 1
+    return (n + LANES - 1) // LANES * LANES
 
 
 @kernel(forceinline=True)

@@ -13,6 +13,8 @@ Floats = NDArray[np.float64]
 
 BATCH_SIZE = 32
 """Frictions that go through a cell together: enough for the widest registers."""
+LANES = 8
+"""Blocks in one of these registers; a divisor of `BATCH_SIZE`."""
 CORRECTIONS = 3
 GAUSS_LOW, GAUSS_HIGH = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
@@ -55,12 +57,13 @@ def step_by_speed(
     row_new: int,
     first: Floats,
     second: Floats,
+    n_first: int,
 ) -> tuple[bool, bool]:
     """As `step`, for resistance that depends on speed: its mean over the w of the cell.
 
     The mean is taken at the two Gauss points between w at the start and at the end, which is
-    predicted and then corrected; √w near rest is met well enough by these. `first` and `second`
-    `[BATCH_SIZE]` are working memory.
+    predicted and then corrected; √w near rest is met well enough by these. Only the first `n_first`
+    blocks still move. `first` and `second` `[BATCH_SIZE]` are working memory.
     """
     g0, g1, g2, g3 = cells.growth[i, 0], cells.growth[i, 1], cells.growth[i, 2], cells.growth[i, 3]
     g4, g5, g6 = cells.growth[i, 4], cells.growth[i, 5], cells.growth[i, 6]
@@ -69,18 +72,23 @@ def step_by_speed(
     factor, offset, length = cells.factor[i], cells.offset[i], cells.length[i]
     dip, lift = cells.dip[i], cells.lift[i]
     factors, constants = cells.speed_factor, cells.speed_constant
-    for j in range(BATCH_SIZE):
+    for j in range(n_first):
         first[j] = second[j] = w[row, j]
-    # Each loop by itself goes through registers in vectors, but for the one that looks up.
+    # Each loop by itself goes through registers in vectors, but for those that look up.
     for _ in range(CORRECTIONS):
-        for j in range(BATCH_SIZE):
+        for j in range(n_first):
             first[j] = table_place(factors, first[j])
             second[j] = table_place(factors, second[j])
-        for j in range(BATCH_SIZE):
-            share = 0.5 * (between(factors, first[j]) + between(factors, second[j]))
-            push = between(constants, first[j]) + between(constants, second[j])
-            first[j], second[j] = share, push
-        for j in range(BATCH_SIZE):
+        if cells.speed_resists:
+            for j in range(n_first):
+                share = 0.5 * (between(factors, first[j]) + between(factors, second[j]))
+                push = between(constants, first[j]) + between(constants, second[j])
+                first[j], second[j] = share, push
+        else:
+            for j in range(n_first):
+                first[j] = 0.5 * (between(factors, first[j]) + between(factors, second[j]))
+                second[j] = 0.0
+        for j in range(n_first):
             w0, share, push = w[row, j], first[j], second[j]
             m = friction[j] * share * factor + offset
             growth = g0 + m * (g1 + m * (g2 + m * (g3 + m * (g4 + m * (g5 + m * g6)))))
@@ -91,7 +99,8 @@ def step_by_speed(
             first[j] = w0 + GAUSS_LOW * rise
             second[j] = w0 + GAUSS_HIGH * rise
     low, high = False, False
-    for j in range(BATCH_SIZE):
+    for j in range(n_first):
         low |= w[row_new, j] <= dip
         high |= (w[row_new, j] > lift) | (w[row, j] > lift)
+    w[row_new, n_first:] = np.nan
     return low, high

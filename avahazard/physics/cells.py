@@ -32,7 +32,8 @@ class Cells(NamedTuple):
 
     `growth`, `drive` `[n_cells, ORDER + 1]` are A and B; below `dip` a minimum inside the cell
     may touch zero; above `lift` the block may lose the ground. `slope` is tanθ, `steepening` its
-    derivative, `bend` = dθ/dx; `curvature` scales the centrifugal load.
+    derivative, `bend` = dθ/dx; `curvature` scales the centrifugal load. `speed_resists`: some
+    `speed_constant` is not zero.
     """
 
     x: Floats
@@ -52,6 +53,7 @@ class Cells(NamedTuple):
     speed_factor: Floats
     speed_constant: Floats
     speed_dependent: bool
+    speed_resists: bool
     curvature: float
 
 
@@ -83,7 +85,8 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     if resistance.speed_constant is not None:
         speed_constant = resistance.speed_constant
     # Tables at their neutral values must give the base model to the last bit.
-    speed_dependent = bool(np.any(speed_factor != 1.0) or np.any(speed_constant != 0.0))
+    speed_resists = bool(np.any(speed_constant != 0.0))
+    speed_dependent = bool(np.any(speed_factor != 1.0)) or speed_resists
     slope = np.tan(terrain.theta)
     return Cells(
         x=terrain.x,
@@ -103,6 +106,7 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
         speed_factor=speed_factor,
         speed_constant=speed_constant,
         speed_dependent=speed_dependent,
+        speed_resists=speed_resists,
         curvature=float(resistance.curvature),
     )
 

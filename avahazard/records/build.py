@@ -27,7 +27,7 @@ def build_path(row: PathRow, covariates: Mapping[str, Covariate]) -> Path:
 
 def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]) -> Event:
     """Make an event of its row: default errors, and the volume of its deposit."""
-    values = dict(row)
+    values = row.__dict__.copy()  # the model's own iteration takes four times as long
     sides = (row.deposit_length_m, row.deposit_width_m, row.deposit_thickness_m)
     if row.volume_m3 is None and None not in sides:
         values["volume_m3"] = defaults.deposit_volume_m3(*(s for s in sides if s is not None))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from itertools import groupby
 from operator import attrgetter
+from sys import intern
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ from avahazard.store.tables import (
 )
 
 KEYS_A_STATEMENT = 500
+AT_A_TIME = {"yield_per": 2000}
+"""Rows that are fetched together: the records alone are held, not the rows as well."""
+POINTS_AT_ONCE = 20_000
 PATH_COLUMNS = [f.name for f in fields(Path) if f.name != "covariates"]
 EVENT_COLUMNS = [f.name for f in fields(Event) if f.name != "covariates"]
 SPEED_COLUMNS = [f.name for f in fields(Speed)]
@@ -54,19 +58,20 @@ def load_records(session: Session) -> Records:
 
 def save_records(session: Session, records: Records) -> None:
     """Store `records`; one that is there already (the same id) is replaced whole."""
-    _save(session, PathTable, "path_id", _values(records.paths, PATH_COLUMNS))
-    _save_covariates(session, PathCovariateTable, "path_id", records.paths)
+    replaced = _save(session, PathTable, "path_id", PATH_COLUMNS, records.paths)
+    _save_covariates(session, PathCovariateTable, "path_id", records.paths, replaced)
     _save_profiles(session, records.profiles)
-    _save(session, EventTable, "event_id", _values(records.events, EVENT_COLUMNS))
-    _save_covariates(session, EventCovariateTable, "event_id", records.events)
+    replaced = _save(session, EventTable, "event_id", EVENT_COLUMNS, records.events)
+    _save_covariates(session, EventCovariateTable, "event_id", records.events, replaced)
     _save_speeds(session, records.speeds)
 
 
 def _rows(
     session: Session, table: type[Base], columns: Sequence[str], *order: str
-) -> Sequence[Any]:
+) -> Iterable[Any]:
     query = select(*(getattr(table, name) for name in columns))
-    return session.execute(query.order_by(*(getattr(table, name) for name in order))).all()
+    query = query.order_by(*(getattr(table, name) for name in order))
+    return session.execute(query, execution_options=AT_A_TIME)
 
 
 def _load_covariates(
@@ -76,7 +81,9 @@ def _load_covariates(
     for owner, name, number, word in _rows(
         session, table, [key, "name", "number", "word"], key, "position"
     ):
-        found.setdefault(owner, {})[name] = word if number is None else number
+        # A few names and words come again and again: each is held once.
+        value = intern(word) if number is None else number
+        found.setdefault(owner, {})[intern(name)] = value
     return found
 
 
@@ -86,7 +93,8 @@ def _load_profiles(session: Session) -> Iterable[Profile]:
         .join(PathTable, PathTable.path_id == ProfilePointTable.path_id)
         .order_by(PathTable.id, ProfilePointTable.point)
     )
-    for path_id, group in groupby(session.execute(query), key=attrgetter("path_id")):
+    rows = session.execute(query, execution_options=AT_A_TIME)
+    for path_id, group in groupby(rows, key=attrgetter("path_id")):
         columns = dict(zip(POINT_COLUMNS, zip(*group, strict=True), strict=True))
         yield Profile(
             path_id=path_id,
@@ -110,33 +118,52 @@ def _array(values: tuple[Any, ...]) -> Floats | None:
     return None if None in values else np.array(values, dtype=np.float64)
 
 
-def _values(
-    records: Sequence[Path | Event | Speed], columns: Sequence[str]
-) -> list[dict[str, Any]]:
-    read = attrgetter(*columns)
-    return [dict(zip(columns, read(record), strict=True)) for record in records]
+def _insert(
+    session: Session, table: Any, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]
+) -> None:
+    """Insert rows of these columns by the driver: the mapper would take them one by one."""
+    if not rows:
+        return
+    connection = session.connection()
+    statement = insert(table.__table__).compile(
+        dialect=connection.dialect, column_keys=list(columns)
+    )
+    if statement.positional:
+        assert statement.positiontup is not None
+        order = [columns.index(name) for name in statement.positiontup]
+        if order != list(range(len(columns))):
+            rows = [tuple(row[k] for k in order) for row in rows]
+        connection.exec_driver_sql(str(statement), rows)  # type: ignore[arg-type]
+    else:
+        named = [dict(zip(columns, row, strict=True)) for row in rows]
+        connection.exec_driver_sql(str(statement), named)
 
 
-def _insert(session: Session, table: type[Base], rows: Sequence[dict[str, Any]]) -> None:
-    """Insert rows, all with the same keys: past the mapper, which would take them one by one."""
-    if rows:
-        session.connection().execute(insert(table.__table__), rows)  # type: ignore[arg-type]
-
-
-def _save(session: Session, table: Any, key: str, rows: Sequence[dict[str, Any]]) -> None:
-    """Insert the rows whose key is not there, update the others in their place."""
+def _save(
+    session: Session,
+    table: Any,
+    key: str,
+    columns: Sequence[str],
+    records: Sequence[Path | Event],
+) -> list[str]:
+    """Insert the records whose key is not there, update the others in their place: their keys."""
     column = getattr(table, key)
     ids: dict[str, int] = {}
-    for keys in _batches([row[key] for row in rows]):
+    for keys in _batches([getattr(record, key) for record in records]):
         ids.update(
             (name, id_)
             for id_, name in session.execute(select(table.id, column).where(column.in_(keys)))
         )
-    new = [row for row in rows if row[key] not in ids]
-    old = [{**row, "id": ids[row[key]]} for row in rows if row[key] in ids]
-    _insert(session, table, new)
+    read = attrgetter(*columns)
+    _insert(session, table, columns, [read(r) for r in records if getattr(r, key) not in ids])
+    old = [
+        {**dict(zip(columns, read(r), strict=True)), "id": ids[getattr(r, key)]}
+        for r in records
+        if getattr(r, key) in ids
+    ]
     if old:
         session.execute(update(table), old)
+    return list(ids)
 
 
 def _save_covariates(
@@ -144,30 +171,35 @@ def _save_covariates(
     table: type[PathCovariateTable | EventCovariateTable],
     key: str,
     records: Sequence[Path | Event],
+    replaced: Sequence[str],
 ) -> None:
-    _delete(session, table, key, [getattr(record, key) for record in records])
+    """Insert the covariates of records, in the place of those of the ones that are `replaced`."""
+    _delete(session, table, key, replaced)
     rows = [
-        {key: getattr(record, key), "name": name, "position": i, **_covariate(value)}
+        (getattr(record, key), name, i, *_covariate(value))
         for record in records
         for i, (name, value) in enumerate(record.covariates.items())
     ]
-    _insert(session, table, rows)
+    _insert(session, table, [key, "name", "position", "number", "word"], rows)
 
 
-def _covariate(value: Covariate) -> Mapping[str, Covariate | None]:
-    is_word = isinstance(value, str)
-    return {"number": None if is_word else value, "word": value if is_word else None}
+def _covariate(value: Covariate) -> tuple[Covariate | None, Covariate | None]:
+    """The number, or the word, that it is."""
+    return (None, value) if isinstance(value, str) else (value, None)
 
 
 def _save_profiles(session: Session, profiles: Sequence[Profile]) -> None:
     _delete(session, ProfilePointTable, "path_id", [p.path_id for p in profiles])
+    columns = ["point", *POINT_COLUMNS]
+    rows: list[tuple[Any, ...]] = []
     for profile in profiles:
         n = len(profile.x_m)
-        columns = {name: _column(getattr(profile, name), n) for name in POINT_COLUMNS}
-        rows = [
-            {"point": i, **{name: column[i] for name, column in columns.items()}} for i in range(n)
-        ]
-        _insert(session, ProfilePointTable, rows)
+        of_points = (_column(getattr(profile, name), n) for name in POINT_COLUMNS)
+        rows += zip(range(n), *of_points, strict=True)
+        if len(rows) > POINTS_AT_ONCE:
+            _insert(session, ProfilePointTable, columns, rows)
+            rows = []
+    _insert(session, ProfilePointTable, columns, rows)
 
 
 def _column(value: Floats | tuple[str, ...] | str | None, n: int) -> Sequence[float | str | None]:
@@ -185,15 +217,17 @@ def _save_speeds(session: Session, speeds: Sequence[Speed]) -> None:
         ).where(SpeedTable.event_id.in_(keys))
         for id_, event_id, x_m, elevation_m in session.execute(query):
             ids[event_id, x_m, elevation_m] = id_
-    new: list[dict[str, Any]] = []
+    read = attrgetter(*SPEED_COLUMNS)
+    new: list[tuple[Any, ...]] = []
     old: list[dict[str, Any]] = []
-    for speed, values in zip(speeds, _values(speeds, SPEED_COLUMNS), strict=True):
+    for speed in speeds:
         place = (speed.event_id, speed.x_m, speed.elevation_m)
         if place in ids:
+            values = dict(zip(SPEED_COLUMNS, read(speed), strict=True))
             old.append({**values, "id": ids[place]})
         else:
-            new.append(values)
-    _insert(session, SpeedTable, new)
+            new.append(read(speed))
+    _insert(session, SpeedTable, SPEED_COLUMNS, new)
     if old:
         session.execute(update(SpeedTable), old)
 

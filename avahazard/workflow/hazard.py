@@ -22,6 +22,7 @@ from avahazard.workflow.hazard_unit import HazardUnit, hazard_of_path
 from avahazard.workflow.stored.by_path import PathRun, PathWork, run_paths, went_on
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
+from avahazard.workflow.stored.path_hazard import for_paths
 
 Report = Callable[[str, float, float], None]
 
@@ -132,7 +133,8 @@ def hazard_work(
     if not periods and not sizes:
         periods = (DEFAULT_RETURN_PERIOD,)
     n_draws, seed, source = question.n_draws, question.seed, question.source or VolumeSource()
-    stored = load_stored(database, name, own_effects(database, name, question.effect_files))
+    own = own_effects(database, name, question.effect_files)
+    stored = for_paths(load_stored(database, name, own))
     path_ids = paths_to_run(stored.records, question.paths)
     unit = HazardUnit.of(
         stored,

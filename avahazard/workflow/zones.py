@@ -26,7 +26,7 @@ from avahazard.workflow.stored.by_path import PathWork, run_paths, went_on
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import applied_model
+from avahazard.workflow.stored.path_hazard import applied_model, for_paths
 from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
 
 
@@ -61,7 +61,7 @@ def zones(
         require_picture(plot)
     _check(density, density_sd, return_periods)
     wanted = load_limits(limits)
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
+    stored = for_paths(load_stored(database, name, own_effects(database, name, effect_files)))
     if stored.model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",

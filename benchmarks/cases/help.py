@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
-from benchmarks.measuring import Result, alternate, seconds
+from benchmarks.measuring import Result, processes
 
 
 def measure() -> Result:
     """Times of a process."""
     command = [str(Path(sys.executable).parent / "avahazard"), "--help"]
-    rival = [sys.executable, "-c", "import typer"]
-
-    def process(words: list[str]) -> float:
-        return seconds(lambda: subprocess.run(words, stdout=subprocess.DEVNULL, check=True))
-
-    ours, theirs, inverse = alternate(lambda: process(command), lambda: process(rival), 15)
+    ours, theirs, ratio = processes(command, [sys.executable, "-c", "import typer"])
     return Result(
-        1.0 / inverse,
+        ratio,
         ours,
         theirs,
         "s per process",

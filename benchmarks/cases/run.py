@@ -28,7 +28,7 @@ def measure() -> Result:
         raise SystemExit(f"run: a stop is off by {error:.3f} m.")
 
     def theirs() -> float:
-        once = seconds(lambda: [solve(path, terrain.x[0], mu, 1e-8) for mu in SAMPLE])
+        once = seconds(lambda: [solve(path, terrain.x[0], 1e-8, mu) for mu in SAMPLE])
         return once * len(MU) / len(SAMPLE)
 
     ours, rival, ratio = alternate(lambda: seconds(lambda: run(cells, start, MU), 20), theirs, 5)
@@ -54,5 +54,5 @@ def largest_error(cells, start, path):  # type: ignore[no-untyped-def]
         stops = run(cells, start, mu + np.array([-1e-6, 0.0, 1e-6]))
         x = stops.x[0]
         if np.all(stops.status == STOPPED) and x[0] - x[2] < ALLOWED_M:
-            errors.append(abs(x[1] - solve(path, cells.x[0], mu, 1e-10)))
+            errors.append(abs(x[1] - solve(path, cells.x[0], 1e-10, mu)))
     return max(errors), len(errors)

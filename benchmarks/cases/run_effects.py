@@ -11,8 +11,8 @@ from avahazard.physics.block import STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import SPEEDS, no_resistance
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain
-from benchmarks.cases.solver import pieces
-from benchmarks.cases.solver_effects import solve
+from benchmarks.cases.solver import pieces, solve
+from benchmarks.cases.solver_effects import motion
 from benchmarks.cases.tyrol import MU, longest
 from benchmarks.measuring import Result, alternate, seconds
 
@@ -45,8 +45,8 @@ def against_solver(ratio: float, target: float, allowed_m: float) -> Result:
     cells, start, path = build_cells(terrain, resistance), np.array([0]), pieces(profile)
 
     def stop(mu: float, rtol: float) -> float:
-        found = solve(path, terrain.x[0], mu, rtol, DRAG, forest, ratio, HALF_SPEED)
-        return float(found)
+        resisting = mu, DRAG, forest, ratio, HALF_SPEED
+        return float(solve(path, terrain.x[0], rtol, *resisting, motion=motion))
 
     errors = []
     for mu in SAMPLE:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import tempfile
 from importlib.resources import as_file, files
@@ -10,7 +9,7 @@ from pathlib import Path
 
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
-from benchmarks.measuring import Result, alternate, seconds
+from benchmarks.measuring import Result, processes
 
 
 def measure() -> Result:
@@ -23,14 +22,9 @@ def measure() -> Result:
             import_files(database, [data / name for name in names])
         program = str(Path(sys.executable).parent / "avahazard")
         command = [program, "--db", database, "paths"]
-        rival = [sys.executable, "-c", "import sqlalchemy"]
-
-        def process(words: list[str]) -> float:
-            return seconds(lambda: subprocess.run(words, stdout=subprocess.DEVNULL, check=True))
-
-        ours, theirs, inverse = alternate(lambda: process(command), lambda: process(rival), 15)
+        ours, theirs, ratio = processes(command, [sys.executable, "-c", "import sqlalchemy"])
     return Result(
-        1.0 / inverse,
+        ratio,
         ours,
         theirs,
         "s per process",

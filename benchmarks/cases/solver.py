@@ -20,9 +20,8 @@ def pieces(profile):  # type: ignore[no-untyped-def]
 
 
 @njit
-def motion(_time, state, breaks, c, mu):  # type: ignore[no-untyped-def]
-    """dx/dt and du/dt of equation 2.3."""
-    x, u = state
+def ground(x, breaks, c):  # type: ignore[no-untyped-def]
+    """First and second derivative of the profile at x."""
     i = min(max(np.searchsorted(breaks, x, side="right") - 1, 0), len(c) - 1)
     half = 0.5 * (breaks[i + 1] - breaks[i])
     t = (x - breaks[i]) / half - 1.0
@@ -31,7 +30,14 @@ def motion(_time, state, breaks, c, mu):  # type: ignore[no-untyped-def]
         slope = slope * t + k * c[i, k]
         if k > 1:
             second = second * t + k * (k - 1) * c[i, k]
-    slope, second = slope / half, second / half**2
+    return slope / half, second / half**2
+
+
+@njit
+def motion(_time, state, breaks, c, mu):  # type: ignore[no-untyped-def]
+    """dx/dt and du/dt of equation 2.3."""
+    x, u = state
+    slope, second = ground(x, breaks, c)
     cos = 1.0 / np.sqrt(1.0 + slope * slope)
     normal = max(0.0, GRAVITY * cos + second * cos**3 * u * u)
     out = np.empty(2)
@@ -52,8 +58,8 @@ at_rest.terminal, at_rest.direction = True, -1.0  # type: ignore[attr-defined]
 at_end.terminal = True  # type: ignore[attr-defined]
 
 
-def solve(path, release, mu, rtol):  # type: ignore[no-untyped-def]
-    """x where the block stops, or the end of the path."""
+def solve(path, release, rtol, *resisting, motion=motion):  # type: ignore[no-untyped-def]
+    """x where the block stops, or the end of the path; `resisting` is what the motion takes."""
     found = solve_ivp(
         motion,
         (0.0, 1e5),
@@ -62,6 +68,6 @@ def solve(path, release, mu, rtol):  # type: ignore[no-untyped-def]
         rtol=rtol,
         atol=1e-9,
         events=[at_rest, at_end],
-        args=(*path, mu),
+        args=(*path, *resisting),
     )
     return found.y[0, -1]

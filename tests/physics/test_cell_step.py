@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.polynomial.polynomial import polyval
 
+from avahazard.physics.batch import first_of_batch
 from avahazard.physics.cell_motion import at_speed
-from avahazard.physics.cell_step import BATCH_SIZE, step, step_by_speed
+from avahazard.physics.cell_step import BATCH_SIZE, LANES, step, step_by_speed
 from avahazard.physics.resistance import SPEEDS
 from avahazard.physics.terrain import build_terrain
 from tests.physics.paths import cells_of, ski_jump
@@ -44,7 +45,8 @@ def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
     cells = cells_of(TERRAIN, speed_factor=factor, speed_constant=push, offset=0.01)
     for i in range(0, TERRAIN.n_cells, 7):
         w = before()
-        step_by_speed(cells, i, FRICTION, w, 0, 1, np.empty(BATCH_SIZE), np.empty(BATCH_SIZE))
+        held, push_of = np.empty(BATCH_SIZE), np.empty(BATCH_SIZE)
+        step_by_speed(cells, i, FRICTION, w, 0, 1, held, push_of, BATCH_SIZE)
         w1 = w[0].copy()
         for _ in range(60):
             u = np.sqrt(0.5 * (w[0] + np.maximum(w1, 0.0)))
@@ -54,6 +56,28 @@ def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
         fast = w[0] > 800.0  # where three rounds suffice
         np.testing.assert_allclose(w[1][fast], w1[fast], rtol=1e-4)
         assert np.isnan(w[1, 3])
+
+
+@pytest.mark.parametrize("push", [None, 0.02 * SPEEDS])
+def test_blocks_at_rest_behind_the_others_may_be_left_out(push: np.ndarray | None) -> None:
+    cells = cells_of(
+        TERRAIN, speed_factor=0.5 + 0.5 / (1.0 + SPEEDS / 9.0), speed_constant=push, offset=0.01
+    )
+    w = before()
+    w[0, LANES - 2 :] = np.nan
+    n_first = first_of_batch(w, 0)
+    assert n_first == LANES
+    ends = []
+    for n in (n_first, BATCH_SIZE):
+        memory = np.empty(BATCH_SIZE), np.empty(BATCH_SIZE)
+        flags = step_by_speed(cells, 5, FRICTION, w, 0, 1, *memory, n)
+        ends.append((flags, w[1].copy()))
+    assert ends[0][0] == ends[1][0]
+    np.testing.assert_array_equal(ends[0][1], ends[1][1])
+
+
+def test_no_block_moves() -> None:
+    assert first_of_batch(np.full((1, BATCH_SIZE), np.nan), 0) == 0
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.3, 7.25, 149.9, 150.0, 400.0])

@@ -10,6 +10,8 @@ import pytest
 
 from avahazard.engine import set_engine
 from avahazard.engine.choice import EngineName
+from avahazard.inference.likelihood import side_by_side
+from avahazard.inference.model import observations
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
@@ -64,10 +66,16 @@ def alone(world: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any
     return answers(world, tmp_path_factory.mktemp("one") / "thread", "local", 1)
 
 
-def test_chains_of_processes_are_those_of_one_thread(world: str, tmp_path: Path) -> None:
+def test_a_calibration_is_the_same_by_threads_and_with_grounds_of_other_processes(
+    world: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(observations, "MANY_PATHS", 1)
+    monkeypatch.setattr(side_by_side, "WORTH_SHARING", 0)
     made = []
-    for engine in ("local", "processes"):
-        file = str(shutil.copy(world, tmp_path / f"{engine}.db"))
-        set_engine(engine, workers=2)  # type: ignore[arg-type]
-        made.append(calibrate(file, "m", chains=2, draws=40).to_dict())
-    assert made[0] == made[1]
+    for engine, workers in (("local", 1), ("local", 2), ("local", 7), ("processes", 2)):
+        file = str(shutil.copy(world, tmp_path / f"{engine}-{workers}.db"))
+        set_engine(engine, workers=workers)  # type: ignore[arg-type]
+        found = calibrate(file, "m", chains=2, draws=40).to_dict()
+        draws = {key: values.tolist() for key, values in load_parameter_draws(file, "m").items()}
+        made.append((found, draws))
+    assert made[1:] == made[:1] * 3

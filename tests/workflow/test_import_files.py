@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import astuple
 from importlib.util import find_spec
 from pathlib import Path
@@ -152,3 +153,11 @@ def test_missing_packages_are_named_with_the_command_that_installs_them(
     with pytest.raises(AvahazardError, match="pyogrio") as caught:
         import_files(database, [maps[0]], dem=maps[1])
     assert "pip install 'avahazard[gis]'" in caught.value.hint
+
+
+def test_python_searches_for_rings_again_after_an_import(database: str, tmp_path: Path) -> None:
+    events = tmp_path / "events.csv"
+    events.write_text(EVENTS)
+    with pytest.raises(AvahazardError):
+        import_files(database, [events])  # of a path that is not there
+    assert gc.isenabled()

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.likelihood.density_sums import normal_sums, student_sums, sum_memory
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.model.friction_scatter import (
-    NORMAL_PEAK,
     normal_below,
     normal_density,
     student_below,
@@ -50,7 +50,23 @@ def event_terms(
     Terms of events not in `keep` `[n_events]` are 0.
     """
     keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
-    return EventTerms(*event_terms_kernel(nodes, location, scatter, volume_weight, student, keep))
+    return EventTerms(
+        *event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, True)
+    )
+
+
+def event_values(
+    nodes: Nodes,
+    location: Floats,
+    scatter: Floats,
+    volume_weight: Floats,
+    student: bool = False,
+    keep: NDArray[np.bool_] | None = None,
+) -> Floats:
+    """`EventTerms.value` alone `[n_events]`, to the same bits in less time."""
+    keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
+    terms = event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, False)
+    return np.asarray(terms[0])
 
 
 def summed_terms(
@@ -71,36 +87,41 @@ def _sums(nodes, locations, scatters, volume_weight, student, keep):  # type: ig
     result = np.empty(len(locations))
     for j in range(len(locations)):
         value, _, _, _ = event_terms_kernel(
-            nodes, locations[j], scatters[j], volume_weight, student, keep
+            nodes, locations[j], scatters[j], volume_weight, student, keep, False
         )
         result[j] = np.sum(value)
     return result
 
 
 @kernel
-def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep):  # type: ignore[no-untyped-def]
-    """The arrays of `EventTerms`, 0 for events not in `keep` `[n_events]`."""
+def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, slopes):  # type: ignore[no-untyped-def]
+    """The arrays of `EventTerms`, 0 for events not in `keep` `[n_events]`.
+
+    Without `slopes` the values alone are good.
+    """
     n, n_volumes = location.shape
     value = np.zeros(n)
     by_location = np.zeros((n, n_volumes))
     by_scatter = np.zeros((n, n_volumes))
     curvature = np.zeros(n)
     part = np.empty((n_volumes, 4))
+    memory = sum_memory(n_volumes * nodes.place.shape[1])
     for i in range(n):
         if not keep[i]:
             continue
         lift = 0.0
         used = nodes.used[i]
         place, weight = nodes.place[i, :used], nodes.weight[i, :used]
-        for q in range(n_volumes):
-            if nodes.is_probability[i]:
+        if nodes.is_probability[i]:
+            for q in range(n_volumes):
                 _probability(place, weight, location[i, q], scatter[i, q], student, part[q])
-                continue
-            if student:
-                _student_density(place, weight, location[i, q], scatter[i, q], part[q])
-            else:
-                _density(place, weight, location[i, q], scatter[i, q], 0.0, part[q])
-            if nodes.tail[i, 0] > 0.0 or nodes.tail[i, 1] > 0.0:
+        elif student:
+            student_sums(place, weight, location[i], scatter[i], slopes, memory, part)
+        else:
+            normal_sums(place, weight, location[i], scatter[i], 0.0, slopes, memory, part)
+        has_tail = nodes.tail[i, 0] > 0.0 or nodes.tail[i, 1] > 0.0
+        if has_tail and not nodes.is_probability[i]:
+            for q in range(n_volumes):
                 _tails(
                     nodes.tail_place[i],
                     nodes.tail[i],
@@ -112,8 +133,7 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep): 
         if not student and not nodes.is_probability[i] and np.max(part[:, 0]) < UNDERFLOW:
             # Far off, the exponents are lifted by the largest.
             lift = _lift(place, weight, location[i], scatter[i])
-            for q in range(n_volumes):
-                _density(place, weight, location[i, q], scatter[i, q], lift, part[q])
+            normal_sums(place, weight, location[i], scatter[i], lift, slopes, memory, part)
         total = _gather(part, volume_weight[i], nodes.floor[i], by_location[i], by_scatter[i])
         value[i] = np.log(max(total[0], TINY)) + nodes.log_scale[i] - lift
         curvature[i] = total[1]
@@ -184,48 +204,6 @@ def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-un
         by_location[q] = weight[q] * part[q, 1] / safe
         by_scatter[q] = weight[q] * part[q, 2] / safe
     return total, second / safe - (first / safe) ** 2
-
-
-@kernel
-def _density(place, weight, m, sigma, lift, out):  # type: ignore[no-untyped-def]
-    """Σ w p(ν | m, σ) and its derivatives in m, log σ, and twice in m."""
-    value, first, second = 0.0, 0.0, 0.0
-    per_sigma = 1.0 / sigma
-    for k in range(len(place)):
-        if weight[k] == 0.0:
-            continue
-        z = (place[k] - m) * per_sigma
-        a = weight[k] * np.exp(lift - 0.5 * z * z)
-        value += a
-        a *= z
-        first += a
-        second += a * z
-    second -= value
-    scale = NORMAL_PEAK * per_sigma
-    out[0] = value * scale
-    out[1] = first * scale * per_sigma
-    out[2] = second * scale
-    out[3] = second * scale * per_sigma * per_sigma
-
-
-@kernel
-def _student_density(place, weight, m, sigma, out):  # type: ignore[no-untyped-def]
-    """The same for Student's t."""
-    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
-    for k in range(len(place)):
-        if weight[k] == 0.0:
-            continue
-        z = (place[k] - m) / sigma
-        density, pull, bend = student_density(z)
-        a = weight[k] * density
-        value += a
-        first += a * pull
-        second += a * bend
-        by_scatter += a * (z * pull - 1.0)
-    out[0] = value / sigma
-    out[1] = first / (sigma * sigma)
-    out[2] = by_scatter / sigma
-    out[3] = second / (sigma * sigma * sigma)
 
 
 @kernel

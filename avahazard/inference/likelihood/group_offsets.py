@@ -90,7 +90,7 @@ def newton_offsets(  # type: ignore[no-untyped-def]
                         location[i, q] + move if in_log else location[i, q] * np.exp(move)
                     )
         value, by_location, _, curvature = event_terms_kernel(
-            nodes, shifted, scatter, volume_weight, student, keep
+            nodes, shifted, scatter, volume_weight, student, keep, True
         )
         for i in range(n):
             # Where the offset acts on log μ, m changes by m per unit.

@@ -10,12 +10,18 @@ from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.event_terms import EventTerms, event_terms, summed_terms
+from avahazard.inference.likelihood.event_terms import (
+    EventTerms,
+    event_terms,
+    event_values,
+    summed_terms,
+)
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.location_scatter import location_and_scatter
 from avahazard.inference.likelihood.node_grid import NodeGrid, make_room
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
+from avahazard.inference.likelihood.side_by_side import side_by_side
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
@@ -125,12 +131,19 @@ class Posterior:
     def _log_likelihoods(self, u: Floats) -> Floats:
         """Log likelihoods `[n]` at u `[n, n_slots]`, within the bounds."""
         location, scatter = self.location_and_scatter(u)
-        if self.plan or self.nodes.varies or self.layout.wrong_share is not None:
-            each = zip(u, location, scatter, strict=True)
-            return np.array([self._given(v, self._nodes(v), m, s)[0] for v, m, s in each])
         weight = self.observations.volumes.weight
+        if self.plan or self.nodes.varies or self.layout.wrong_share is not None:
+            # Nodes are kept by the grid, which is not for several threads at once.
+            each = u, [self._nodes(v) for v in u], location, scatter
+            given = side_by_side(self._given, *each, n_numbers=location[0].size)
+            return np.array([value for value, _ in given])
         nodes = self.nodes.point(())
-        return summed_terms(nodes, location, scatter, weight, self._student, self._keep)
+
+        def summed(m: Floats, s: Floats) -> Floats:
+            return summed_terms(nodes, m[None], s[None], weight, self._student, self._keep)
+
+        values = side_by_side(summed, location, scatter, n_numbers=location[0].size)
+        return np.array([value[0] for value in values], np.float64)
 
     def _given(
         self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
@@ -138,7 +151,7 @@ class Posterior:
         """Log likelihood with all that rests on u, offsets of groups integrated out."""
         tau = self.layout.spread_values(u)
         if not self.plan or not np.any(tau):
-            value = self.terms(nodes, location, scatter).value
+            value = self._values(nodes, location, scatter)
             return float(np.sum(value if self._keep is None else value[self._keep])), None
         offsets, value_there = self._offsets(tau, nodes, location, scatter)
         spread = tau[self.plan.of]
@@ -155,7 +168,7 @@ class Posterior:
         0 for those not in `keep` `[n_events]`.
         """
         location, scatter = self.location_and_scatter(u)
-        return self.terms(self._nodes(u), self.shifted(location, offsets), scatter, keep).value
+        return self._values(self._nodes(u), self.shifted(location, offsets), scatter, keep)
 
     def offsets(self, u: Floats) -> Offsets:
         """The offsets of the groups given coordinates u."""
@@ -236,6 +249,17 @@ class Posterior:
         """Terms of every event (or of those in `keep`) at given nodes, location and scatter."""
         weight = self.observations.volumes.weight
         return event_terms(nodes, location, scatter, weight, self._student, keep)
+
+    def _values(
+        self,
+        nodes: Nodes,
+        location: Floats,
+        scatter: Floats,
+        keep: NDArray[np.bool_] | None = None,
+    ) -> Floats:
+        """Log likelihoods alone `[n_events]`, as in `terms`."""
+        weight = self.observations.volumes.weight
+        return event_values(nodes, location, scatter, weight, self._student, keep)
 
     def resistance(self, site: Site, values: Values) -> Resistance:
         """The resistance on a site with this model's effects at these values."""

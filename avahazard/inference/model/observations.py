@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,17 +10,21 @@ from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.site import Site, build_site, release_place
+from avahazard.engine import spread_map
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
-from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
+from avahazard.records.path import Profile
 
 Floats = NDArray[np.float64]
 
 ELEVATION, PLACE, LENGTH, LEFT = 0, 1, 2, 3
 """What was recorded: the elevation of the stop, its x, a runout length, or that it left."""
+MANY_PATHS = 200
+"""Paths from which on it pays to give their grounds to other processes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,12 +107,14 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         np.full(len(events), np.nan),
     )
     known = {} if prior is None else {site.path.path_id: site.smooth for site in prior.sites}
-    for name in used:
-        profile = profiles[name]
-        smooth = known.get(name) or smooth_profile(
-            profile.x_m, profile.y_m, profile.elevation_sigma_m
-        )
-        mine = [i for i, e in enumerate(events) if e.path_id == name]
+    of_path: dict[str, list[int]] = {name: [] for name in used}
+    for i, event in enumerate(events):
+        if event.path_id is not None:
+            of_path[event.path_id].append(i)
+    new = [profiles[name] for name in used if name not in known]
+    known |= {profile.path_id: smooth for profile, smooth in zip(new, _grounds(new), strict=True)}
+    for name, mine in of_path.items():
+        profile, smooth = profiles[name], known[name]
         own = paths[name].release_elevation_m
         start = {i: _release_elevation(events[i], own) for i in mine}
         place = {z: release_place(smooth, z) for z in dict.fromkeys(start.values())}
@@ -170,6 +176,17 @@ def _height_over_length(
 
 def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
+
+
+def _grounds(profiles: Sequence[Profile]) -> Iterable[SmoothProfile]:
+    """The profiles regularised: by other processes, if any, where they are many."""
+    if len(profiles) < MANY_PATHS:
+        return (_ground(None, profile) for profile in profiles)
+    return spread_map(_ground, None, profiles, threads=False)
+
+
+def _ground(_shared: None, profile: Profile) -> SmoothProfile:
+    return smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
 
 
 def _release_elevation(event: Event, default: float | None) -> float | None:

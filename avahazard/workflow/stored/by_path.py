@@ -6,7 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any, Generic, TypeVar
 
@@ -104,7 +104,9 @@ def path_tasks(stored: StoredFit, path_ids: Sequence[str]) -> Iterator[PathTask]
     for position, path_id in enumerate(path_ids):
         own = tuple(events.get(path_id, ()))
         mine = Records((paths[path_id],), (profiles[path_id],), own or others)
-        yield PathTask(position, path_id, mine, sites.get(path_id))
+        site = sites.get(path_id)
+        # A copy: its terrains, which are made as they are used, go when the work on it is done.
+        yield PathTask(position, path_id, mine, None if site is None else replace(site))
 
 
 def _any_events(records: Records) -> tuple[Event, ...]:

@@ -70,3 +70,14 @@ def applied_model(stored: StoredFit) -> AppliedModel:
         takes_event_columns(stored),
         not ignores_volume(stored),
     )
+
+
+def for_paths(stored: StoredFit) -> StoredFit:
+    """A stored model to be applied path by path: its sites have no terrains, it has no tables.
+
+    Those of all paths would be held as long as the work goes on.
+    """
+    sites = tuple(replace(site) for site in stored.model.observations.sites)
+    return replace(
+        stored, model=replace(stored.model, posterior=stored.model.posterior.bare(sites))
+    )

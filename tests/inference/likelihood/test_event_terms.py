@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.likelihood.event_terms import event_terms
+from avahazard.inference.likelihood.event_terms import event_terms, event_values
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.panels import N_NODES
 
@@ -122,3 +122,12 @@ def test_one_certain_node_is_the_density_itself() -> None:
     plain = ~nodes.is_probability & ~nodes.has_limit
     expected = stats.norm.logpdf(nodes.place[:, 0], location[:, 0], scatter[:, 0])
     assert (terms.value - nodes.log_scale)[plain] == pytest.approx(expected[plain])
+
+
+@pytest.mark.parametrize("student", [False, True])
+@pytest.mark.parametrize("away", [0.0, 40.0])
+def test_values_alone_are_those_of_the_terms(student: bool, away: float) -> None:
+    nodes, (location, scatter, weight) = _nodes(), _setting()
+    terms = event_terms(nodes, location + away, scatter, weight, student)
+    values = event_values(nodes, location + away, scatter, weight, student)
+    np.testing.assert_array_equal(values, terms.value)

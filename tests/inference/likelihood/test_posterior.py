@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avahazard.inference.likelihood import side_by_side
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.workers import set_workers
 from tests.inference.naive_posterior import NaivePosterior
 from tests.inference.studies import near, observations, posterior
 
@@ -216,3 +218,22 @@ def test_groups_of_two_kinds_are_integrated_out_together() -> None:
     logs = np.array([model.event_log_likelihood(u, row).sum() for row in draws]) + log_p - log_q
     expected = float(np.log(np.mean(np.exp(logs - logs.max()))) + logs.max())
     assert model.log_likelihood(u) == pytest.approx(expected, abs=0.15)
+
+
+@pytest.mark.parametrize("effects", [(), ("path-effect",), ("turbulent-drag",)])
+def test_densities_are_the_same_by_any_number_of_threads(
+    effects: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(side_by_side, "WORTH_SHARING", 0)
+    model = posterior(observations(), *effects)
+    u = np.array([_place(model, seed) for seed in range(9)])
+    found = []
+    try:
+        for workers in (1, 2, 7):
+            set_workers(workers)
+            found.append(model.log_densities(u))
+    finally:
+        set_workers(None)
+    assert np.isfinite(found[0]).all()
+    for other in found[1:]:
+        np.testing.assert_array_equal(other, found[0])
