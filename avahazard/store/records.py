@@ -133,7 +133,7 @@ def _insert(
         order = [columns.index(name) for name in statement.positiontup]
         if order != list(range(len(columns))):
             rows = [tuple(row[k] for k in order) for row in rows]
-        connection.exec_driver_sql(str(statement), rows)  # type: ignore[arg-type]
+        connection.exec_driver_sql(str(statement), rows)
     else:
         named = [dict(zip(columns, row, strict=True)) for row in rows]
         connection.exec_driver_sql(str(statement), named)
