@@ -25,7 +25,7 @@ setup: $(VENV)/.installed
 demo: setup
 	$(VENV)/bin/avahazard demo
 
-# Work goes by whole files, so that the two workers seldom compile the same kernel.
+# Work goes by whole files; what both workers need is made and compiled once (tests/once.py).
 test: setup
 	$(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --durations 10
 

@@ -130,6 +130,24 @@ def write(tmp_path: Path) -> Callable[[str, str], Path]:
 
 
 @pytest.fixture(scope="session")
+def twin_database(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Give a database with the twin; do not write to it."""
+    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+
+    def make(folder: Path) -> None:
+        upkeep.create(str(folder / "twin.db"))
+        import_files(str(folder / "twin.db"), [ROOT / "data"])
+
+    return str(made_once(tmp_path_factory, "twin", make) / "twin.db")
+
+
+@pytest.fixture
+def my_twin(twin_database: str, tmp_path: Path) -> str:
+    """Give a database with the twin that may be written to."""
+    return str(shutil.copy(twin_database, tmp_path / "twin.db"))
+
+
+@pytest.fixture(scope="session")
 def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give a folder with a world in which snow type rules, `world`, and `base.db` with a model
     `base` that does not know it; do not write to it."""

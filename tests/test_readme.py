@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from avahazard.cli.main import app
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 TABLES = (ROOT / "docs" / "paper_tables.md").read_text(encoding="utf-8")
+
+# The same commands on less: enough to see that they work; `make test-slow` runs the real ones.
+SMALLER = {
+    "--events 90 --paths 5": "--events 36 --paths 3",
+    "avahazard calibrate first": "avahazard calibrate first --chains 2 --draws 60",
+}
 
 
 def lines_of_blocks() -> list[str]:
@@ -24,11 +35,32 @@ def lines_of_blocks() -> list[str]:
     return [line for line in lines if line and not line.startswith("#")]
 
 
-def test_every_command_runs(tmp_path: Path) -> None:
+def smaller(command: str) -> str:
+    """The same command on less."""
+    for old, new in SMALLER.items():
+        command = command.replace(old, new)
+    return command
+
+
+def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("AVAHAZARD_DB", raising=False)
     commands = lines_of_blocks()
     assert len(commands) >= 8
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    assert [part for part in SMALLER if not any(part in command for command in commands)] == []
     for command in commands:
+        words = shlex.split(smaller(command).split(" > ")[0])
+        assert words[0] == "avahazard"
+        done = CliRunner().invoke(app, words[1:], prog_name="avahazard")
+        assert done.exit_code == 0, f"{command}\n{done.output}\n{done.exception!r}"
+        if " > " in command:
+            assert json.loads(done.stdout)
+
+
+@pytest.mark.slow
+def test_every_command_runs_in_a_shell(tmp_path: Path) -> None:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    for command in lines_of_blocks():
         done = subprocess.run(
             ["sh", "-c", command],
             cwd=tmp_path,

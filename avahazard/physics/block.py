@@ -39,7 +39,9 @@ def run(cells: Cells, starts: NDArray[np.int64], mu: Floats) -> Stops:
     `starts` `[n_starts]` are node indices, `mu` `[n_friction]` Coulomb frictions (any order;
     neighbours that are close run fastest).
     """
-    return Stops(*_run(cells, np.asarray(starts, dtype=np.int64), np.asarray(mu, dtype=np.float64)))
+    # In one piece: a slice such as MU[::4] would have the kernel compiled again.
+    mu = np.ascontiguousarray(mu, dtype=np.float64)
+    return Stops(*_run(cells, np.asarray(starts, dtype=np.int64), mu))
 
 
 @kernel

@@ -19,9 +19,9 @@ def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
 
     Zero before the release at node `start` and past the stop. Returns `[n_friction, n_x]`.
     """
-    return np.asarray(
-        _speeds(cells, start, np.asarray(mu, dtype=np.float64), np.asarray(x, dtype=np.float64))
-    )
+    # In one piece: a slice such as MU[::4] would have the kernel compiled again.
+    mu, x = np.ascontiguousarray(mu, np.float64), np.ascontiguousarray(x, np.float64)
+    return np.asarray(_speeds(cells, start, mu, x))
 
 
 @kernel

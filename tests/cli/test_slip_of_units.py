@@ -14,7 +14,9 @@ from avahazard.records.collection import Records
 from tests.criticism.lengths import as_csv, lengths
 
 
-@pytest.mark.parametrize("law", ["power", "exponential", "rational"])
+@pytest.mark.parametrize(
+    "law", ["power", "exponential", pytest.param("rational", marks=pytest.mark.slow)]
+)
 def test_a_slip_of_units(
     avahazard: Callable[..., Result], write: Callable[[str, str], Path], law: str
 ) -> None:

@@ -22,20 +22,12 @@ from tests.workflow.twin import FEW_PATHS, twin_records
 FEW: dict[str, Any] = {"paths": FEW_PATHS, "chains": 2, "draws": 100}
 
 
-@pytest.fixture
-def twin(database: str) -> str:
-    """Give a database with the twin."""
-    with writing(database) as session:
-        save_records(session, twin_records())
-    return database
-
-
-def test_the_stored_model_is_the_one_that_is_told(twin: str) -> None:
+def test_the_stored_model_is_the_one_that_is_told(my_twin: str) -> None:
     told: list[float] = []
     found = calibrate(
-        twin, "m", **FEW, seed=3, report=lambda _what, done, total: told.append(done / total)
+        my_twin, "m", **FEW, seed=3, report=lambda _what, done, total: told.append(done / total)
     )
-    stored = load_stored(twin, "m")
+    stored = load_stored(my_twin, "m")
     assert stored.result == found
     assert stored.paths == FEW_PATHS
     assert len(stored.records.events) == 173
@@ -46,43 +38,44 @@ def test_the_stored_model_is_the_one_that_is_told(twin: str) -> None:
     assert (told[0], told[-1]) == (0.0, 1.0)
 
 
-def test_equal_seeds_equal_bits(twin: str) -> None:
+def test_equal_seeds_equal_bits(my_twin: str) -> None:
+    short = {**FEW, "draws": 60}
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        calibrate(twin, name, **FEW, seed=seed)
-    a, b, c = (load_stored(twin, name) for name in "abc")
+        calibrate(my_twin, name, **short, seed=seed)
+    a, b, c = (load_stored(my_twin, name) for name in "abc")
     np.testing.assert_array_equal(a.model.draws, b.model.draws)
     assert a.result.parameters == b.result.parameters
     assert not np.array_equal(a.model.draws, c.model.draws)
 
 
-def test_a_run_too_short_is_stored_as_such(twin: str) -> None:
-    found = calibrate(twin, "short", paths=["scey"], chains=2, draws=50)
+def test_a_run_too_short_is_stored_as_such(my_twin: str) -> None:
+    found = calibrate(my_twin, "short", paths=["scey"], chains=2, draws=50)
     assert found.diagnostics.converged is False
     assert "not converged" in found.notes[-1]
-    assert show_models(twin)[0].converged is False
+    assert show_models(my_twin)[0].converged is False
 
 
-def test_path_offsets_are_told_and_kept(twin: str) -> None:
-    found = calibrate(twin, "m", with_=["path-effect"], chains=2, draws=100)
+def test_path_offsets_are_told_and_kept(my_twin: str) -> None:
+    found = calibrate(my_twin, "m", with_=["path-effect"], chains=2, draws=60)
     offsets = {k for k in found.parameters if k.startswith("path:")}
     assert offsets == {f"path:{p.path_id}" for p in twin_records().paths}
-    stored = load_stored(twin, "m")
-    assert stored.model.offsets["scey"].shape == (200,)
+    stored = load_stored(my_twin, "m")
+    assert stored.model.offsets["scey"].shape == (120,)
     assert found.parameters["path:scey"].mean == pytest.approx(stored.model.offsets["scey"].mean())
     assert found.effects == ("path-effect",)
 
 
-def test_without_centrifugal(twin: str) -> None:
-    found = calibrate(twin, "m", **FEW, without=["centrifugal"])
+def test_without_centrifugal(my_twin: str) -> None:
+    found = calibrate(my_twin, "m", **FEW, without=["centrifugal"])
     assert found.centrifugal is False
-    assert load_stored(twin, "m").specification.centrifugal is False
+    assert load_stored(my_twin, "m").specification.centrifugal is False
     # Curvature loads the bed of these hollow paths: without, more friction is needed.
-    base = calibrate(twin, "base", **FEW)
+    base = calibrate(my_twin, "base", **FEW)
     assert found.parameters["a"].mean > base.parameters["a"].mean + 0.02
 
 
-def test_an_effect_asked_for_and_away_is_not_there(twin: str) -> None:
-    found = calibrate(twin, "m", **FEW, with_=["season"], without=["season"])
+def test_an_effect_asked_for_and_away_is_not_there(my_twin: str) -> None:
+    found = calibrate(my_twin, "m", **FEW, with_=["season"], without=["season"])
     assert found.effects == ()
 
 
@@ -97,17 +90,17 @@ def test_an_effect_asked_for_and_away_is_not_there(twin: str) -> None:
         ({"method": "gibbs", "with_": ["season"]}, "gibbs does not work with the effect season"),
     ],
 )
-def test_what_cannot_be_calibrated_leaves_nothing_behind(twin: str, asked, message: str) -> None:
+def test_what_cannot_be_calibrated_leaves_nothing_behind(my_twin: str, asked, message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        calibrate(twin, "m", **asked)
-    assert show_models(twin) == ()
+        calibrate(my_twin, "m", **asked)
+    assert show_models(my_twin) == ()
 
 
-def test_a_taken_name_is_refused_before_computing(twin: str, monkeypatch) -> None:
-    calibrate(twin, "m", **FEW, method="gibbs")
+def test_a_taken_name_is_refused_before_computing(my_twin: str, monkeypatch) -> None:
+    calibrate(my_twin, "m", **FEW, method="gibbs")
     monkeypatch.setattr("avahazard.workflow.calibrate.build_observations", None)
     with pytest.raises(AvahazardError, match="a model m already"):
-        calibrate(twin, "m", **FEW)
+        calibrate(my_twin, "m", **FEW)
 
 
 def test_volumes_are_needed_where_they_act(database: str) -> None:
@@ -129,7 +122,8 @@ def test_rock_avalanches_fall_as_published(database: str, shared_data: Path) -> 
     with writing(database) as session:
         save_records(session, read_records([shared_data / "rock-avalanches-canada"]))
     for method in ("marginal", "gibbs"):
-        beta = calibrate(database, method, law="power", method=method).parameters["beta"]  # type: ignore[arg-type]
+        found = calibrate(database, method, law="power", method=method, chains=2, draws=500)  # type: ignore[arg-type]
+        beta = found.parameters["beta"]
         assert beta.mean == pytest.approx(0.085, abs=0.01)
         assert beta.q05 > 0.0
 
@@ -137,7 +131,7 @@ def test_rock_avalanches_fall_as_published(database: str, shared_data: Path) -> 
 def test_sensor_tracks_with_the_constant_law(database: str, shared_data: Path) -> None:
     with writing(database) as session:
         save_records(session, read_records([shared_data / "avanodes"]))
-    found = calibrate(database, "m", law="constant", draws=300)
+    found = calibrate(database, "m", law="constant", chains=2, draws=150)
     parameters = found.parameters
     assert 0.4 < parameters["a"].mean < 0.8
     # A block whose friction matches the stop misses the speeds by metres per second.

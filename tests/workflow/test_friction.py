@@ -13,14 +13,12 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.friction import show_frictions
 from avahazard.workflow.model_friction import apparent_friction
 from avahazard.workflow.stored.model import load_stored
-from tests.workflow.twin import FEW_PATHS, twin_records
+from tests.workflow.twin import FEW_PATHS
 from tests.workflow.worlds import bowl, known_stops
 
 
@@ -85,22 +83,9 @@ def test_a_path_withoutknown_stops(database: str) -> None:
         show_frictions(database, "B")
 
 
-@pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Give a database with the twin and two models on some of its paths; do not write to it."""
-    file = str(FilePath(tmp_path_factory.mktemp("models")) / "models.db")
-    upkeep.create(file)
-    with writing(file) as session:
-        save_records(session, twin_records())
-    few = {"paths": FEW_PATHS, "chains": 2, "draws": 60}
-    calibrate(file, "plain", **few)
-    calibrate(file, "drag", **few, law="constant", with_=["turbulent-drag"])
-    return file
-
-
-def test_a_model_without_effects_is_the_block_by_itself(models: str) -> None:
-    by_model = show_frictions(models, FEW_PATHS[0], model="plain")
-    alone = show_frictions(models, FEW_PATHS[0])
+def test_a_model_without_effects_is_the_block_by_itself(twin_models: str) -> None:
+    by_model = show_frictions(twin_models, FEW_PATHS[0], model="plain")
+    alone = show_frictions(twin_models, FEW_PATHS[0])
     assert by_model.model == "plain"
     assert by_model.notes == ("the chains of plain have not converged.",)
     assert [event.mu for event in by_model.events] == [event.mu for event in alone.events]
@@ -111,22 +96,22 @@ def test_a_model_without_effects_is_the_block_by_itself(models: str) -> None:
     assert alone.events[0].mu_reference is None
 
 
-def test_drag_takes_its_part_of_the_friction(models: str, tmp_path: FilePath) -> None:
+def test_drag_takes_its_part_of_the_friction(twin_models: str, tmp_path: FilePath) -> None:
     picture = tmp_path / "law.svg"
-    found = show_frictions(models, model="drag", plot=picture)
+    found = show_frictions(twin_models, model="drag", plot=picture)
     assert {event.path_id for event in found.events} == set(FEW_PATHS)
-    alone = {event.event_id: event.mu for event in show_frictions(models).events}
+    alone = {event.event_id: event.mu for event in show_frictions(twin_models).events}
     pairs = [(e.mu, alone[e.event_id]) for e in found.events if e.mu and alone[e.event_id]]
     assert len(pairs) > 20
     assert all(mu < plain for mu, plain in pairs)
     # As the report has it: its points and this table are one.
-    report = apparent_friction(load_stored(models, "drag").model)[0].mu
+    report = apparent_friction(load_stored(twin_models, "drag").model)[0].mu
     np.testing.assert_array_equal([event.mu or np.nan for event in found.events], report)
     assert "<svg" in picture.read_text(encoding="utf-8")
 
 
-def test_a_name_that_is_no_picture_is_refused_first(models: str, tmp_path: FilePath) -> None:
+def test_a_name_that_is_no_picture_is_refused_first(twin_models: str, tmp_path: FilePath) -> None:
     with pytest.raises(AvahazardError, match="not the name of a picture"):
-        show_frictions(models, model="nothing", plot=tmp_path / "a.txt")
+        show_frictions(twin_models, model="nothing", plot=tmp_path / "a.txt")
     with pytest.raises(AvahazardError, match="model nothing"):
-        show_frictions(models, model="nothing")
+        show_frictions(twin_models, model="nothing")

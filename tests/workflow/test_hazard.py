@@ -25,7 +25,6 @@ from avahazard.report.hazard_csv import write_hazard
 from avahazard.report.hazard_picture import draw_hazard
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow, Spread
-from avahazard.store import upkeep
 from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
@@ -33,17 +32,15 @@ from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.zones import zones
-from tests.workflow.twin import DATA, twin_records
+from tests.workflow.twin import twin_records
 
 Write = Callable[[str, str], Path]
 
 
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> str:
+def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The twin with a model by each of the paper's samplers, and one without volume."""
-    file = str(tmp_path_factory.mktemp("hazard") / "models.db")
-    upkeep.create(file)
-    import_files(file, [DATA])
+    file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("hazard") / "models.db"))
     calibrate(file, "gibbs", method="gibbs", draws=500)
     calibrate(file, "metropolis", method="metropolis", draws=500)
     calibrate(file, "constant", law="constant", method="gibbs", draws=500)

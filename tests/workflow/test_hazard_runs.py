@@ -14,7 +14,6 @@ from avahazard.engine import set_engine
 from avahazard.engine.choice import EngineName
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
-from avahazard.store import upkeep
 from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.result_tables import PathResultTable, PathRunTable
 from avahazard.store.session import reading
@@ -22,10 +21,8 @@ from avahazard.workflow import hazard_plan, hazard_unit
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import HazardQuestion, hazard, hazard_work, run_hazard
 from avahazard.workflow.hazard_plan import plan_hazard
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.stored import by_path
 from avahazard.workflow.zones import zones
-from tests.workflow.twin import DATA
 
 pytestmark = pytest.mark.usefixtures("default_engine")
 
@@ -34,10 +31,8 @@ ASKED: dict[str, Any] = {"return_periods": [30.0, 100.0], "paths": PATHS, "n_dra
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> str:
-    file = str(tmp_path_factory.mktemp("runs") / "model.db")
-    upkeep.create(file)
-    import_files(file, [DATA])
+def model(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("runs") / "model.db"))
     calibrate(file, "m", method="gibbs", draws=100, chains=2)
     return file
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
+from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.session import reading
@@ -32,6 +33,12 @@ def copied(report_database: str, tmp_path: Path) -> str:
     return str(shutil.copy(report_database, tmp_path / "copy.db"))
 
 
+@pytest.fixture(scope="module")
+def content(report_database: str) -> ReportContent:
+    """Give what the report of `m` is made of."""
+    return gather(report_database, "m")
+
+
 def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) -> None:
     told: list[float] = []
     one, other = tmp_path / "one.html", tmp_path / "other.html"
@@ -50,8 +57,7 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
     assert {file.name for file in tmp_path.iterdir()} == {"one.html", "other.html"}
 
 
-def test_it_shows_what_is_stored(report_database: str) -> None:
-    content = gather(report_database, "m")
+def test_it_shows_what_is_stored(report_database: str, content: ReportContent) -> None:
     with reading(report_database) as session:
         assert content.rows == latest_documents(session, BOUNDS, "m")
     assert content.comparison is not None
@@ -67,8 +73,7 @@ def test_it_shows_what_is_stored(report_database: str) -> None:
     assert {row["coefficients"] for row in paths["scey"].alpha_beta} == {"norway", "austria"}
 
 
-def test_predictions_hold_most_records_and_friction_its_median(report_database: str) -> None:
-    content = gather(report_database, "m")
+def test_predictions_hold_most_records_and_friction_its_median(content: ReportContent) -> None:
     inside = [
         e.predicted[0] <= e.observed_m <= e.predicted[2]
         for e in content.events
@@ -85,8 +90,9 @@ def test_predictions_hold_most_records_and_friction_its_median(report_database: 
     np.testing.assert_allclose(view.law[1], a * np.exp(-n * view.volume), rtol=0.02)
 
 
-def test_speeds_are_those_of_the_command_runout(report_database: str) -> None:
-    content = gather(report_database, "m")
+def test_speeds_are_those_of_the_command_runout(
+    report_database: str, content: ReportContent
+) -> None:
     (scey,) = (view for view in content.paths if view.path.path_id == "scey")
     for line in scey.speeds:
         run = run_model(report_database, "scey", "m", volume_m3=line.row["volume_m3"])

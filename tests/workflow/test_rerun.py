@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from sqlalchemy import create_engine, text
 from typer.testing import Result
 
 from avahazard.records.errors import AvahazardError
+from avahazard.store import upkeep
 from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.import_files import import_files
@@ -20,16 +22,24 @@ from tests.conftest import command_line
 from tests.criticism.lengths import as_csv, lengths
 
 
-@pytest.fixture
-def models(database: str, tmp_path: Path) -> str:
-    """Give a database with the models `base`, `child` of it, and `paper`."""
-    file = tmp_path / "events.csv"
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Make the models `base`, `child` of it, and `paper`."""
+    folder = tmp_path_factory.mktemp("rerun")
+    database, file = str(folder / "models.db"), folder / "events.csv"
+    upkeep.create(database)
     file.write_text(as_csv(lengths(24, 0.3, n_columns=1)), encoding="utf-8")
     import_files(database, [file])
     calibrate(database, "base", law="power", chains=2, draws=60, seed=5)
     calibrate(database, "paper", law="power", method="gibbs", chains=2, draws=60)
     add(database, "base", ["covariate:column_1"], "child")
     return database
+
+
+@pytest.fixture
+def models(made: str, tmp_path: Path) -> str:
+    """Give a database with these models."""
+    return str(shutil.copy(made, tmp_path / "models.db"))
 
 
 def test_every_method_gives_the_same_bits(models: str) -> None:

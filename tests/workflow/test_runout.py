@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +17,10 @@ from avahazard.records.path import Path as BarePath
 from avahazard.records.path import Profile
 from avahazard.report.runout_figure import with_gaps
 from avahazard.results.terrain import SpeedHere
-from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.runout import run_model, run_path, run_site, with_table
 from avahazard.workflow.stored.model import load_stored
-from tests.workflow.twin import FEW_PATHS, twin_records
 from tests.workflow.worlds import bowl, smooth_bowl, stop_x
 
 
@@ -118,90 +116,74 @@ def test_from_the_database(database: str) -> None:
         run_path(database, "B", 0.0)
 
 
-@pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Give a database with the twin and some models; do not write to it."""
-    file = str(Path(tmp_path_factory.mktemp("models")) / "models.db")
-    upkeep.create(file)
-    with writing(file) as session:
-        save_records(session, twin_records())
-    few = {"paths": FEW_PATHS, "chains": 2, "draws": 60}
-    calibrate(file, "plain", **few)
-    calibrate(file, "normal", **few, law="power", distribution="normal", without=["centrifugal"])
-    calibrate(file, "drag", **few, law="constant", with_=["turbulent-drag"])
-    calibrate(file, "paths", with_=["path-effect"], chains=2, draws=60)
-    calibrate(file, "gibbs", method="gibbs", chains=2, draws=60)
-    return file
-
-
 @pytest.mark.parametrize(("name", "law"), [("plain", "exponential"), ("gibbs", "exponential")])
-def test_friction_is_the_median_over_the_posterior(models: str, name: str, law: str) -> None:
-    found = run_model(models, "scey", name, volume_m3=2e4)
-    model = load_stored(models, name).model
+def test_friction_is_the_median_over_the_posterior(twin_models: str, name: str, law: str) -> None:
+    found = run_model(twin_models, "scey", name, volume_m3=2e4)
+    model = load_stored(twin_models, name).model
     u = model.draws[:, :2]
     expected = np.median(np.exp(LAWS[law].log_friction(u, np.array([2e4]))))
     assert found.mu == pytest.approx(expected, rel=1e-12)
     assert found.mu_from == "posterior median"
-    plain = run_path(models, "scey", found.mu)
+    plain = run_path(twin_models, "scey", found.mu)
     assert found.runout_x_m == plain.runout_x_m
     assert found.speeds == plain.speeds
     assert (found.model, found.volume_m3) == (name, 2e4)
     assert found.notes == (f"the chains of {name} have not converged.",)
 
 
-def test_normal_friction_without_centrifugal(models: str) -> None:
-    found = run_model(models, "scey", "normal", volume_m3=2e4)
-    model = load_stored(models, "normal").model
+def test_normal_friction_without_centrifugal(twin_models: str) -> None:
+    found = run_model(twin_models, "scey", "normal", volume_m3=2e4)
+    model = load_stored(twin_models, "normal").model
     natural = LAWS["power"].to_natural(model.draws[:, :2])
     assert found.mu == pytest.approx(np.median(natural[:, 0] * 2e4 ** -natural[:, 1]))
     # Without the load of curvature the block runs further at the same friction.
-    curved = run_path(models, "scey", found.mu)
+    curved = run_path(twin_models, "scey", found.mu)
     assert found.runout_x_m > curved.runout_x_m + 20.0
 
 
-def test_a_path_has_its_own_friction(models: str) -> None:
-    model = load_stored(models, "paths").model
+def test_a_path_has_its_own_friction(twin_models: str) -> None:
+    model = load_stored(twin_models, "paths").model
     base = np.exp(model.draws[:, 0] - model.draws[:, 1] * 0.02)
     for path_id in ("scey", "saugy"):
-        found = run_model(models, path_id, "paths", volume_m3=2e4)
+        found = run_model(twin_models, path_id, "paths", volume_m3=2e4)
         expected = np.median(base * np.exp(model.offsets[path_id]))
         assert found.mu == pytest.approx(expected)
 
 
-def test_an_effect_on_the_motion_acts(models: str) -> None:
-    found = run_model(models, "scey", "drag", volume_m3=None, mu=0.45)
-    plain = run_path(models, "scey", 0.45)
+def test_an_effect_on_the_motion_acts(twin_models: str) -> None:
+    found = run_model(twin_models, "scey", "drag", volume_m3=None, mu=0.45)
+    plain = run_path(twin_models, "scey", 0.45)
     assert found.mu_from == "given"
     assert found.speed_max_m_s < plain.speed_max_m_s
     assert found.runout_x_m < plain.runout_x_m
 
 
-def test_the_curve_is_that_of_the_models_motion(models: str) -> None:
-    found = run_model(models, "scey", "drag", volume_m3=None, mu=0.45, table=True)
+def test_the_curve_is_that_of_the_models_motion(twin_models: str) -> None:
+    found = run_model(twin_models, "scey", "drag", volume_m3=None, mu=0.45, table=True)
     assert found.table is not None
     row = next(row for row in found.table if row.mu == 0.45)
     assert row.runout_x_m == pytest.approx(found.runout_x_m, abs=3.0)
-    plain = run_path(models, "scey", 0.45)
+    plain = run_path(twin_models, "scey", 0.45)
     assert plain.table is None
     assert row.runout_x_m < plain.runout_x_m - 5.0
 
 
-def test_a_path_that_the_model_does_not_know(models: str) -> None:
-    found = run_model(models, "gurraz", "plain", volume_m3=2e4)
-    assert found.mu == run_model(models, "scey", "plain", volume_m3=2e4).mu
+def test_a_path_that_the_model_does_not_know(twin_models: str) -> None:
+    found = run_model(twin_models, "gurraz", "plain", volume_m3=2e4)
+    assert found.mu == run_model(twin_models, "scey", "plain", volume_m3=2e4).mu
 
 
 @pytest.mark.parametrize("volume", [None, 0.0, -5.0, float("nan")])
-def test_neither_friction_nor_volume(models: str, volume: float | None) -> None:
+def test_neither_friction_nor_volume(twin_models: str, volume: float | None) -> None:
     with pytest.raises(AvahazardError, match="volume must be"):
-        run_model(models, "scey", "plain", volume_m3=volume)
+        run_model(twin_models, "scey", "plain", volume_m3=volume)
 
 
-def test_records_that_changed_are_noted(database: str) -> None:
-    with writing(database) as session:
-        save_records(session, twin_records())
-    calibrate(database, "m", method="gibbs", chains=2, draws=60)
+def test_records_that_changed_are_noted(twin_models: str, tmp_path: Path) -> None:
+    database = str(shutil.copy(twin_models, tmp_path / "mine.db"))
     with writing(database) as session:
         new = Event("new", "scey", runout_elevation_m=1100.0, volume_m3=1e4)
         save_records(session, Records(events=(new,)))
-    assert any("have changed" in n for n in run_model(database, "scey", "m", volume_m3=1e4).notes)
+    assert any(
+        "have changed" in n for n in run_model(database, "scey", "gibbs", volume_m3=1e4).notes
+    )

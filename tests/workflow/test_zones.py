@@ -15,14 +15,12 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.results.base import Rows
 from avahazard.results.zones import ZonedPath
-from avahazard.store import upkeep
 from avahazard.store.path_results import ZONES, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.zones import load_limits, zones
-from tests.workflow.twin import DATA
 
 Write = Callable[[str, str], Path]
 OWN = """
@@ -38,11 +36,9 @@ rule = [{ return_period_years = 50 }]
 
 
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> str:
+def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The twin with a model, one without volume, and one that scatters in metres."""
-    file = str(tmp_path_factory.mktemp("zones") / "models.db")
-    upkeep.create(file)
-    import_files(file, [DATA])
+    file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("zones") / "models.db"))
     calibrate(file, "gibbs", method="gibbs", draws=200, chains=2)
     calibrate(file, "constant", law="constant", method="gibbs", draws=200, chains=2)
     calibrate(file, "metres", method="metropolis", draws=60, chains=2, paths=["scey"])

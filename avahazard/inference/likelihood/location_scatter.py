@@ -43,4 +43,4 @@ def location_and_scatter(
     scatter = np.broadcast_to(scatter, location.shape)
     if np.any(own):
         return location, widened(scatter, own[..., None], location, layout.log_scatter)
-    return location, np.ascontiguousarray(scatter)
+    return location, np.array(scatter)

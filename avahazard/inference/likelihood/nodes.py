@@ -141,7 +141,7 @@ def speed_nodes(
     parts = n_workers()
 
     def fill(part: int) -> None:
-        mine = slice(part, None, parts)
+        mine = np.arange(part, len(measured.event), parts)
         fill_speed_nodes(
             measured._replace(
                 event=measured.event[mine], first=measured.first[mine], end=measured.end[mine]

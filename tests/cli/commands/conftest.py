@@ -1,4 +1,4 @@
-"""The twin, imported once for the commands that only read."""
+"""The command line on the twin, and on the twin with models."""
 
 from __future__ import annotations
 
@@ -12,28 +12,11 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
-from avahazard.store import upkeep
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.import_files import import_files
 from tests.conftest import command_line
 from tests.once import made_once
 
-ROOT = Path(__file__).resolve().parents[3]
 PROGRAM = Path(sys.executable).with_name("avahazard")
-
-
-def make_twin(folder: Path) -> str:
-    """Make a database with the twin."""
-    file = str(folder / "twin.db")
-    upkeep.create(file)
-    import_files(file, [ROOT / "data"])
-    return file
-
-
-@pytest.fixture(scope="session")
-def twin_database(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Give a database with the twin; do not write to it."""
-    return str(made_once(tmp_path_factory, "twin", make_twin) / "twin.db")
 
 
 @pytest.fixture
@@ -55,11 +38,11 @@ def document(on_twin: Callable[..., Result]) -> Callable[..., Any]:
 
 
 @pytest.fixture(scope="session")
-def model_database(tmp_path_factory: pytest.TempPathFactory) -> str:
+def model_database(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """Give a database with the twin and the models `base` and `plain`; do not write to it."""
 
     def make(folder: Path) -> None:
-        file = make_twin(folder)
+        file = str(shutil.copy(twin_database, folder / "twin.db"))
         calibrate(file, "base")
         calibrate(file, "plain", method="gibbs")
 

@@ -72,7 +72,7 @@ def test_equal_seeds_equal_output(mine: Run) -> None:
 
 @pytest.mark.parametrize("method", ["metropolis", "gibbs"])
 def test_the_papers_methods_leave_out_what_left_the_profile(mine: Run, method: str) -> None:
-    done = mine("--json", "calibrate", "m", "--method", method)
+    done = mine("--json", "calibrate", "m", "--method", method, "--chains", "2", "--draws", "200")
     document = json.loads(done.stdout)
     left = sum(document["left_out"].values())
     assert document["n_events"] + left == 173

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,7 +16,6 @@ from tests.records.files.matrix import save_workbook
 Run = Callable[..., Result]
 Write = Callable[[str, str], Path]
 
-PROGRAM = Path(sys.executable).with_name("avahazard")
 PROFILE = "path_id,x_m,y_m\n" + "".join(f"P,{100 * i},{1000 - 90 * i}\n" for i in range(6))
 EVENTS = "event_id,path_id,runout_elevation_m,volume_m3\na,P,700,5000\nb,P,650,9000\n"
 
@@ -103,19 +100,12 @@ def test_unused_columns_are_noted_on_standard_error(avahazard: Run, write: Write
     assert "cover" in done.stderr
 
 
-def test_all_real_data_import_through_the_installed_command(
-    shared_data: Path, tmp_path: Path
-) -> None:
-    folders = [shared_data / f for f in ("avanodes", "tyrol-profiles", "rock-avalanches-canada")]
-    subprocess.run([PROGRAM, "init"], cwd=tmp_path, check=True, capture_output=True)
+def test_all_real_data_are_imported(avahazard: Run, shared_data: Path) -> None:
+    folders = [
+        str(shared_data / f) for f in ("avanodes", "tyrol-profiles", "rock-avalanches-canada")
+    ]
     for expected in ((53, 0), (0, 53)):
-        done = subprocess.run(
-            [PROGRAM, "--json", "import", *folders],
-            cwd=tmp_path,
-            check=True,
-            capture_output=True,
-            text=True,
-        )
+        done = avahazard("--json", "import", *folders)
         events = json.loads(done.stdout)["records"]["events"]
         assert (events["new"], events["unchanged"]) == expected
 

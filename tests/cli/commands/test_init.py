@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import json
 import sqlite3
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner, Result
 
 from avahazard.cli.main import app
 
-PROGRAM = Path(sys.executable).with_name("avahazard")
 
-
-def test_init_creates_the_default_database_once(tmp_path: Path) -> None:
+def test_init_creates_the_default_database_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("AVAHAZARD_DB", raising=False)
     for word in ("was created", "exists"):
-        done = subprocess.run(
-            [PROGRAM, "init"], cwd=tmp_path, capture_output=True, text=True, check=True
-        )
+        done = CliRunner().invoke(app, ["init"])
         assert done.stdout == f"The database avahazard.db {word}.\n"
     assert (tmp_path / "avahazard.db").exists()
 

@@ -27,7 +27,7 @@ def friction(columns):
 
 
 def on_lengths(slope: float, seed: int = 1, own: tuple[Definition, ...] = ()) -> Diagnosis:
-    return diagnose(build_observations(lengths(90, slope, seed)), POWER, {}, own, n_worlds=59)
+    return diagnose(build_observations(lengths(90, slope, seed)), POWER, {}, own, n_worlds=39)
 
 
 def test_a_column_that_matters_is_named_as_an_axis() -> None:

@@ -40,7 +40,7 @@ def test_two_parameters() -> None:
 def test_paths_that_do_not_differ_lean_against_the_bound() -> None:
     model = studies.posterior(studies.observations(60, speeds=False), "path-effect", law="constant")
     mode = find_mode(model)
-    expected = summed(model, mode, 21, reach=8.0) - log_prior_mass(model)
+    expected = summed(model, mode, 17, reach=8.0) - log_prior_mass(model)
     found = log_evidence(model, mode)
     assert found.value == pytest.approx(expected, abs=4.0 * found.error + 0.05)
 
@@ -51,7 +51,7 @@ def test_an_effect_on_the_motion() -> None:
     # The sum stands on interpolated tables throughout, the evidence on exact ones at the mode.
     at_mode = fit.posterior.exact_log_likelihood(fit.mode.u)
     at_mode -= fit.posterior.log_likelihood(fit.mode.u)
-    expected = summed(fit.posterior, fit.mode, 21) - log_prior_mass(fit.posterior) + at_mode
+    expected = summed(fit.posterior, fit.mode, 15) - log_prior_mass(fit.posterior) + at_mode
     found = log_evidence(fit.posterior, fit.mode)
     assert found.value == pytest.approx(expected, abs=4.0 * found.error + 0.05)
 

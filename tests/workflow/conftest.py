@@ -1,0 +1,32 @@
+"""The twin with small models of every kind."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avahazard.workflow.calibrate import calibrate
+from tests.once import made_once
+from tests.workflow.twin import FEW_PATHS
+
+
+@pytest.fixture(scope="session")
+def twin_models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Give a database with the twin and some models; do not write to it."""
+
+    def make(folder: Path) -> None:
+        file = str(shutil.copy(twin_database, folder / "models.db"))
+        short: dict[str, Any] = {"chains": 2, "draws": 60}
+        few: dict[str, Any] = {"paths": FEW_PATHS, **short}
+        calibrate(file, "plain", **few)
+        calibrate(
+            file, "normal", **few, law="power", distribution="normal", without=["centrifugal"]
+        )
+        calibrate(file, "drag", **few, law="constant", with_=["turbulent-drag"])
+        calibrate(file, "paths", with_=["path-effect"], **short)
+        calibrate(file, "gibbs", method="gibbs", **short)
+
+    return str(made_once(tmp_path_factory, "twin-models", make) / "models.db")
