@@ -104,6 +104,8 @@ def _corners(geometry: shapely.Geometry | None) -> Floats:
 def _densified(xy: Floats, terrain: TerrainModel, system: CRS) -> Floats:
     line = shapely.LineString(xy)
     cell = terrain.cell_size(xy[0], system)
+    if not (np.isfinite(cell) and cell > 0.0):
+        raise LineFault("a line where the terrain model has no cells", "a line on it")
     n_steps = int(np.clip(np.ceil(line.length / cell), FEWEST_STEPS, MOST_STEPS))
     if len(xy) <= MOST_STEPS:
         # A hair longer, or rounding would cut a straight line into one step more.

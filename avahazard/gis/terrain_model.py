@@ -147,6 +147,12 @@ def open_terrain(file: FilePath, crs: CRS | None = None) -> Iterator[TerrainMode
         ) from error
 
 
+def _has_cells(transform: rasterio.Affine) -> bool:
+    """Whether a grid's place on the map is finite and its cells have an area."""
+    area = transform.a * transform.e - transform.b * transform.d
+    return bool(np.isfinite([*transform[:6], area]).all() and area != 0.0)
+
+
 def _checked(file: FilePath, source: Any, given: CRS | None) -> CRS:
     crs = read_system(source.crs.to_wkt() if source.crs else None)
     if crs is not None and len(crs.axis_info) == 2:
@@ -165,6 +171,11 @@ def _checked(file: FilePath, source: Any, given: CRS | None) -> CRS:
         raise AvahazardError(
             f"{file} has {source.count} bands: a picture, not a terrain model.",
             "Give a file with one band of elevations in metres.",
+        )
+    if not _has_cells(source.transform):
+        raise AvahazardError(
+            f"The terrain model {file} does not say where its cells lie, or how large they are.",
+            "Save it again from your GIS; it may be damaged.",
         )
     heights = [axis.unit_conversion_factor for axis in crs.axis_info[2:]]
     unit = (source.units[0] or "").lower()

@@ -17,7 +17,7 @@ from benchmarks.trust.jobs import Job, make_state
 from benchmarks.trust.kills import Undisturbed, leave_alone, link_records
 from benchmarks.trust.places import Files
 from benchmarks.trust.power import HERE
-from benchmarks.trust.rows import contents, faults
+from benchmarks.trust.rows import contents, faults, same_rows
 from benchmarks.trust.running import PROGRAM, Ran, ended, run, start
 
 # A disk of its own for the command: a file system in memory that no other process sees.
@@ -174,5 +174,5 @@ def _look(found: Disturbed, job: Job, alone: Undisturbed, given: Path, *, confir
     again = run(database, job.words, given)
     if again.status != 0 and not (now == alone.after and again.status == 1):
         found.faults.append(f"the same command again: {again.errors or again.broken}")
-    if contents(database) != alone.after:
+    if not same_rows(contents(database), alone.after):
         found.faults.append("the same command again does not end as the one left alone")

@@ -16,7 +16,7 @@ import numpy as np
 from avahazard.workflow.database import check
 from benchmarks.trust.jobs import Job, make_state
 from benchmarks.trust.places import Files, Place, copied
-from benchmarks.trust.rows import Contents, contents, faults
+from benchmarks.trust.rows import Contents, contents, faults, same_rows
 from benchmarks.trust.running import run, start
 
 
@@ -131,7 +131,7 @@ def _judge(
     stored_already = whole and again.status == 1 and not again.broken
     if again.status != 0 and not stored_already:
         found.faults.append(f"the same command again: {again.errors or again.broken}")
-    if contents(database) != alone.after:
+    if not same_rows(contents(database), alone.after):
         found.faults.append("the same command again does not end as the one left alone")
     found.faults += check(database, full=True).problems
 

@@ -48,6 +48,16 @@ def _text(row: dict[str, Any]) -> str:
     return json.dumps(row, sort_keys=True, default=lambda v: getattr(v, "hex", lambda: str(v))())
 
 
+def same_rows(now: Contents, then: Contents) -> bool:
+    """Whether two databases hold the same rows, however often.
+
+    A command that had ended before it was killed stores its answer once more when it is run again.
+    """
+    return {name: set(rows) for name, rows in now.items()} == {
+        name: set(rows) for name, rows in then.items()
+    }
+
+
 def faults(now: Contents, before: Contents, after: Contents) -> list[str]:
     """What is wrong with a database whose command was killed between `before` and `after`.
 

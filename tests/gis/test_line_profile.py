@@ -143,3 +143,12 @@ def test_a_mirrored_valley_has_the_same_profile(dem: Path, tmp_path: Path) -> No
         second = line_profile("P", other_side, SYSTEM, there)
     np.testing.assert_allclose(second.x, first.x, atol=1e-6)
     np.testing.assert_allclose(second.y, first.y, atol=1e-3)
+
+
+@pytest.mark.parametrize("cell", [np.nan, np.inf, 0.0])
+def test_a_model_without_cells_under_the_line(
+    terrain: TerrainModel, cell: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(TerrainModel, "cell_size", lambda *_: cell)
+    with pytest.raises(LineFault, match="no cells"):
+        line_profile("P", LINE, SYSTEM, terrain)

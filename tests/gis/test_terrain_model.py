@@ -12,7 +12,7 @@ from rasterio.transform import Affine
 from scipy.interpolate import RegularGridInterpolator
 
 from avahazard.gis.systems import WGS84, Floats, moved
-from avahazard.gis.terrain_model import open_terrain
+from avahazard.gis.terrain_model import _has_cells, open_terrain
 from avahazard.records.errors import AvahazardError
 from tests.gis.surface import CODE, NORTH, WEST, surface, write_dem
 
@@ -130,3 +130,9 @@ def test_the_hint_for_a_model_without_a_system_helps(tmp_path: Path) -> None:
     file.with_suffix(".prj").write_text(CRS(CODE).to_wkt("WKT1_ESRI"))
     with open_terrain(file) as terrain:
         assert terrain.code == CODE
+
+
+@pytest.mark.parametrize("width", [0.0, np.nan, np.inf])
+def test_cells_without_a_place_are_none(width: float) -> None:
+    assert _has_cells(Affine(10.0, 0.0, WEST, 0.0, -10.0, NORTH))
+    assert not _has_cells(Affine(width, 0.0, WEST, 0.0, -10.0, NORTH))

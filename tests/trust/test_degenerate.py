@@ -19,7 +19,7 @@ def slow(*given: str) -> ParameterSet:
     ("name", "note"),
     [
         ("one event", "m stands on 1 event only."),
-        slow("all left the profile", "the records say little of log a"),
+        slow("all left the profile", "the records say little of log sigma"),
         slow("all volumes equal", "the records say little of n"),
     ],
 )

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.trust.jobs import JOBS, SHORT, write_records
 from benchmarks.trust.kills import kill_jobs
 from benchmarks.trust.places import Files, places
-from benchmarks.trust.rows import faults
+from benchmarks.trust.rows import faults, same_rows
 from tests.conftest import missing
 
 
@@ -40,6 +40,13 @@ def test_killed_commands_lose_nothing_on_a_server(records: Path) -> None:
         missing("no PostgreSQL server is named in AVAHAZARD_TEST_POSTGRES")
     for killed in kill_jobs(JOBS[:3], places()[1], 3, np.random.default_rng(), records):
         assert killed.faults == [], killed
+
+
+def test_an_answer_that_is_stored_once_more_is_the_same() -> None:
+    once, twice = {"comparisons": Counter({"c": 1})}, {"comparisons": Counter({"c": 2})}
+    assert same_rows(twice, once)
+    assert not same_rows({"comparisons": Counter({"c": 1, "d": 1})}, once)
+    assert not same_rows({"comparisons": Counter()}, once)
 
 
 def test_the_judge_sees_what_is_lost_foreign_or_in_part() -> None:

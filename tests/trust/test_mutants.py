@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from avahazard.store import upkeep
@@ -16,6 +15,8 @@ from benchmarks.trust.running import Ran
 from benchmarks.trust.sources import Source, sources
 
 N_MUTANTS = 5
+SEED = 1
+"""Fixed: what is found by chance belongs into `make trust`, not into a change that it is not of."""
 GARBAGE = '{"diagnostics": {"converged": true}, "parameters": {"a": {"mean": 1e20, "sd": 1}}}'
 
 
@@ -36,12 +37,11 @@ def forms(folder: Path) -> list[Source]:
 def test_mutants_are_accepted_or_refused_with_a_message(
     folder: Path, forms: list[Source], tmp_path: Path
 ) -> None:
-    seed = int(np.random.default_rng().integers(1_000_000))
     for source in forms:
         (tmp_path / source.file).write_bytes(source.content)
         source.read(str(folder / "records.db"), tmp_path / source.file)
-        found = read_mutants(source, N_MUTANTS, seed, str(folder / "records.db"), tmp_path)
-        assert found.faults == [], (source.form, seed)
+        found = read_mutants(source, N_MUTANTS, SEED, str(folder / "records.db"), tmp_path)
+        assert found.faults == [], source.form
         assert found.accepted + found.refused == found.n_mutants > 0
 
 

@@ -73,12 +73,13 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
 
     An event that is as likely by most draws (one that is sure to leave the profile) has weights
     without a tail that a Pareto distribution could be fitted to: its plain weights serve, and its k
-    is 0 where they are all equal.
+    is nan, or 0 where they are all equal.
     """
-    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found, k, _ = array_stats.loo(log_likelihood.T, chain_axis=None, draw_axis=-1)
-    by_event, pareto_k = np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)
+    try:
+        by_event, pareto_k = _pareto_loo(log_likelihood)
+    except ValueError:  # one event without a tail is enough
+        each = [_pareto_loo_or_nan(column[:, None]) for column in log_likelihood.T]
+        by_event, pareto_k = (np.concatenate(part) for part in zip(*each, strict=True))
     equal = np.ptp(log_likelihood, axis=0) <= ALIKE
     pareto_k[equal] = 0.0
     plain = equal | ~np.isfinite(by_event)
@@ -86,3 +87,17 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     # 1 / p(y_i | the others) is the mean of 1 / p(y_i | draw).
     by_event[plain] = np.log(len(less)) - np.logaddexp.reduce(less, axis=0)
     return by_event, pareto_k
+
+
+def _pareto_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
+    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found, k, _ = array_stats.loo(log_likelihood.T, chain_axis=None, draw_axis=-1)
+    return np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)
+
+
+def _pareto_loo_or_nan(log_likelihood: Floats) -> tuple[Floats, Floats]:
+    try:
+        return _pareto_loo(log_likelihood)
+    except ValueError:
+        return np.full(1, np.nan), np.full(1, np.nan)
