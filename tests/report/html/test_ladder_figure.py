@@ -8,6 +8,7 @@ from typing import Any
 
 from avahazard.report.html.ladder_figure import ladder_figure
 from avahazard.report.html.style import BLUE
+from avahazard.report.language import ENGLISH
 from tests.results.samples import CALIBRATION, NOT_COMPARED, RUNG
 
 
@@ -17,7 +18,7 @@ def content(*errors: float | None) -> Any:
         replace(NOT_COMPARED if e is None else RUNG, model=f"m{k}", held_out_crps_m=e)
         for k, e in enumerate(errors)
     ]
-    return SimpleNamespace(ladder=ladder, model=replace(CALIBRATION, model="m1"))
+    return SimpleNamespace(language=ENGLISH, ladder=ladder, model=replace(CALIBRATION, model="m1"))
 
 
 def test_bars_are_the_errors_of_compared_models_and_this_one_is_blue() -> None:

@@ -17,7 +17,9 @@ from avahazard.report.html.page import render
 from avahazard.report.language import language_of
 from tests.report.html.world import EVENT, NAMES
 
-CODES = ("de", "fr", "it")
+SLOW = pytest.mark.slow
+# That nothing lacks a translation is tested of all catalogues, in tests/report.
+CODES = ("de", pytest.param("fr", marks=SLOW), pytest.param("it", marks=SLOW))
 SPOKEN = {"title", "label", "aria-label", "name", "text", "hovertemplate", "data-label"}
 WORDS = re.compile(
     r"\b(the|of|and|with|that|which|are|were|from|this|what|where|their|than|records|recorded|"
