@@ -1,8 +1,9 @@
 """Make the twin of the seven paths and 173 avalanches of Ancey (2005), table 1.
 
 The records themselves were never published. True to the paper are, for each path, its name,
-section, altitudes, number of events and range of volumes, and one law of friction for all
-(its Gibbs estimate). All else is made up: the shapes of the profiles, the events, their dates.
+section, altitudes, number of events, range of volumes and (for two) years of the records, and one
+law of friction for all (its Gibbs estimate). All else is made up: the shapes of the profiles, the
+events, their dates.
 
 Run from the root of the checkout: .venv/bin/python data/make_twin.py
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from datetime import date, timedelta
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -31,6 +33,10 @@ SCATTER = 0.158
 VOLUME_REL_SIGMA = 0.1
 
 SPACING_M = 15.0
+
+# First and last year of the records that table 1 prints. Dates are drawn over 1900 to 2003 first,
+# and then brought into these years: so all else is what it was without them.
+PRINTED_YEARS = {"gurraz": (1933, 1962), "scey": (1910, 1937)}
 
 # name, section, top m, bottom m, events, smallest m3, largest m3, slopes at top and bottom,
 # bend (middle and half width, shares of the length), steps (amplitude, number, phase),
@@ -118,11 +124,35 @@ def make_twin(seed: int = SEED) -> tuple[Records, dict[str, object]]:
     records, truth = make_world(seed, settings=settings, sites=sites)
     ranges = {s.path.path_id: (s.volume_low_m3, s.volume_high_m3) for s in sites}
     true_volumes = [e["volume_m3"] for e in truth["events"]]  # type: ignore[attr-defined]
+    drawn_in = {p.path_id: (p.observed_from or 0, p.observed_to or 0) for p in records.paths}
     events = tuple(
-        _in_print(event, true, *ranges[event.path_id or ""])
+        _in_years(_in_print(event, true, *ranges[event.path_id or ""]), drawn_in)
         for event, true in zip(records.events, true_volumes, strict=True)
     )
-    return replace(records, events=events), truth
+    paths = tuple(
+        replace(path, observed_from=years[0], observed_to=years[1])
+        if (years := PRINTED_YEARS.get(path.path_id)) is not None
+        else path
+        for path in records.paths
+    )
+    return replace(records, paths=paths, events=events), truth
+
+
+def _in_years(event: Event, drawn_in: dict[str, tuple[int, int]]) -> Event:
+    """The event on the same day of a winter within the printed years of its path, in like order.
+
+    Its error stays the one that it was drawn with.
+    """
+    path_id = event.path_id or ""
+    if path_id not in PRINTED_YEARS:
+        return event
+    day = date.fromisoformat(event.date or "")
+    # A winter is named by its January; its December belongs to the year before.
+    winter = day.year + (day.month == 12)
+    since_december = (day - date(winter - 1, 12, 1)).days
+    (first, last), (start, end) = PRINTED_YEARS[path_id], drawn_in[path_id]
+    squeezed = first + 1 + (winter - start - 1) * (last - first) // (end - start)
+    return replace(event, date=(date(squeezed - 1, 12, 1) + timedelta(since_december)).isoformat())
 
 
 def _in_print(event: Event, true_m3: float, low_m3: float, high_m3: float) -> Event:

@@ -81,6 +81,11 @@ COMMANDS: tuple[Entry, ...] = (
         "Give the alpha-beta runout of the paths: a baseline from the terrain alone.",
     ),
     Entry("report", "report", "Write a report of a model as one HTML file that needs no network."),
+    Entry(
+        "paper-figures",
+        "paper_figures",
+        "Draw every figure of Ancey (2005) from the records and stored models.",
+    ),
     Entry("export", "export", "Write the bounds and zones of a model for a GIS or a spreadsheet."),
     Entry(
         "demo",

@@ -50,7 +50,7 @@ def _draw_bias(axes: Axes, comparison: Comparison) -> None:
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.margins(x=0.08)
     of = f"{unit_of(comparison.coordinate)} of {coordinate_words(comparison.coordinate)}"
-    axes.set_xlabel(f"← {_less(comparison)}     mean miss ({of})     {_more(comparison)} →")
+    axes.set_xlabel(f"mean miss ({of})\n← {_less(comparison)}          {_more(comparison)} →")
     axes.set_title(f"Where {comparison.model} fails", pad=36)
     axes.spines[["top", "right"]].set_visible(False)
     patches = [Patch(color="tab:blue", alpha=0.2, label="error of one recorded runout")]

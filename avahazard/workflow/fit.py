@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper.back_calculation import back_calculate
 from avahazard.inference.paper.least_squares import LawFit, fit_every_law, usable
 from avahazard.records.errors import AvahazardError
@@ -17,6 +18,8 @@ from avahazard.results.base import Rows
 from avahazard.results.friction import Fits, FittedParameter, LeastSquares
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+
+Floats = NDArray[np.float64]
 
 
 def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None) -> Fits:
@@ -35,6 +38,19 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
         records = load_records(session)
     observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))
     mu = back_calculate(observations, predict_records(observations, (), {})).mu
+    found, volume, mu = fit_laws_of(observations, mu)
+    if plot is not None:
+        from avahazard.report.laws_figure import draw_laws  # noqa: PLC0415 (slow)
+
+        draw_laws(plot, found, volume, mu)
+    return found
+
+
+def fit_laws_of(observations: Observations, mu: Floats) -> tuple[Fits, Floats, Floats]:
+    """Every law fitted to apparent frictions `mu` `[n_events]`; the points (V, μ) `[n]` it took.
+
+    Raises `AvahazardError` where fewer than two events have both.
+    """
     volume = np.exp(observations.columns.log_volume)
     n_events = int(np.sum(np.isfinite(mu) & np.isfinite(volume)))
     if n_events < 2:
@@ -50,12 +66,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
             "they have no volume, or no friction stops the block where they did (see "
             "`avahazard friction`)."
         )
-    found = Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
-    if plot is not None:
-        from avahazard.report.laws_figure import draw_laws  # noqa: PLC0415 (slow)
-
-        draw_laws(plot, found, *usable(volume, mu))
-    return found
+    return Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes)), *usable(volume, mu)
 
 
 def _entry(fit: LawFit, n_events: int) -> LeastSquares:

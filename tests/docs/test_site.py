@@ -17,6 +17,7 @@ from avahazard.cli.main import app
 from avahazard.effects.catalogue import catalogue
 from avahazard.results.base import Result
 from tests.cli.test_help import ALL
+from tests.report.html.chromium import chromium
 
 KEYS = tuple(catalogue())
 
@@ -91,6 +92,31 @@ def test_nothing_is_fetched_from_elsewhere(site: Path) -> None:
         html = page.read_text(encoding="utf-8")
         resources = re.findall(r"<(?:script|img|iframe|link)\b[^>]*>", html)
         assert [r for r in resources if re.search(r'(?:src|href)="?(?:https?:)?//', r)] == []
+
+
+def test_the_search_works_from_the_folder_without_a_network(site: Path) -> None:
+    with chromium() as browser:
+        page = browser.new_page()
+        asked: list[str] = []
+        page.on("request", lambda request: asked.append(request.url))
+        page.goto(f"{site.as_uri()}/index.html")
+        page.fill("input[data-md-component=search-query]", "integrating factor")
+        page.wait_for_selector(".md-search-result__item a", state="attached")
+        found = page.eval_on_selector_all(
+            ".md-search-result__item a", "all => all.map(a => a.href)"
+        )
+        assert any("theory/motion.html" in address for address in found)
+        assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+
+
+def test_the_start_page_shows_the_loop(site: Path) -> None:
+    start = (site / "index.html").read_text(encoding="utf-8")
+    picture = re.search(r'<img [^>]*src="([^"]+)"', start)
+    assert picture is not None
+    assert (site / picture[1]).stat().st_size > 10_000
+    steps = sections(start)["the-loop"]
+    places = [steps.index(f"avahazard {c}") for c in ("calibrate", "compare", "diagnose", "add")]
+    assert places == sorted(places)
 
 
 def test_equations_are_drawn(site: Path) -> None:

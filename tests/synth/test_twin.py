@@ -77,6 +77,28 @@ def test_twin_has_the_facts_of_the_paper() -> None:
         assert "twin" in (path.name or "")
         assert "twin" in (path.location or "")
     assert 0 < sum(e.left_profile for e in records.events) < 6
+    years = {p.path_id: (p.observed_from, p.observed_to) for p in records.paths}
+    assert (years["gurraz"], years["scey"]) == ((1933, 1962), (1910, 1937))
+    for event in records.events:
+        first, last = years[event.path_id or ""]
+        assert first <= int(str(event.date)[:4]) <= last
+
+
+def test_dates_brought_into_the_printed_years_keep_their_day_and_order(script: ModuleType) -> None:
+    start, end = 1902, 2003
+    for winter in range(start + 1, end + 1):
+        for day in (f"{winter - 1}-12-01", f"{winter}-02-28", f"{winter}-04-29"):
+            event = script.Event("e", path_id="scey", date=day)
+            moved = script._in_years(event, {"scey": (start, end)}).date
+            assert 1910 <= int(moved[:4]) <= 1937
+            assert moved[5:7] == day[5:7]
+    ends = [
+        script._in_years(script.Event("e", path_id="scey", date=d), {"scey": (start, end)}).date
+        for d in (f"{start}-12-01", f"{end}-04-01")
+    ]
+    assert [d[:4] for d in ends] == ["1910", "1937"]
+    other = script.Event("e", path_id="nants", date="1950-01-02")
+    assert script._in_years(other, {}) is other
 
 
 def test_polynomial_of_the_paper_follows_every_profile_within_metres() -> None:
