@@ -28,7 +28,6 @@ def paper_figures(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME]...",
             help="Stored models; without any, only what needs none is drawn.",
             show_default=False,
         ),
