@@ -9,6 +9,7 @@ from avahazard.records.contradictions import place_fault, volume_fault
 from avahazard.records.event import Event
 from avahazard.records.intake import Intake, speed_key
 from avahazard.records.path import Path, Profile
+from avahazard.records.plausible import ELEVATION
 from avahazard.records.terrain import Fault, release_fault, speed_fault, stop_fault
 
 
@@ -34,7 +35,7 @@ def check_places(intake: Intake, known: Records) -> None:
     Stored records are checked again where their path has another profile now.
     """
     new = intake.records
-    profiles = {p.path_id: p for p in (*known.profiles, *new.profiles)}
+    profiles = {p.path_id: p for p in (*known.profiles, *new.profiles) if _is_possible(p)}
     paths = {p.path_id: p for p in (*known.paths, *new.paths)}
     changed = {p.path_id for p in new.profiles}
     read_paths = {p.path_id for p in new.paths}
@@ -63,6 +64,12 @@ def check_places(intake: Intake, known: Records) -> None:
             continue
         if fault := speed_fault(speed, profile):
             intake.refuse(speed_key(speed), *fault)
+
+
+def _is_possible(profile: Profile) -> bool:
+    """Whether the points lie on the Earth: else they are refused already, and nothing fits them."""
+    low, high = ELEVATION.possible
+    return bool(low <= profile.y_m.min() and profile.y_m.max() <= high)
 
 
 def check_one_scale(intake: Intake, known: Records) -> None:

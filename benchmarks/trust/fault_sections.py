@@ -8,7 +8,6 @@ STOOD = ("kills", "before", "between", "after")
 
 
 def kills(found: Found) -> list[str]:
-    """What `kills` counted; a `note` tells where its figures come from more than one run."""
     rows = found["rows"]
     total = sum(row["kills"] for row in rows)
     places = list(dict.fromkeys(row["place"] for row in rows))
@@ -33,7 +32,6 @@ def kills(found: Found) -> list[str]:
         *listed(
             found["faults"], "Nothing was lost, half stored or damaged; no command was refused."
         ),
-        *([found["note"], ""] if "note" in found else []),
     ]
 
 

@@ -20,7 +20,7 @@ that stands above it; `make trust` runs them all in full, `make test` a short ve
 
 
 def page(found: Found) -> str:
-    """The page of all parts that have been run."""
+    """The page of all parts that have been run, with a `note` on how, where one was written."""
     parts: dict[str, Callable[[Found], list[str]]] = {
         "kills": fault_sections.kills,
         "power": fault_sections.power,
@@ -34,6 +34,8 @@ def page(found: Found) -> str:
     for name, write in parts.items():
         if name in found:
             lines += write(found[name])
+            if note := found[name].get("note"):
+                lines += [note, ""]
     if missing := [name for name in parts if name not in found]:
         lines.append(f"Not run yet: {', '.join(missing)}.")
     return "\n".join(map(_wrapped, lines)).rstrip() + "\n"

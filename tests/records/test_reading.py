@@ -323,3 +323,12 @@ def test_other_spellings_are_the_known_columns(write: Write) -> None:
     assert any("Volume_m3 is volume_m3, Date is date" in line for line in intake.read)
     again = read_files([write("paths.csv", "path_id,aspect\nP,40\n")], intake.records)
     assert again.records.paths[0].covariates == {"Aspect": 40.0}
+
+
+def test_a_profile_beyond_the_earth_is_refused_by_its_row_alone(write: Write) -> None:
+    rows = "".join(f"P,{20 * k},{1e300 if k == 3 else 900 - 9 * k}\n" for k in range(12))
+    paths = write("paths.csv", "path_id\nP\n")
+    profiles = write("profiles.csv", f"path_id,x_m,y_m\n{rows}")
+    events = write("events.csv", "event_id,path_id,runout_elevation_m\na,P,850\n")
+    (problem,) = problems(paths, profiles, events)
+    assert (problem.line, problem.column) == (5, "y_m")
