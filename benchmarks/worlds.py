@@ -15,7 +15,6 @@ import os
 import sys
 import time
 from pathlib import Path
-from subprocess import check_output
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
@@ -39,14 +38,13 @@ def main() -> None:
     chosen = [p for p in plans(size)[k - 1 :: n] if given.arm in p.arm]
     if given.traps:
         chosen = [p for p in chosen if is_trapped({"arm": p.arm})]
-    commit = check_output(["git", "rev-parse", "--short", "HEAD"], text=True).strip()
     until = time.monotonic() + 60.0 * given.minutes
     for plan in chosen:
         if time.monotonic() > until:
             break
         if plan.name in done:
             continue
-        line = judge(plan, given.made) | {"commit": commit}
+        line = judge(plan, given.made)
         done[plan.name] = line
         with results.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")

@@ -21,6 +21,16 @@ EARLIER = (
 )
 
 
+CHANGED = (
+    "Two of the first eleven worlds led to changes of the rules. In the trap 3 paths with",
+    "`snow-type`, #0, nothing was named: the effect had 31 nats of evidence, but a gain of -7 on",
+    "paths held out, whose records were judged one by one. Judged at once they gain 32, and it is",
+    "named; the world stands here as it comes out now, which is no test of the change. In the null",
+    "of volume errors, #0, `volume-law` is named falsely. It must now hold beside misstated errors",
+    "of the volumes, and there it does: that world stays wrong. The other nine were not run again.",
+)
+
+
 def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
     """The page: what must hold, then every arm."""
     trapped = [x for x in lines if is_trapped(x)]
@@ -80,7 +90,6 @@ def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
 def _traps(lines: list[Line]) -> list[str]:
     if not lines:
         return ["None yet."]
-    commits = ", ".join(dict.fromkeys(x["commit"] for x in lines))
     return [
         "What real records do and the model does not: storms and winters that share their snow,",
         "two to four paths that differ, misstated and gross errors. With nothing missing, and with",
@@ -89,7 +98,9 @@ def _traps(lines: list[Line]) -> list[str]:
         "",
         "Fixed before the run: seeds (of no world that was looked at before), order, levels, what",
         "counts as false, and up to 199 made worlds, as a user has. The run goes through all arms",
-        f"in turn and was cut by time. Commit {commits}.",
+        "in turn and was cut by time.",
+        "",
+        *CHANGED,
         "",
         *trap_tables(lines),
     ]

@@ -37,8 +37,8 @@ def diagnose(
         int,
         typer.Option(
             min=39,
-            help="Worlds made from the model to tell chance by; fewer than 199 name no limit of "
-            "sight and no hidden pair.",
+            help="Worlds made from the model to tell chance by; fewer than 199 name no "
+            "hidden pair.",
         ),
     ] = 199,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the made worlds.")] = 0,

@@ -12,6 +12,7 @@ from avahazard.criticism.diagnosis.confounding import correlation, explained
 from avahazard.criticism.diagnosis.detectable import detectable
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.impossible_stops import impossible_stops
+from avahazard.criticism.diagnosis.misstated_volumes import by_misstated_volumes
 from avahazard.criticism.diagnosis.naming import name_effects
 from avahazard.criticism.diagnosis.nuisances import with_nuisances_granted, with_tails_granted
 from avahazard.criticism.diagnosis.refits import (
@@ -131,9 +132,11 @@ def diagnose(
     naming = name_effects(ranked, evidence, fits, base, expected)
     verdict, missing = naming.verdict, naming.missing
     if missing and missing[0] in fits:
-        unseen = by_what_is_seen(observations, own, base, fits, missing[0], screening)
-        if unseen is not None and unseen not in missing:
-            verdict, missing = "ambiguous", (*missing, unseen)
+        leader = missing[0]
+        for beside in (by_what_is_seen, by_misstated_volumes):
+            other = beside(observations, own, base, fits, leader, screening)
+            if other is not None and other not in missing:
+                verdict, missing = "ambiguous", (*missing, other)
     rivals = tuple(fits.values()) if missing else ()
     together: tuple[Together, ...] = ()
     pair = None if missing else masked_pair(observations, own, base, screening)

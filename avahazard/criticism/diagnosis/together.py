@@ -10,7 +10,8 @@ import numpy as np
 from avahazard.criticism.diagnosis.force_witness import force_witness
 from avahazard.criticism.diagnosis.refits import Refit, refit, without_groups
 from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence
-from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
+from avahazard.criticism.scoring.held_out import choose_groups
+from avahazard.criticism.scoring.held_out_together import held_out_together
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL
 from avahazard.criticism.screening.screen import gains_beside
@@ -122,6 +123,6 @@ def _is_needed(
     witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]
     if any(w is not None and w.denies for w in witnesses):
         return False
-    groups = choose_groups(observations).groups
-    kept_back = held_out_log_density(wider.posterior, groups, wider.mode)
-    return bool(np.sum(kept_back - held_out_log_density(fit.posterior, groups, fit.mode)) > 0.0)
+    groups = choose_groups(observations).fits
+    kept_back = held_out_together(wider.posterior, groups, wider.mode)
+    return bool(np.sum(kept_back - held_out_together(fit.posterior, groups, fit.mode)) > 0.0)

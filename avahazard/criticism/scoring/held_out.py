@@ -113,7 +113,7 @@ def left_out_log_density(
     all of whose events are out has an offset from the spread between groups.
     """
     rest = posterior.restricted(~out)
-    draws = fit_draws(rest, start, DENSITY_DRAWS, _key(out), around)
+    draws = fit_draws(rest, start, DENSITY_DRAWS, key_of(out), around)
     return mean_log_density(rest, draws, out)
 
 
@@ -166,8 +166,8 @@ def _predict_left_out(
     posterior, around, start, groups = shared
     out = groups == group
     rest = posterior.restricted(~out)
-    fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, _key(out), around), RECORD_DRAWS)
-    rng = generator(0, "held out records", _key(out))
+    fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, key_of(out), around), RECORD_DRAWS)
+    rng = generator(0, "held out records", key_of(out))
     fitted = FittedModel(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
     records = expected_records(fitted, RECORD_DRAWS, rng)
     log_density = mean_log_density(rest, fit, out)
@@ -181,6 +181,6 @@ def offsets_by_group(posterior: Posterior, offsets: Floats | None) -> dict[str, 
     return {name: offsets[:, k] for k, name in enumerate(posterior.plan.names)}
 
 
-def _key(out: NDArray[np.bool_]) -> str:
+def key_of(out: NDArray[np.bool_]) -> str:
     """A text for the events held out, to key random numbers by."""
     return np.packbits(out).tobytes().hex()

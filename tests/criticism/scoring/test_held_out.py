@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from avahazard.criticism.scoring.fit_draws import fit_draws
@@ -14,9 +15,11 @@ from avahazard.criticism.scoring.held_out import (
     gathered,
     held_out_log_density,
     held_out_predictions,
+    key_of,
     left_out_log_density,
     offsets_by_group,
 )
+from avahazard.criticism.scoring.held_out_together import held_out_together
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from tests.criticism.studies import draws_about, fitted, slopes, straight, with_speeds
@@ -121,3 +124,27 @@ def test_held_out_records_are_calibrated() -> None:
     inside = np.mean(np.abs(rank - 0.5) < 0.45)
     assert abs(inside - 0.9) < 3.0 * np.sqrt(0.09 / 200)
     assert norm.ppf(np.mean(rank)) == pytest.approx(0.0, abs=0.3)
+
+
+def test_records_of_a_path_held_out_share_its_offset() -> None:
+    """Against a sum over the offset of the path, draw by draw."""
+    posterior, mode = fitted(slopes(n_paths=5), "path-effect")
+    path = posterior.observations.columns.path_index
+    found = held_out_together(posterior, path, mode)
+    out = path == 2
+    draws = fit_draws(posterior.restricted(~out), mode, 240, key_of(out))
+    given = []
+    for u in draws.coordinates:
+        tau = posterior.layout.spread_values(u)[0]
+        offsets = tau * np.linspace(-6.0, 6.0, 61)
+        each = [
+            posterior.event_log_likelihood(u, b * (np.arange(5) == 2), out)[out].sum()
+            for b in offsets
+        ]
+        given.append(logsumexp(each + norm.logpdf(offsets, 0.0, tau)) + np.log(0.2 * tau))
+    twin = logsumexp(np.array(given) + draws.log_weight)
+    assert found.shape == (5,)
+    assert found[2] == pytest.approx(twin, abs=0.1)
+    # One by one they are others: each would have an offset of its own.
+    alone = held_out_log_density(posterior, path, mode)[out].sum()
+    assert abs(found[2] - alone) > 0.2
