@@ -20,7 +20,9 @@ NARROW = "\u202f"
 """A narrow space that does not break: between thousands in English, as in French."""
 TOLD, EFFECT = "told", "effect"
 """Contexts of the catalogues: sentences that results bring, and names of effects."""
-NUMBER = re.compile(r"([<>+−-]? ?\d[\d,]*(?:\.\d+)?(?:e[+-]\d+)?)( ?(?:%|m|m3|m/s|°))?")
+NUMBER = re.compile(
+    r"([<>+−-]? ?(?:\d{1,3}(?: \d{3})+|\d[\d,]*)(?:\.\d+)?(?:e[+-]\d+)?)( ?(?:%|m|m3|m/s|°))?"
+)
 LARGE = 1e4
 """From here on a number that stands without signs between its thousands gets them."""
 LISTS, EFFECTS = ("paths", "events", "parts"), ("one", "other")
@@ -113,6 +115,7 @@ class Language:
 
     def _measured(self, number: str, unit: str) -> str:
         """A number that a result brought, with its unit."""
+        number = re.sub(r"(?<=\d) (?=\d)", "", number)
         if number[0].isdigit() and "," not in number and float(number) >= LARGE:
             number = f"{float(number):,.0f}"
         space = " " if unit.strip() == "%" else ""

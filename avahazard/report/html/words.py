@@ -165,7 +165,9 @@ def level_words(level: str, language: Language = ENGLISH) -> str:
     low, mark, high = level.partition(" to ")
     if mark and low.lstrip("-")[:1].isdigit():
         return between(language.told(low), language.told(high), language)
-    return language.told(level)
+    say = language.say
+    known = {"channelled": say("channelled"), "open": say("open"), "forest": say("forest")}
+    return known.get(level) or language.told(level)
 
 
 def listed(names: Sequence[str], language: Language = ENGLISH) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from avahazard.report.html import words
 from avahazard.report.html.content import EventView
+from avahazard.report.language import language_of
 
 S = words.NARROW
 
@@ -55,3 +56,13 @@ def test_a_gain_is_a_ratio_in_words() -> None:
     assert words.likelier(4.605) == "100 times"
     assert words.likelier(30.0) == "10¹³ times"
     assert words.likelier(-0.1) == "no"
+
+
+def test_levels_have_the_words_and_signs_of_the_language() -> None:
+    german = language_of("de")
+    assert words.level_words("up to 42 000 m3", german) == "bis 42.000 m³"
+    assert words.level_words("-7.13 to -4.5", german) == "−7,13 bis −4,5"
+    assert words.level_words("above 37%", german) == "über 37 %"
+    assert words.level_words("March", german) == "März"
+    assert words.level_words("channelled", german) == "kanalisiert"
+    assert words.level_words("P01", german) == "P01"

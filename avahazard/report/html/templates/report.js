@@ -124,8 +124,8 @@
       box.querySelector(".stop").textContent = said(x === null ? tongue.leaves : tongue.stops, {
         friction: number(mu, 3), x: grouped(at), y: grouped(y)
       });
-      var number = place.data ? place.data.findIndex(function (t) { return t.meta === "block"; }) : -1;
-      if (number >= 0) { Plotly.restyle(place, { x: [[at]], y: [[y]], visible: true }, [number]); }
+      var trace = place.data ? place.data.findIndex(function (t) { return t.meta === "block"; }) : -1;
+      if (trace >= 0) { Plotly.restyle(place, { x: [[at]], y: [[y]], visible: true }, [trace]); }
     };
     friction.addEventListener("input", box.slid);
     if (size) {
