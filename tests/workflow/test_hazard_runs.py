@@ -74,7 +74,6 @@ def test_no_terrains_of_all_paths_are_held(mine: str) -> None:
         assert task.site is not None
         found = by_path.path_answer((work.function, work.shared), task)
         assert found.failed is None
-        assert "terrain" in vars(task.site)
     assert {site.path.path_id for site in sites} >= set(path_ids)
     assert not any({"terrain", "fine_terrain"} & vars(site).keys() for site in sites)
 
