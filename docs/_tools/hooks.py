@@ -31,6 +31,7 @@ LINKS = {
     "](docs/": "](",
     "](data/README.md": "](twin.md",
     "](../data/README.md": "](twin.md",
+    "](../../data/README.md": "](../twin.md",
     "](CONTRIBUTING.md": "](contributing.md",
     "](CHANGELOG.md": "](changelog.md",
     "](SECURITY.md": "](security.md",
