@@ -19,7 +19,7 @@ VOLUME_ERROR = message("error of the volume of the return period")
 RATE_ERROR = message("error of the rate")
 ALL_VOLUMES = message("all volumes")
 FREQUENCY_ERROR = message("error of the frequency of volumes")
-DESIGN = message(
+EXCEEDED = message(
     "90 % of what the runout exceeded once in T years may be (chance 1/T a year); varying: "
     "{parts}; mixed: {mixed}"
 )
@@ -62,7 +62,7 @@ def design_words(path: PathHazard) -> str:
     if path.varying.volume:
         mixed.insert(0, ALL_VOLUMES)
         parts.append(FREQUENCY_ERROR)
-    return DESIGN.format(parts=", ".join(parts), mixed=", ".join(mixed))
+    return EXCEEDED.format(parts=", ".join(parts), mixed=", ".join(mixed))
 
 
 def natural_parts(path: PathHazard) -> list[str]:

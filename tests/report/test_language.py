@@ -6,7 +6,7 @@ import pytest
 
 from avahazard.criticism.diagnosis.measurements import UNLINKED
 from avahazard.hazard.notes import RISING, stale_words
-from avahazard.hazard.words import ALL_VOLUMES, DESIGN, PARAMETERS, RATE_ERROR
+from avahazard.hazard.words import ALL_VOLUMES, EXCEEDED, PARAMETERS, RATE_ERROR
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html import words
 from avahazard.report.language import ENGLISH, LANGUAGES, language_of
@@ -66,7 +66,7 @@ def test_a_sentence_of_a_result_is_found_by_its_places() -> None:
 
 def test_lists_in_a_sentence_are_translated_item_by_item() -> None:
     parts = f"{PARAMETERS}, {RATE_ERROR}"
-    told = language_of("it").told(DESIGN.format(parts=parts, mixed=ALL_VOLUMES))
+    told = language_of("it").told(EXCEEDED.format(parts=parts, mixed=ALL_VOLUMES))
     for item in ("incertezza dei parametri calibrati", "errore della frequenza", "tutti i volumi"):
         assert item in told
 

@@ -12,7 +12,7 @@ from avahazard.records.collection import Records
 from avahazard.records.contradictions import place_fault, volume_fault
 
 MISFIT_M = 10.0
-"""Deviation of the regularised path from its points from which a reader is told (DESIGN: 10 m)."""
+"""Deviation of the regularised path from its points from which a reader is told."""
 MISFIT_SIGMAS = 4.0
 """… where it is also that many times their error: the farthest of hundreds lies some 3 away."""
 SHOWN = 3
