@@ -101,11 +101,13 @@ class Posterior:
         layout = self.layout
         result = np.full(len(u), -np.inf)
         inside = np.flatnonzero(np.all((u >= layout.low) & (u <= layout.high), axis=1))
+        if not len(inside):
+            return result
         if any(e.volume_scale for e in self.effects):
             result[inside] = [self._log_likelihood(v, self._nodes(v))[0] for v in u[inside]]
         else:
             n_parts = -(-len(inside) * self.observations.volumes.volume.size // MOST_NUMBERS)
-            for part in np.array_split(inside, max(n_parts, 1)):
+            for part in np.array_split(inside, n_parts):
                 result[part] = self._log_likelihoods(u[part])
         result[inside] += layout.log_prior(u[inside])
         return result

@@ -89,6 +89,8 @@ def test_out_of_bounds_there_is_no_density() -> None:
     u = _place(model, 0)
     u[[s.name for s in model.layout.slots].index("cohesion.strength")] = -0.01
     assert model.log_density(u) == -np.inf
+    # A walk asks so where all of its steps lead out of bounds.
+    assert model.log_densities(np.array([u, u])).tolist() == [-np.inf, -np.inf]
 
 
 @pytest.mark.parametrize(
