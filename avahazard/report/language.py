@@ -23,6 +23,8 @@ TOLD, EFFECT = "told", "effect"
 NUMBER = re.compile(
     r"([<>+−-]? ?(?:\d{1,3}(?: \d{3})+|\d[\d,]*)(?:\.\d+)?(?:e[+-]\d+)?)( ?(?:%|m|m3|m/s|°))?"
 )
+CUBIC = re.compile(r"(?<=\d m)3\b")
+"""The 3 of cubic metres, as results write them."""
 LARGE = 1e4
 """From here on a number that stands without signs between its thousands gets them."""
 LISTS, EFFECTS = ("paths", "events", "parts"), ("one", "other")
@@ -63,7 +65,7 @@ class Language:
         catalogue knows, such as a name, is left as it is.
         """
         if self.code == "en":
-            return text
+            return CUBIC.sub("³", text)
         known = self._sentence(text)
         if known is not None:
             return known

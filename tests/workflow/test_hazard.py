@@ -63,7 +63,8 @@ def test_hundred_years_for_every_path_by_default(mine: str) -> None:
     for row in rows:
         assert row.volume_interval_m3.q05 < row.volume_m3 < row.volume_interval_m3.q95
         x = row.runout_x_m
-        assert x.q05 < x.q50 < x.q95
+        # Of the shortest record, 1933 to 1962, some avalanches may pass the end of the profile.
+        assert x.q05 < x.q50 < (np.inf if x.q95 is None else x.q95)
         assert "observed_from to observed_to" in row.volume_method
         check_apart(row)
         middle = row.reach.p_per_year.q50

@@ -91,8 +91,8 @@ def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
     assert french.picture.count("<!-- yellow zone -->") == 1
     assert [e.path_id for e in french.entries] == ["saugy", "scey"]
     assert any("no drag" in note for note in french.notes)
-    assert any("scey: T = 300 is past twice the observed years" in note for note in french.notes)
-    assert [z.extrapolated for z in french.entries[1].zones] == [False, False, True]
+    assert any("saugy: T = 300 is past twice the observed years" in note for note in french.notes)
+    assert [z.extrapolated for z in french.entries[0].zones] == [False, False, True]
     for entry in french.entries:
         ten, hundred, rare = (median(entry, t, "speed_m_s") for t in (10.0, 100.0, 300.0))
         assert (ten <= hundred).all()

@@ -32,9 +32,9 @@ def paper_figures(
             show_default=False,
         ),
     ] = None,
-    output: Annotated[
+    folder: Annotated[
         Path,
-        typer.Option("-o", "--output", metavar="FOLDER", help="Where the pictures are written."),
+        typer.Option(help="Where the pictures are written."),
     ] = Path("paper-figures"),
     path: OnlyPaths = None,
     kind: Annotated[Kind, typer.Option("--format", help="The kind of pictures.")] = Kind.png,
@@ -45,7 +45,7 @@ def paper_figures(
     \b
     Examples:
       avahazard paper-figures
-      avahazard paper-figures all-metropolis all-gibbs -o figures
+      avahazard paper-figures all-metropolis all-gibbs --folder figures
       avahazard paper-figures first --path P01 --format pdf
     """
     from avahazard.workflow.paper_figures import paper_figures as run  # noqa: PLC0415
@@ -54,7 +54,7 @@ def paper_figures(
         found = run(
             settings(context).database,
             names or (),
-            output,
+            folder,
             paths=path or (),
             kind=kind.value,
             effect_files=effect_file or (),
@@ -63,7 +63,7 @@ def paper_figures(
 
     def render(console: Console) -> None:
         rows = [(row.figure, row.shows, Path(row.file).name if row.file else None) for row in found]
-        console.print(table(f"Figures in {output}", ("figure", "shows", "file"), rows))
+        console.print(table(f"Figures in {folder}", ("figure", "shows", "file"), rows))
 
     emit(context, found, render)
     for row in found:

@@ -60,7 +60,7 @@ def test_what_the_first_name_took_from_the_second_is_given_back() -> None:
 
 
 def test_two_that_hide_each_other_are_named_together() -> None:
-    found = diagnosed(0.3, -0.3, 0.95, seed=2, n_worlds=99)
+    found = diagnosed(0.3, -0.3, 0.95, seed=2, n_worlds=199)
     assert found.verdict == "missing-effect"
     (more,) = found.together
     assert set(more.effects) == {"by-cold", "by-wind"}
