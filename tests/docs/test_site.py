@@ -100,7 +100,9 @@ def test_the_search_works_from_the_folder_without_a_network(site: Path) -> None:
         asked: list[str] = []
         page.on("request", lambda request: asked.append(request.url))
         page.goto(f"{site.as_uri()}/index.html")
-        page.fill("input[data-md-component=search-query]", "integrating factor")
+        # By its keys: the search listens to these.
+        box = page.locator("input[data-md-component=search-query]")
+        box.press_sequentially("integrating factor")
         page.wait_for_selector(".md-search-result__item a", state="attached")
         found = page.eval_on_selector_all(
             ".md-search-result__item a", "all => all.map(a => a.href)"
