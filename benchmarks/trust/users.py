@@ -40,7 +40,7 @@ class Crowd:
     place: str
     what: str
     users: int
-    turns: Counter[str]
+    turns: dict[str, int]
     rows: int
     lost: int
     faults: list[str]
@@ -78,7 +78,7 @@ def mix(place: str, database: str, folder: Path, seconds: float, *, threads: boo
     lost += turns["calibrate"] - models
     faults = [fault for one in done for fault in one.faults]
     faults += check(database).problems
-    return Crowd(place, "mixed work", len(users), turns, rows, lost, faults)
+    return Crowd(place, "mixed work", len(users), dict(turns), rows, lost, faults)
 
 
 def large_imports(
@@ -96,7 +96,7 @@ def large_imports(
         found = Counter(_owners(session.scalars(text("SELECT event_id FROM events")).all()))
     lost = sum(n_rows - found[f"u{k}"] for k in range(n_users))
     faults = [fault for fault in refused if fault] + list(check(database).problems)
-    turns = Counter({"import": n_users - sum(map(bool, refused))})
+    turns = {"import": n_users - sum(map(bool, refused))}
     return Crowd(place, "large imports", n_users, turns, n_users * n_rows, lost, faults)
 
 
