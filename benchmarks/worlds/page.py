@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from statistics import median
 from typing import Any
 
+from benchmarks.worlds.again import comparison
 from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named, share
 from benchmarks.worlds.trap_tables import is_trapped, trap_tables
 
@@ -31,8 +32,8 @@ CHANGED = (
 )
 
 
-def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
-    """The page: what must hold, then every arm."""
+def page(lines: Sequence[Line], command: str, n_planned: int, again: Sequence[Line]) -> str:
+    """The page: traps, what must hold, `again` what today's version says, then every arm."""
     trapped = [x for x in lines if is_trapped(x)]
     n_all, lines = len(lines), [x for x in lines if not is_trapped(x)]
     nulls = [x for x in lines if not x["true"] and x["arm"].startswith("null")]
@@ -57,6 +58,13 @@ def page(lines: Sequence[Line], command: str, n_planned: int) -> str:
         "| what | is | must be |",
         "|---|---|---|",
         *_requirements(nulls, seen, lines),
+        "",
+        "## The same worlds with today's version",
+        "",
+        "Written by `benchmarks/worlds.py --again --made 199`: of each arm without a trap the",
+        "first world of 120 events, whatever an oracle gains in it.",
+        "",
+        *comparison(lines, again),
         "",
         "## Nulls: false alarms",
         "",

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from benchmarks.finished import finished
+from benchmarks.worlds.again import comparison, one_of_each
 from benchmarks.worlds.arms import plans
 from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named
 from benchmarks.worlds.page import page
@@ -37,7 +38,8 @@ def _seen(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def test_the_page_is_written_from_these_results(lines: list[dict[str, Any]]) -> None:
-    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)))
+    again = finished(ROOT / "benchmarks" / "worlds_again.jsonl")
+    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)), again)
     assert (ROOT / "docs" / "worlds.md").read_text(encoding="utf-8") == made
 
 
@@ -109,3 +111,13 @@ def test_worlds_come_in_turn_and_trapped_ones_have_seeds_of_their_own() -> None:
     # A run that is cut short has seen every arm about as often as it should.
     first = {p.arm for p in trapped[:16]}
     assert len(first) == 16
+
+
+def test_one_world_of_each_arm_is_asked_again_and_a_changed_answer_is_told() -> None:
+    chosen = one_of_each(plans(SIZE))
+    assert len({p.arm for p in chosen}) == len(chosen) >= 56
+    assert all(p.n_events == 120 for p in chosen if not p.arm.startswith("confounded"))
+    line = {"name": "x #1", "true": ["season"], "neutral": [], "verdict": "adequate", "missing": []}
+    told = "\n".join(comparison([{**line, "missing": ["season"]}], [{**line, "oracle_gain": 8.3}]))
+    assert "- x #1: adequate, nothing named; then `season` (oracle 8)" in told
+    assert "| right effect named or in the set | 100 % (1/1) | 0 % (0/1) |" in told
