@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.findings import Diagnosis
 from avahazard.effects.effect import Definition
 from avahazard.effects.from_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects

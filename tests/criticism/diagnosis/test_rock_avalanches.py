@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.findings import Diagnosis
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
 from avahazard.inference.model.observations import build_observations

@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.findings import Diagnosis
 from avahazard.effects.from_file import definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
