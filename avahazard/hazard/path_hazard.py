@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.classes_to_come import at_volumes, classes_to_come, path_release_zone
+from avahazard.hazard.classes_to_come import classes_to_come, path_release_zone
 from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volume, with_volumes
 from avahazard.hazard.posterior_draws import (
     GroupRuns,
@@ -20,8 +20,15 @@ from avahazard.hazard.posterior_draws import (
 )
 from avahazard.hazard.recorded_stops import RecordedStops, recorded_stops_of
 from avahazard.hazard.volume_frequency import N_DRAWS
+from avahazard.hazard.volume_friction import (
+    RisingFriction,
+    VolumeFriction,
+    friction_of_volumes,
+    rising_friction,
+    volume_frictions,
+)
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.likelihood.predicted import Values
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -35,19 +42,6 @@ MAX_PARAMETERS = 4000
 """Posterior draws that the bounds of a volume take, evenly, of those of the model."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class VolumeFriction:
-    """Friction and runs of the avalanches of one volume.
-
-    `location`, `scatter` `[n_parameters, n_classes]` as `Posterior.location_and_scatter`, without
-    the path's offset; `tables` `[n_groups]` as in `Avalanches`.
-    """
-
-    location: Floats
-    scatter: Floats
-    tables: tuple[Predicted, ...]
-
-
 @dataclass(frozen=True, slots=True)
 class Varying:
     """What makes a difference from avalanche to avalanche of a path, besides friction's scatter."""
@@ -55,18 +49,6 @@ class Varying:
     release: bool = False
     columns: bool = False
     volume: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class RisingFriction:
-    """Share of the draws in which friction is higher at `largest_m3` than at `smallest_m3`.
-
-    These are the ends of the recorded volumes.
-    """
-
-    share: float
-    smallest_m3: float
-    largest_m3: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +107,7 @@ def path_hazard(
     )
     return replace(
         found,
-        rising=_rising(here, found.draws.u, model.observations.columns.log_volume),
+        rising=rising_friction(here, found.draws.u, model.observations.columns.log_volume),
         recorded=recorded_stops_of(records, path_id, found.avalanches.site.smooth),
     )
 
@@ -157,7 +139,7 @@ def hazard_of_classes(
         path_id=path_id,
         avalanches=avalanches,
         draws=many,
-        at_volume=_at_volumes(model, groups, many.u, tuple(dict.fromkeys(at)), tables),
+        at_volume=volume_frictions(model, groups, many.u, tuple(dict.fromkeys(at)), tables),
         rate_known=volumes is not None,
         varying=varying,
         offset_unknown=many.tau is not None and many.offset is None,
@@ -170,7 +152,7 @@ def _avalanches(
     posterior, observations = model.posterior, model.observations
     site, n_classes, n = observations.sites[0], observations.n_events, len(volumes.rate)
     draws = posterior_draws(model, groups, path_id, n)
-    location, scatter = _friction(posterior, draws.u, np.exp(volumes.log_volume))
+    location, scatter = friction_of_volumes(posterior, draws.u, np.exp(volumes.log_volume))
     shift = draws.shift(generator(seed, "avalanches", path_id))[:, None, None]
     in_log = posterior.layout.log_scatter
     location = shifted(location, shift, in_log)
@@ -194,56 +176,11 @@ def _avalanches(
     )
 
 
-def _at_volumes(
-    model: FittedModel,
-    groups: GroupRuns,
-    u: Floats,
-    at: tuple[float, ...],
-    tables: tuple[Predicted, ...] | None,
-) -> dict[float, VolumeFriction]:
-    """Friction of each of the volumes `at` (m3); `tables` are theirs, where all have the same."""
-    if not at:
-        return {}
-    location, scatter = _friction(model.posterior, u, np.array(at))
-    found = {}
-    for k, volume in enumerate(at):
-        own = tables
-        if own is None:
-            own = group_tables(model, groups, at_volumes(model.observations, np.array([volume])))
-        found[volume] = VolumeFriction(location[:, :, k], scatter[:, :, k], own)
-    return found
-
-
-def _rising(here: FittedModel, u: Floats, log_volume: Floats) -> RisingFriction | None:
-    """Of draws `u` `[n_parameters, n_slots]` over log volumes `[n_events]` (nan: not recorded)."""
-    known = log_volume[np.isfinite(log_volume)]
-    if not len(known) or np.ptp(known) == 0.0:
-        return None
-    ends = np.exp([known.min(), known.max()])
-    location, _ = _friction(here.posterior, u, ends)
-    rises = location[:, :, 1].mean(axis=1) > location[:, :, 0].mean(axis=1)
-    return RisingFriction(float(np.mean(rises)), float(ends[0]), float(ends[1]))
-
-
 def _mixed(volumes: EventVolumes | None, at: Sequence[float]) -> EventVolumes:
     """All volumes, with nodes at those that bounds are wanted of."""
     return with_volumes(
         volumes or one_volume([*at, ANY_VOLUME_M3][0], N_DRAWS), np.log(np.asarray(at, np.float64))
     )
-
-
-def _friction(posterior: Posterior, u: Floats, volume: Floats) -> tuple[Floats, Floats]:
-    """Location and scatter `[n_parameters, n_classes, n_volumes]` at volumes (m3) `[n_volumes]`."""
-    observations = posterior.observations
-    shape = (len(u), observations.n_events, len(volume))
-    many = Posterior(
-        at_volumes(observations, volume),
-        posterior.specification,
-        posterior.effects,
-        {slot.name: slot.grid for slot in posterior.layout.slots if slot.grid},
-    )
-    location, scatter = many.locations_and_scatters(u, np.tile(volume, observations.n_events))
-    return location.reshape(shape), scatter.reshape(shape)
 
 
 def _ahead(posterior: Posterior, values: Values) -> Floats:

@@ -20,7 +20,8 @@ from avahazard.records.reading import read_files
 from avahazard.records.vague import vague_stops
 from avahazard.results.base import Rows
 from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
-from avahazard.store.records import load_records, save_records
+from avahazard.store.records import load_records
+from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.terrain import save_terrain
 

@@ -24,7 +24,7 @@ from avahazard.results.paper import PaperFigure
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.fit import fit_laws_of
-from avahazard.workflow.friction import friction_densities
+from avahazard.workflow.friction_views import friction_densities
 from avahazard.workflow.paper_models import Planned, load_models, plan_of_models
 from avahazard.workflow.runout import run_path
 

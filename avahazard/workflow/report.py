@@ -20,7 +20,7 @@ from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.compare import stored_comparison
-from avahazard.workflow.friction import friction_densities
+from avahazard.workflow.friction_views import friction_densities
 from avahazard.workflow.ladder import ladder_rows
 from avahazard.workflow.model_friction import apparent_friction, friction_view
 from avahazard.workflow.models import show_model

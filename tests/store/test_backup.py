@@ -10,7 +10,8 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path as AvalanchePath
 from avahazard.store.backup import backup
-from avahazard.store.records import load_records, save_records
+from avahazard.store.records import load_records
+from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
 
 

@@ -10,7 +10,7 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.store.path_summaries import path_summaries
-from avahazard.store.records import save_records
+from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
 
 X = np.array([0.0, 100.0, 300.0, 600.0, 1000.0])

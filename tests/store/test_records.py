@@ -15,7 +15,8 @@ from avahazard.records.compare import same_profile
 from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.path import Path, Profile
-from avahazard.store.records import load_records, save_records
+from avahazard.store.records import load_records
+from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import Base
 

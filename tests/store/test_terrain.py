@@ -10,7 +10,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path
 from avahazard.records.terrain_crop import TerrainCrop
-from avahazard.store.records import save_records
+from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import TerrainTable
 from avahazard.store.terrain import load_terrain, save_terrain

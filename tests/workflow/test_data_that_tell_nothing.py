@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from avahazard.store.records import save_records
+from avahazard.store.save_records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.fit import fit_laws

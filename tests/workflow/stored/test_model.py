@@ -20,7 +20,7 @@ from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
-from avahazard.store.records import save_records
+from avahazard.store.save_records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import (
