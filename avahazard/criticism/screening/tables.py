@@ -55,7 +55,8 @@ def make_tables(
     seen, seen_sd = np.full(n, 9.0), np.zeros(n)
     for i in np.flatnonzero(has_limit):
         chance = ndtr((limit[i] - predicted.elevation[i]) / predicted.sigma[i])
-        chance = np.minimum.accumulate(np.where(left[i], 1.0, chance))
+        # What goes further than a stop that is seen is seen, up the other side of a valley too.
+        chance = np.maximum.accumulate(np.where(left[i], 1.0, chance)[::-1])[::-1]
         drop = -np.diff(chance)
         total = float(np.sum(drop))
         if total < 1e-6:

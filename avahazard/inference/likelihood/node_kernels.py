@@ -111,19 +111,27 @@ def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def
 
 @kernel
 def _edges_of_sight(elevation, left, limit, sigma, grid, panels, place, weight):  # type: ignore[no-untyped-def]
-    """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀."""
+    """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀.
+
+    Seen is what stops below the limit, and all that goes further than such a stop: what runs up
+    the other side of a valley is no short runout. That keeps the weights positive, too.
+    """
     n = len(grid)
+    chance = np.empty(n)
+    furthest = 0.0
+    for j in range(n - 1, -1, -1):
+        below = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
+        furthest = max(furthest, below)
+        chance[j] = furthest
     points = np.empty(n)
     drops = np.empty(n)
     count = 0
     level = 1.0
     for j in range(n):
-        chance = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
-        # Steps of the terrain may raise it again; the running minimum keeps weights positive.
-        if level - chance > 1e-9:
+        if level - chance[j] > 1e-9:
             points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
-            drops[count] = level - chance
-            level = chance
+            drops[count] = level - chance[j]
+            level = chance[j]
             count += 1
     if count:
         panel_nodes(points[:count], drops[:count], panels, place, weight)

@@ -89,6 +89,23 @@ def test_tables_say_where_events_leave_and_up_to_where_they_are_seen() -> None:
         assert tables.edges.seen_sd[i] == pytest.approx(observations.sigma[i] / at, rel=0.2)
 
 
+def test_the_edge_of_sight_is_on_the_side_of_the_release_where_a_valley_rises_again() -> None:
+    observations = studies.observations()
+    predicted = predict_records(observations, (), {})
+    plain = make_tables(observations, predicted, observations.limit, SPEED_SCATTER)
+    limited = plain.edges.has_limit
+    assert limited.any()
+    # Avalanches of little friction run up the other side, above the limit.
+    bottom = np.argmin(predicted.elevation, axis=1)[:, None]
+    beyond = np.arange(len(MU)) < bottom + 5
+    elevation = np.where(beyond, observations.limit[:, None] + 200.0, predicted.elevation)
+    elevation = np.where(limited[:, None], elevation, predicted.elevation)
+    staying = replace(predicted, elevation=elevation, status=np.zeros_like(predicted.status))
+    tables = make_tables(observations, staying, observations.limit, SPEED_SCATTER)
+    assert tables.edges.seen[limited] == pytest.approx(plain.edges.seen[limited], abs=1e-6)
+    assert tables.edges.seen_sd[limited] == pytest.approx(plain.edges.seen_sd[limited], abs=1e-6)
+
+
 def test_speeds_have_independent_errors_once_whitened() -> None:
     observations = studies.observations()
     tables = make_tables(
