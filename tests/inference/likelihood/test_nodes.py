@@ -151,11 +151,11 @@ def test_the_likelihood_is_divided_by_the_chance_to_be_seen(limit: float) -> Non
 @pytest.mark.parametrize("limit", [1300.0, 1500.0, 1700.0])
 def test_what_runs_up_the_other_side_of_a_valley_is_seen(limit: float) -> None:
     bottom = 0.35
-    valley = 1200.0 + np.where(MU < bottom, 4000.0, 1500.0) * np.abs(MU - bottom)
+    valley = 1200.0 + np.where(bottom > MU, 4000.0, 1500.0) * np.abs(MU - bottom)
     nobody = np.zeros_like(LEAVES)
     seen = _nodes(valley, observed=1250.0, limit=limit, left=nobody)
     plain = _nodes(valley, observed=1250.0, left=nobody)
-    one_side = np.where(MU < bottom, 1200.0, valley)
+    one_side = np.where(bottom > MU, 1200.0, valley)
     for m, s in FRICTIONS:
         chance = naive_nodes.seen(one_side, nobody, limit, 10.0, LOG_MU, _density(m, s))
         gain = _log_likelihood(seen, m, s) - _log_likelihood(plain, m, s)
