@@ -148,7 +148,7 @@ def test_what_left_its_profile_has_no_error_of_its_record() -> None:
 
 def test_unexplained_is_what_is_left_and_never_under_nought() -> None:
     nine = np.full(4, 9.0)
-    budget = ErrorBudget(nine, 0 * nine, 7.0 + 0 * nine, 0 * nine)
+    budget = ErrorBudget(nine, 0 * nine, 0 * nine, 7.0 + 0 * nine, 0 * nine)
     assert unexplained(np.full(4, 5.0), budget) == 3.0
     assert unexplained(np.full(4, 2.0), budget) == 0.0
     # A mean square of 20 for 16, but of four records that differ as much.
