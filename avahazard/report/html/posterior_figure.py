@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -128,8 +129,7 @@ def _histogram(
             },
         ],
         layout(
-            axis(label(name) + (f"<br>({label(unit.strip())})" if unit else ""),
-                 exponentformat="power", nticks=3),
+            _small_axis(label(name) + (f"<br>({label(unit.strip())})" if unit else "")),
             axis("", showticklabels=False, ticks="", rangemode="tozero"),
             height=246,
             margin=SMALL_MARGIN,
@@ -137,6 +137,12 @@ def _histogram(
             bargap=0,
         ),
     )  # fmt: skip
+
+
+def _small_axis(title: str) -> dict[str, Any]:
+    """An axis with few ticks and small words: units are long in French."""
+    small = axis(title, exponentformat="power", nticks=3)
+    return {**small, "title": {**small["title"], "font": {"size": 12}}}
 
 
 def _joint(one: tuple[str, Floats], other: tuple[str, Floats], language: Language) -> Figure:
@@ -163,8 +169,8 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats], language: Languag
             }
         ],
         layout(
-            axis(label(one[0]), exponentformat="power", nticks=3),
-            axis(label(other[0]), exponentformat="power", nticks=3),
+            _small_axis(label(one[0])),
+            _small_axis(label(other[0])),
             height=246,
             margin={**SMALL_MARGIN, "l": 88},
         ),
