@@ -6,7 +6,7 @@
   var shared = JSON.parse(document.getElementById("switch").textContent);
   var now = shared.own;
   var tongue = shared.language;
-  var PRINT_PX = 690, PRINT_HIGH_PX = 410, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
+  var PRINT_PX = 690, PRINT_HIGH_PX = 385, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
 
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
