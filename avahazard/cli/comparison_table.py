@@ -25,6 +25,7 @@ COORDINATES = {
 SOURCES = {
     "record": "errors of the recorded runouts",
     "volume": "errors of the recorded volumes",
+    "release": "errors of the recorded releases",
     "scatter": "natural scatter",
     "parameters": "uncertain parameters",
     "unexplained": "unexplained",
@@ -128,7 +129,7 @@ def error_words(found: Comparison | BeforeAndAfter) -> str:
     """What the errors of the records alone account for."""
     floor = found.scores.runout if isinstance(found, Comparison) else found
     return (
-        f"Errors of the recorded runouts and volumes alone would leave a CRPS of "
+        f"Errors of the records alone (runout, volume, release) would leave a CRPS of "
         f"{amount(floor.noise_floor_crps_m, found.coordinate)} (RMSE "
         f"{amount(floor.noise_floor_m, found.coordinate, 0)}). What varies from avalanche to "
         "avalanche comes on top for every model."

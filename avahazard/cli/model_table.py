@@ -45,6 +45,8 @@ def _title(model: Calibration) -> str:
         parts.append("without centrifugal")
     if model.effects:
         parts.append("with " + ", ".join(model.effects))
+    if model.prior is not None:
+        parts.append(f"prior from {model.prior.source}")
     return f"{model.model}: {', '.join(parts)}"
 
 

@@ -14,6 +14,9 @@ from avahazard.records.path import Path
 
 Floats = NDArray[np.float64]
 
+RELEASE_SIGMA = "release_sigma_m"
+"""A column of events or paths: the error of the release elevation, and so no driver of friction."""
+
 FIRST_MONTH = 10
 """Winters begin with October, as hydrological years do."""
 
@@ -125,7 +128,7 @@ def _covariates(
     ]
     numbers: dict[str, Floats] = {}
     texts: dict[str, NDArray[np.str_]] = {}
-    for column in dict.fromkeys(key for row in rows for key in row):
+    for column in dict.fromkeys(key for row in rows for key in row if key != RELEASE_SIGMA):
         values = [row.get(column) for row in rows]
         if all(v is None or isinstance(v, int | float) for v in values):
             numbers[column] = np.array([np.nan if v is None else float(v) for v in values])

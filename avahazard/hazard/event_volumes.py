@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,14 @@ class EventVolumes:
     """Posterior draws of the rate of avalanches and of the distribution of their volumes.
 
     `rate` `[n_parameters]` a year; `share` `[n_parameters, n_volumes]` of the avalanches have
-    the volumes `log_volume` `[n_volumes]` (log m3, rising), and sum to 1.
+    the volumes `log_volume` `[n_volumes]` (log m3, rising), and sum to 1. `seen_only`: they are
+    those of the records, which lack what nobody saw.
     """
 
     rate: Floats
     log_volume: Floats
     share: Floats
+    seen_only: bool = False
 
 
 def one_volume(volume_m3: float, n_parameters: int, rate: float = 1.0) -> EventVolumes:
@@ -63,4 +65,4 @@ def with_volumes(volumes: EventVolumes, log_volume: Floats) -> EventVolumes:
     nodes = np.concatenate([volumes.log_volume, more])
     share = np.hstack([volumes.share, np.zeros((len(volumes.rate), len(more)))])
     order = np.argsort(nodes)
-    return EventVolumes(volumes.rate, nodes[order], share[:, order])
+    return replace(volumes, log_volume=nodes[order], share=share[:, order])

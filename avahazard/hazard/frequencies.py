@@ -112,7 +112,7 @@ class Frequencies:
             return None
         rng = generator(self.seed, "rate", path_id)
         rate = rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, N_DRAWS)
-        return replace(one_volume(ANY_VOLUME_M3, N_DRAWS), rate=rate)
+        return replace(one_volume(ANY_VOLUME_M3, N_DRAWS), rate=rate, seen_only=True)
 
     def extrapolated(self, path_id: str, return_period: float) -> bool:
         """Whether a return period (years) is too long for what is known of a path."""

@@ -77,7 +77,7 @@ class _ByFriction:
 
 def descent(avalanches: Avalanches) -> Descent:
     """The avalanches as the kernels take them."""
-    falling, broken, ends = _stops(avalanches.tables)
+    falling, broken, ends = stops(avalanches.tables)
     first, kind = _kinds(avalanches)
     shares = share_curves(
         np.ascontiguousarray(avalanches.location[:, first]),
@@ -100,7 +100,7 @@ def descent(avalanches: Avalanches) -> Descent:
 
 
 @lru_cache(maxsize=4)
-def _stops(tables: tuple[Predicted, ...]) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
+def stops(tables: tuple[Predicted, ...]) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
     """`falling` and `broken` of `Descent`, and the ends of the frictions that are asked for.
 
     Of the last tables they are kept: every row of a path takes the same.
@@ -138,7 +138,7 @@ class _InMetres:
 
     def __init__(self, avalanches: Avalanches) -> None:
         self._avalanches = avalanches
-        self._chance = _passing_in_metres(avalanches)
+        self._chance = passing_in_metres(avalanches)
 
     def rates(self, x: Floats) -> Floats:
         n = self._avalanches.n_parameters
@@ -152,7 +152,7 @@ class _InMetres:
         return yearly_rate(self._avalanches, self._chance(x))
 
 
-def _passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
+def passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
     """Chances `[n_parameters, n_classes, n_volumes]` to stop beyond x `[n_parameters]`.
 
     Stops are at the block's elevation + sigma z, at the first place so low (`scattered_stops`).

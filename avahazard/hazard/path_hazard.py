@@ -19,6 +19,7 @@ from avahazard.hazard.posterior_draws import (
     posterior_draws,
 )
 from avahazard.hazard.recorded_stops import RecordedStops, recorded_stops_of
+from avahazard.hazard.unseen import limits_of_sight, with_unseen
 from avahazard.hazard.volume_frequency import N_DRAWS
 from avahazard.hazard.volume_friction import (
     RisingFriction,
@@ -158,7 +159,7 @@ def _avalanches(
     location = shifted(location, shift, in_log)
     # Fewer draws of the model than of the volumes serve several times.
     again = np.arange(n) * len(draws.u) // n
-    return Avalanches(
+    known = Avalanches(
         site=site,
         release=observations.release,
         volumes=volumes,
@@ -174,6 +175,7 @@ def _avalanches(
         student=model.specification.tails == "student",
         sigma_m=None if draws.sigma_m is None else draws.sigma_m[again],
     )
+    return with_unseen(known, limits_of_sight(posterior, groups.values))
 
 
 def _mixed(volumes: EventVolumes | None, at: Sequence[float]) -> EventVolumes:

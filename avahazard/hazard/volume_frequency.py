@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -52,7 +52,8 @@ class VolumeFrequency:
     def volumes(self) -> EventVolumes:
         """Rates and volumes of all avalanches, for the runout exceeded once in T years."""
         low, high = self.draws.ends()
-        return event_volumes(self.draws.rate, self.draws.rate_over, low, high)
+        found = event_volumes(self.draws.rate, self.draws.rate_over, low, high)
+        return replace(found, seen_only=self.source == "records")
 
 
 def fit_volume_frequency(

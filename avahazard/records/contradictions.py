@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from avahazard.message import message
 from avahazard.records import defaults
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
@@ -14,6 +15,11 @@ from avahazard.records.terrain import MAP_TOLERANCE_M, Fault, on_counter_slope
 N_SIGMA = 3.0
 # Two measurements of one volume differ by this factor at least before one of them is wrong.
 VOLUME_FACTOR = 2.0
+OF_DEPOSIT = message("about {deposit}, half of length times width times thickness; or one of both")
+AT_THAT_PLACE = message("about {there}, where the profile is at runout_x_m {x}; or one of both")
+NOT_LEFT = message("left_profile 0, or a runout at the end of the profile or beyond, or none")
+BELOW = message("a stop below the release, which is at {release} ({whose})")
+OF_PATH = message("release_elevation_m of the path")
 
 
 def volume_fault(event: Event) -> Fault | None:
@@ -25,8 +31,7 @@ def volume_fault(event: Event) -> Fault | None:
     deposit = defaults.deposit_volume_m3(*known)
     allowed = max(math.log(VOLUME_FACTOR), N_SIGMA * event.volume_rel_sigma)
     if abs(math.log(event.volume_m3) - math.log(deposit)) > allowed:
-        accepted = f"about {deposit:g}, half of length times width times thickness; or one of both"
-        return "volume_m3", event.volume_m3, accepted
+        return "volume_m3", event.volume_m3, OF_DEPOSIT.format(deposit=f"{deposit:g}")
     return None
 
 
@@ -39,24 +44,21 @@ def place_fault(event: Event, path: Path | None, profile: Profile) -> Fault | No
     if x is not None and elevation is not None:
         low, high = _elevations(profile, x - slack, x + slack)
         if not low - MAP_TOLERANCE_M <= elevation <= high + MAP_TOLERANCE_M:
-            there = float(np.interp(x, profile.x_m, profile.y_m))
-            accepted = f"about {there:g}, where the profile is at runout_x_m {x:g}; or one of both"
-            return "runout_elevation_m", elevation, accepted
+            there = f"{np.interp(x, profile.x_m, profile.y_m):g}"
+            return "runout_elevation_m", elevation, AT_THAT_PLACE.format(there=there, x=f"{x:g}")
     return _above_the_release(event, path, profile, slack)
 
 
 def _stopped_before_the_end(event: Event, profile: Profile, slack: float) -> Fault | None:
     end = float(profile.x_m[-1])
-    accepted = "left_profile 0, or a runout at the end of the profile or beyond, or none"
     if event.runout_x_m is not None:
-        return (
-            ("runout_x_m", event.runout_x_m, accepted) if event.runout_x_m < end - slack else None
-        )
+        before = event.runout_x_m < end - slack
+        return ("runout_x_m", event.runout_x_m, NOT_LEFT) if before else None
     elevation = event.runout_elevation_m
     if elevation is None or on_counter_slope(elevation, profile):
         return None
     if elevation > float(profile.y_m[-1]) + slack + MAP_TOLERANCE_M:
-        return "runout_elevation_m", elevation, accepted
+        return "runout_elevation_m", elevation, NOT_LEFT
     return None
 
 
@@ -81,8 +83,8 @@ def _above_the_release(
         return None
     if lowest <= release:
         return None
-    whose = "release_elevation_m" if own else "release_elevation_m of the path"
-    return column, value, f"a stop below the release, which is at {release:g} ({whose})"
+    whose = "release_elevation_m" if own else OF_PATH
+    return column, value, BELOW.format(release=f"{release:g}", whose=whose)
 
 
 def _elevations(profile: Profile, first: float, last: float) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from avahazard.results.comparison import Comparison
 COLORS = {
     "record": "#BBBBBB",
     "volume": "#56B4E9",
+    "release": "#0072B2",
     "scatter": "#E69F00",
     "parameters": "#CC79A7",
     UNEXPLAINED: "#D55E00",
@@ -24,7 +25,8 @@ def part_words(source: str, language: Language = ENGLISH) -> str:
     say = language.say
     known = {
         "record": say("errors of the records"),
-        "volume": say("volume and release"),
+        "volume": say("errors of the volumes"),
+        "release": say("errors of the releases"),
         "scatter": say("natural scatter"),
         "parameters": say("parameters"),
         UNEXPLAINED: say("unexplained"),

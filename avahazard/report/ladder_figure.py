@@ -121,7 +121,7 @@ def _waterfall(axes: Axes, shown: Sequence[tuple[Rung, float]]) -> None:
             min(floors),
             color="tab:blue",
             linestyle="--",
-            label=f"errors of records and volumes alone: {amount(min(floors), coordinate, 0)}",
+            label=f"errors of the data alone: {amount(min(floors), coordinate, 0)}",
         )
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     axes.margins(y=0.1)

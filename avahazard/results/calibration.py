@@ -97,14 +97,31 @@ class PriorDominated(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class PriorCoordinate(Result):
+    """Mean and standard deviation of a normal prior of one coordinate of the law."""
+
+    mean: float
+    sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class PriorTold(Result):
+    """The prior of the law that other records gave: its `source`, and its coordinates."""
+
+    source: str
+    coordinates: dict[str, PriorCoordinate]
+
+
+@dataclass(frozen=True, slots=True)
 class Calibration(Result):
     """A calibrated model: what it is made of, its parameters, and whether its chains converged.
 
     `left_out` counts events that the method cannot use, by the reason; path offsets are
     `path:PATH_ID` among the parameters. Of a child made by `add`, `comparison` holds the scores
-    before and after. `path_spread` is there where paths differ and the model does not know it,
-    `prior_dominated` where the records hardly narrow a parameter (by its coordinate), `of_records`
-    (notes too) where a path misses its terrain or a record contradicts itself.
+    before and after. `prior` is there where the law's came from other records, `path_spread`
+    where paths differ and the model does not know it, `prior_dominated` where the records hardly
+    narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its terrain
+    or a record contradicts itself.
     """
 
     model: str
@@ -129,4 +146,5 @@ class Calibration(Result):
     path_spread: PathSpread | None = field(default=None, metadata=ABSENT)
     prior_dominated: dict[str, PriorDominated] | None = field(default=None, metadata=ABSENT)
     of_records: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
+    prior: PriorTold | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)

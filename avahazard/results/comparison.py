@@ -12,8 +12,8 @@ class RunoutScores(Result):
     """Predicted against recorded runouts, in metres of the record's own coordinate.
 
     `bias_m` is predicted less recorded, `noise_floor_m` and `noise_floor_crps_m` what errors of
-    the records and of their volumes alone leave, `pit_histogram` counts ranks of records in ten
-    equal bins.
+    the records, of their volumes and releases alone leave, `pit_histogram` counts ranks of
+    records in ten equal bins.
     """
 
     n: int
@@ -107,6 +107,7 @@ class EventBudget(Result):
     scatter_m: float
     parameters_m: float
     error_m: float
+    release_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,7 @@ class ErrorFall(Result):
 
 @dataclass(frozen=True, slots=True)
 class BeforeAndAfter(Result):
-    """A parent's scores and its child's, beside what errors of records and volumes alone leave.
+    """A parent's scores and its child's, beside what errors of the records alone leave.
 
     `fall` is that of the error, None where the groups held out are too few.
     """

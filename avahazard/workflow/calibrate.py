@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from avahazard.effects.catalogue import catalogue, definition, require
 from avahazard.effects.effect import Definition
-from avahazard.inference.likelihood.assemble import with_effects
+from avahazard.inference.likelihood.assemble import build_effects, with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import (
     DistributionName,
@@ -23,6 +24,7 @@ from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
+from avahazard.workflow.prior_from import prior_from
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import save_calibrated
 
@@ -39,6 +41,7 @@ def calibrate(
     with_: Sequence[str] = (),
     without: Sequence[str] = (),
     paths: Sequence[str] = (),
+    prior: str | None = None,
     chains: int = N_CHAINS,
     draws: int | None = None,
     seed: int = 0,
@@ -46,11 +49,13 @@ def calibrate(
 ) -> Calibration:
     """Calibrate a model on the records (of `paths`, if any are named) and store it as `name`.
 
-    All is stored at the end, or nothing.
+    `prior` names what gives the law its prior, as `prior_from` takes it: a stored model, or a fit
+    to other paths. All is stored at the end, or nothing.
 
     Raises:
         AvahazardError: the name is taken, a path or effect is unknown or cannot be told from
-            the data, or the method cannot do it.
+            the data, the method cannot do it, or the prior is not that of this model's friction
+            or comes from the same events.
     """
     left_out = [definition(key) for key in without]
     keys = _kept_effects(with_, left_out)
@@ -66,6 +71,11 @@ def calibrate(
         if not entry.in_base and asked.has(entry):
             require(entry, observations.columns, observations.sites)
     specification, facts = with_effects(observations, asked, keys)
+    if prior is not None:
+        effects = build_effects(specification, facts)
+        given = prior_from(database, prior, specification, effects, records)
+        specification = replace(specification, prior=given)
+        check_method(method, specification)
     report(f"Calibrating {name}", 0.0, 1.0)
     found = calibrate_model(
         observations,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,21 +25,33 @@ N_AVALANCHES = 400_000
 N_RELEASES = 10
 MU = np.geomspace(0.1, 1.2, 240)
 STEP_M = 5.0
+PATHS_DIFFER, OF_STRENGTH_1 = "path-effect", 0.15
 
 
 @dataclass(frozen=True, slots=True)
 class TrueWorld:
-    """Records, and what made them: the rate of each path and its site."""
+    """Records, and what made them: the rate of each path and its site.
+
+    `offsets` `[n_paths]` of log friction set the paths apart. The model has `effects`, and is
+    calibrated on `told` where that is not all of `records`.
+    """
 
     seed: int
     records: Records
     sites: tuple[SitePlan, ...]
     rates: Floats
     settings: Settings
+    offsets: Floats = field(default_factory=lambda: np.zeros(N_PATHS))
+    effects: tuple[str, ...] = ()
+    told: Records | None = None
 
 
-def true_world(seed: int) -> TrueWorld:
-    """World number `seed`: friction law, scatter, rates, volumes and terrain are all drawn."""
+def true_world(seed: int, tau: float = 0.0, unseen: float = 0.0) -> TrueWorld:
+    """World number `seed`: friction law, scatter, rates, volumes and terrain are all drawn.
+
+    Paths differ by `tau` (sd on log friction), and a share `unseen` of the avalanches of each
+    stops above what is seen; the model then has the path effect.
+    """
     rng = np.random.default_rng([seed, 2005])
     settings = Settings(
         law=Exponential(a=float(rng.uniform(0.42, 0.58)), n=float(rng.uniform(2e-7, 9e-7))),
@@ -48,10 +60,18 @@ def true_world(seed: int) -> TrueWorld:
     )
     log_sd = float(rng.uniform(0.7, 1.2))
     rates = rng.uniform(0.12, 0.5, N_PATHS)
-    counts = np.maximum(rng.poisson(rates * N_YEARS), 3)
+    counts = np.maximum(rng.poisson((1.0 - unseen) * rates * N_YEARS), 3)
     sites = tuple(_site(rng, k, int(counts[k]), log_sd) for k in range(N_PATHS))
-    records, _ = make_world(seed, int(counts.sum()), N_PATHS, settings=settings, sites=sites)
-    return TrueWorld(seed, records, sites, rates, settings)
+    settings = replace(settings, censored_share=unseen)
+    effects = {PATHS_DIFFER: tau / OF_STRENGTH_1} if tau else {}
+    records, truth = make_world(
+        seed, int(counts.sum()), N_PATHS, effects, settings=settings, sites=sites
+    )
+    if not tau:
+        return TrueWorld(seed, records, sites, rates, settings)
+    told = truth["effects"][PATHS_DIFFER]["parameters"]["log_mu"]  # type: ignore[index]
+    offsets = np.array([told[site.path.path_id] for site in sites])
+    return TrueWorld(seed, records, sites, rates, settings, offsets, (PATHS_DIFFER,))
 
 
 def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> SitePlan:
@@ -110,7 +130,7 @@ def true_runouts(world: TrueWorld, k: int, runs: Runs, volume_m3: Floats | None 
     rng = np.random.default_rng([world.seed, k, 1])
     if volume_m3 is None:
         volume_m3 = true_volumes(world, k, rng.random(N_AVALANCHES))
-    log_mu = settings.law.log_friction(volume_m3)
+    log_mu = settings.law.log_friction(volume_m3) + world.offsets[k]
     log_mu = log_mu + settings.scatter * rng.standard_normal(len(volume_m3))
     which = rng.integers(N_RELEASES, size=len(log_mu))
     runouts = np.empty(len(log_mu))

@@ -66,4 +66,4 @@ def test_elevation_and_distance_are_called_what_they_are() -> None:
 def test_the_errors_of_the_records_are_no_floor_for_all_that_is_not_known() -> None:
     words = error_words(COMPARISON)
     assert "7.0 m (RMSE 12 m)" in words
-    assert "runouts and volumes" in words
+    assert "(runout, volume, release)" in words

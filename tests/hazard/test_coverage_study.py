@@ -9,6 +9,8 @@ import pytest
 
 from avahazard.synth.integrator import run_track
 from avahazard.synth.track import make_track
+from benchmarks.coverage import planned
+from benchmarks.coverage_study.arms import ARMS, LEFT, TAU, UNSEEN
 from benchmarks.coverage_study.judging import judge
 from benchmarks.coverage_study.page import covered, kept, page, share
 from benchmarks.coverage_study.world import (
@@ -52,6 +54,39 @@ def test_exceeded_once_is_exceeded_at_the_rate(world: TrueWorld) -> None:
     runouts = np.arange(100_000) / 1e5
     found = exceeded_once(world, 0, runouts, 100.0)
     assert world.rates[0] * np.mean(runouts > found) == pytest.approx(0.01005, abs=1e-4)
+
+
+def test_harder_worlds_are_what_they_are_called() -> None:
+    differ, limited, cut = (ARMS[a](5) for a in ("paths differ", "limit of sight", "a third left"))
+    assert differ.effects == ("path-effect",)
+    offsets = np.concatenate([ARMS["paths differ"](seed).offsets for seed in range(5, 13)])
+    assert offsets.std() == pytest.approx(TAU, rel=0.35)
+    assert all(path.observed_below_m is not None for path in limited.records.paths)
+    plain = ARMS["plain"](5)
+    fewer = len(limited.records.events) / len(plain.records.events)
+    assert fewer == pytest.approx(1.0 - UNSEEN, abs=0.12)
+    assert np.array_equal(limited.rates, plain.rates)
+    assert cut.told is not None
+    left = np.mean([event.left_profile for event in cut.told.events])
+    assert left == pytest.approx(LEFT, abs=0.03)
+    ends = {p.path_id: p.y_m[-1] for p in cut.told.profiles}
+    for event in cut.told.events:
+        if event.runout_elevation_m is not None:
+            assert event.runout_elevation_m >= ends[event.path_id or ""]
+    assert cut.records is not cut.told
+
+
+def test_an_offset_moves_the_truth(world: TrueWorld) -> None:
+    runs = run_path(world, 0)
+    volume = np.full(2000, 5e4)
+    slippery = replace(world, offsets=np.full(5, -0.1))
+    plain, moved = (true_runouts(w, 0, runs, volume) for w in (world, slippery))
+    assert np.median(moved) > np.median(plain) + 10.0
+
+
+def test_the_plan_has_every_arm_and_no_world_twice() -> None:
+    worlds = planned(3, 2)
+    assert len(worlds) == len(set(worlds)) == 3 + 2 * (len(ARMS) - 1)
 
 
 @pytest.mark.slow

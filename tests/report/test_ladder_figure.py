@@ -30,7 +30,7 @@ def test_models_and_floor(tmp_path: Path) -> None:
     text = file.read_text(encoding="utf-8")
     for word in ("base", "child", "+ season", "70 m", "−20 m (−22%)", "77 m", "+7 m (+10%)"):
         assert f"<!-- {word} -->" in text
-    assert "errors of records and volumes alone: 8 m" in text
+    assert "errors of the data alone: 8 m" in text
     assert "<!-- mh -->" not in text
 
 

@@ -75,6 +75,25 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
         assert [model.name for model in list_models(session)] == ["base", "base-2"]
 
 
+def test_another_prior_is_another_model(folder: Path) -> None:
+    """Records of other paths stand for the law of the few of one path."""
+    file = folder / "avahazard.toml"
+    bare = (
+        'files = ["world"]\n'
+        'skip = ["compare", "diagnose", "hazard", "zones", "report", "export"]\n'
+        '[model]\nchains = 2\ndraws = 100\npaths = ["P01"]\n'
+    )
+    told = bare + 'prior_from = "fit:P02,P03"\n'
+    found = []
+    for text in (told, told, bare, told):
+        file.write_text(text)
+        run = run_project(file, str(folder / "prior.db"))
+        found.append((run.model, states(run)[f"calibrate {run.model}"]))
+    assert found == [
+        ("base", "done"), ("base", "up to date"), ("base-2", "done"), ("base", "up to date")
+    ]  # fmt: skip
+
+
 def test_doubts_about_the_rows_are_told_unless_they_are_meant(tmp_path: Path) -> None:
     (tmp_path / "events.csv").write_text(
         "event_id,fall_height_m,runout_length_m,volume_m3\na,900,1500,5e9\n"

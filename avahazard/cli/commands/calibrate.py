@@ -53,6 +53,15 @@ def calibrate(
         list[str] | None,
         typer.Option(metavar="PATH", help="Only events of this path; may be given again."),
     ] = None,
+    prior_from: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SOURCE",
+            help="The prior of the law: a stored model, or fit:PATH,PATH for least squares on "
+            "other paths. None of its events may be among those of this model.",
+            show_default=False,
+        ),
+    ] = None,
     chains: Annotated[int, typer.Option(min=2, max=64, help="How many chains.")] = 4,
     draws: Annotated[
         int | None,
@@ -71,6 +80,7 @@ def calibrate(
       avahazard calibrate first
       avahazard calibrate voellmy --with turbulent-drag
       avahazard calibrate paper --method metropolis --path P01 --draws 10000
+      avahazard calibrate here --path P01 --prior-from elsewhere
     """
     from avahazard.workflow.calibrate import calibrate as run  # noqa: PLC0415
 
@@ -86,6 +96,7 @@ def calibrate(
             with_=with_ or (),
             without=without or (),
             paths=path or (),
+            prior=prior_from,
             chains=chains,
             draws=draws,
             seed=seed,

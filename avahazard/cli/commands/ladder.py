@@ -68,7 +68,7 @@ def ladder(
         floors = [row.noise_floor_crps_m for row in found.rows if row.noise_floor_crps_m]
         if floors:
             console.print(
-                f"Errors of the recorded runouts and volumes alone would leave "
+                f"Errors of the records alone (runout, volume, release) would leave "
                 f"{amount(min(floors), coordinate)}; what varies from avalanche to avalanche "
                 "comes on top."
             )

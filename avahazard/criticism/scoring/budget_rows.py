@@ -15,14 +15,19 @@ from avahazard.results.comparison import BudgetPart, Comparison, EventBudget
 
 Floats = NDArray[np.float64]
 
-SOURCES = ("record", "volume", "scatter", "parameters")
+SOURCES = ("record", "volume", "release", "scatter", "parameters")
 UNEXPLAINED = "unexplained"
 
 
 def budget_parts(error: Floats, budget: ErrorBudget) -> Rows[BudgetPart]:
-    """Every source and what is left of `error` `[n_events]` (m), as root mean squares."""
+    """Every source and what is left of `error` `[n_events]` (m), as root mean squares.
+
+    The release is one where an error of it is stated.
+    """
     parts = [
-        BudgetPart(source, float(np.sqrt(np.mean(getattr(budget, source))))) for source in SOURCES
+        BudgetPart(source, float(np.sqrt(np.mean(getattr(budget, source)))))
+        for source in SOURCES
+        if source != "release" or np.any(budget.release > 0.0)
     ]
     return Rows([*parts, BudgetPart(UNEXPLAINED, unexplained(error, budget))])
 
@@ -31,9 +36,9 @@ def budget_by_event(
     observations: Observations, error: Floats, budget: ErrorBudget
 ) -> Rows[EventBudget]:
     """Standard deviations by source of each event, and its error (predicted less recorded)."""
-    sd = np.sqrt([getattr(budget, source) for source in SOURCES])
+    sd = {f"{source}_m": np.sqrt(getattr(budget, source)) for source in SOURCES}
     return Rows(
-        EventBudget(name, *(float(v) for v in [*sd[:, i], error[i]]))
+        EventBudget(name, error_m=float(error[i]), **{key: float(v[i]) for key, v in sd.items()})
         for i, name in enumerate(observations.columns.event_id)
     )
 

@@ -39,23 +39,26 @@ class ErrorBudget:
     """Variances (m2) `[n_events]` in the coordinate of each record, by source.
 
     `record`: its own measurement error; `volume`: that of its volume, through the law and F';
+    `release`: that of where it started, through dF/dz₀ (`inference.model.release_error`);
     `scatter`: avalanches of one volume differ; `parameters`: they are known from few records.
     """
 
     record: Floats
     volume: Floats
+    release: Floats
     scatter: Floats
     parameters: Floats
 
     @property
     def expected(self) -> Floats:
         """What all sources together let expect `[n_events]`, m2."""
-        return np.asarray(self.record + self.volume + self.scatter + self.parameters)
+        measured = self.record + self.volume + self.release
+        return np.asarray(measured + self.scatter + self.parameters)
 
     @property
     def floor(self) -> Floats:
-        """What a model that is exact would leave `[n_events]` (m): errors of record and volume."""
-        return np.sqrt(self.record + self.volume)
+        """What a model that is exact would leave `[n_events]` (m): record, volume, release."""
+        return np.sqrt(self.record + self.volume + self.release)
 
 
 def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
@@ -68,8 +71,10 @@ def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
     }
     # Where a source does next to nothing, its part can be drawn below nought.
     parameters, volume, scatter = np.maximum(_shapley(cost), 0.0)
-    record = np.where(observations.kind == LEFT, 0.0, mean_record_sigma(model)) ** 2
-    return ErrorBudget(record, volume, scatter, parameters)
+    told = np.where(observations.kind == LEFT, 0.0, mean_record_sigma(model)) ** 2
+    # The error of a record holds that of its release; an effect on it scales both.
+    release = told * (observations.release_sigma / observations.sigma) ** 2
+    return ErrorBudget(told - release, volume, release, scatter, parameters)
 
 
 def unexplained(error: Floats, budget: ErrorBudget) -> float:

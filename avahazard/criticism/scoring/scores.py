@@ -20,7 +20,7 @@ def runout_scores(expected: ExpectedRecords, pit: Floats, floor: Floats) -> Runo
 
     `bias_m` is predicted mean less record; where elevations are mixed with others, it counts as
     elevations do (> 0: recorded farther down than predicted). The noise floor is what errors of
-    records and volumes alone leave: root mean square of their standard deviations `floor`
+    the records alone leave: root mean square of their standard deviations `floor`
     `[n_events]`, and as CRPS. Besides: the histogram of the PIT `[n_events]` in ten equal bins.
     """
     return RunoutScores(

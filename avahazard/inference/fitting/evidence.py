@@ -85,6 +85,8 @@ def log_prior_mass(posterior: Posterior) -> float:
         low, high = (-high, -low) if low > 0.0 else (low, high)
         mass = float(log_ndtr(high) + np.log1p(-np.exp(log_ndtr(low) - log_ndtr(high))))
         total += np.log(slot.sd) + 0.5 * np.log(2.0 * np.pi) + mass
+    if layout.law_correlation is not None:  # the law's coordinates have no bounds
+        total += 0.5 * np.linalg.slogdet(layout.law_correlation)[1]
     return float(total)
 
 

@@ -96,7 +96,7 @@ def _other_law(
 ) -> Specification:
     """The specification with the most likely of the other laws (by its posterior mode)."""
     others = [
-        replace(specification, law=name)
+        replace(specification, law=name, prior=None)
         for name, item in LAWS.items()
         if name != specification.law and item.uses_volume
     ]

@@ -58,7 +58,8 @@ class Layout:
 
     With Student's tails, the log share of wrong records is at `wrong_share`.
     `places` maps an effect's key to its slots, `spreads` that of an effect on groups of events to
-    the slot of their spread; `tables` are the slots that shape the tables.
+    the slot of their spread; `tables` are the slots that shape the tables. `law_correlation`
+    `[n_coordinates, n_coordinates]` is that of the law's prior, None where it is independent.
     """
 
     law: Law
@@ -72,6 +73,7 @@ class Layout:
     places: dict[str, slice]
     tables: tuple[int, ...]
     log_scatter: bool
+    law_correlation: Floats | None = None
 
     @cached_property
     def low(self) -> Floats:
@@ -86,7 +88,11 @@ class Layout:
     def log_prior(self, u: Floats) -> Floats:
         """Log density of the prior at coordinates u `[..., n_slots]`, up to a constant `[...]`."""
         z = (u - self._mean) / self._sd
-        return np.asarray(-0.5 * np.sum(z * z, axis=-1))
+        squares = np.sum(z * z, axis=-1)
+        if self._law_precision is not None:
+            of_law = z[..., : len(self._law_precision)]
+            squares = squares + np.sum((of_law @ self._law_precision - of_law) * of_law, axis=-1)
+        return np.asarray(-0.5 * squares)
 
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
@@ -114,6 +120,12 @@ class Layout:
     @cached_property
     def _mean(self) -> Floats:
         return np.array([s.mean for s in self.slots])
+
+    @cached_property
+    def _law_precision(self) -> Floats | None:
+        if self.law_correlation is None:
+            return None
+        return np.asarray(np.linalg.inv(self.law_correlation), np.float64)
 
     @cached_property
     def _sd(self) -> Floats:
@@ -161,11 +173,13 @@ def build_layout(
 ) -> Layout:
     """The coordinates of a model; `grids` replaces grids, and so ranges, by name."""
     chosen = law(specification.law)
+    # A prior is that of one law; a model of another law has that law's own.
+    told = specification.prior
+    prior = told if told is not None and told.law == chosen.name else None
+    mean, sd = (chosen.prior_mean, chosen.prior_sd) if prior is None else (prior.mean, prior.sd)
     slots = [
-        Slot(name, "", float(mean), float(sd))
-        for name, mean, sd in zip(
-            chosen.coordinates, chosen.prior_mean, chosen.prior_sd, strict=True
-        )
+        Slot(name, "", float(m), float(s))
+        for name, m, s in zip(chosen.coordinates, mean, sd, strict=True)
     ]
     log_scatter = specification.distribution == "lognormal"
     centre = scatter_centre(log_scatter)
@@ -225,6 +239,7 @@ def build_layout(
         places=places,
         tables=tables,
         log_scatter=log_scatter,
+        law_correlation=None if prior is None else prior.correlation,
     )
     return regridded(layout, grids)
 

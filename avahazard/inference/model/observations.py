@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.site import Site, build_site, release_place
 from avahazard.engine import spread_map
+from avahazard.inference.model.release_error import release_sigma, stated_release_sigma
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
@@ -41,9 +42,10 @@ class SpeedRecord:
 class Observations:
     """Events `[n_events]` with the sites that they ran on.
 
-    `kind` says what `observed` (m) is, `sigma` (m) is its measurement error; `release` indexes
-    `site.release_x` of the event's site; `fall_height` (m) is set for events without a profile.
-    Where H/L is all that is known (`in_ratio`) the fall is 1, and `observed` is L/H.
+    `kind` says what `observed` (m) is, `sigma` (m) is its error: that of the measurement and, where
+    one is stated, that of the release carried to the record (`release_sigma`, m). `release`
+    indexes `site.release_x` of the event's site; `fall_height` (m) is set for events without a
+    profile. Where H/L is all that is known (`in_ratio`) the fall is 1, and `observed` is L/H.
     `limit` (m) is the elevation above which a stop is not seen, nan where all are.
     """
 
@@ -52,6 +54,7 @@ class Observations:
     kind: NDArray[np.int64]
     observed: Floats
     sigma: Floats
+    release_sigma: Floats
     release: NDArray[np.int64]
     fall_height: Floats
     limit: Floats
@@ -130,15 +133,29 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         events, paths, elevation, _height_over_length(events, tuple(sites), release)
     )
     kinds = [_observation(e) for e in events]
+    kind = np.array([k for k, _ in kinds], dtype=np.int64)
+    observed = np.array([v for _, v in kinds])
+    fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
+    released = release_sigma(
+        stated_release_sigma(events, paths),
+        tuple(sites),
+        columns.path_index,
+        release,
+        observed,
+        fall_height,
+        straight=kind == LENGTH,
+        in_x=kind == PLACE,
+    )
     index = {e.event_id: i for i, e in enumerate(events)}
     return Observations(
         sites=tuple(sites),
         columns=columns,
-        kind=np.array([k for k, _ in kinds], dtype=np.int64),
-        observed=np.array([v for _, v in kinds]),
-        sigma=np.array([_sigma(e) for e in events]),
+        kind=kind,
+        observed=observed,
+        sigma=np.hypot(np.array([_sigma(e) for e in events]), released),
+        release_sigma=released,
         release=release,
-        fall_height=np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events]),
+        fall_height=fall_height,
         limit=np.array(
             [_or_nan(paths[e.path_id].observed_below_m) if e.path_id else np.nan for e in events]
         ),

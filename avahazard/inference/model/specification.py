@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from avahazard.effects.effect import Definition, Setting
+from avahazard.inference.model.law_prior import LawPrior
 
 ScatterName = Literal["constant", "volume"]
 DistributionName = Literal["lognormal", "normal"]
@@ -20,7 +21,8 @@ class Specification:
     `distribution` is that of friction given volume; `tails` `student` lets friction scatter as
     Student's t with 4 degrees of freedom, which bears wrong records. `centrifugal` keeps the
     load of curvature on the bed. `reference_volume_m3` scales the coordinate of a scatter that
-    changes with volume; it is taken from the data of the calibration.
+    changes with volume; it is taken from the data of the calibration. `prior` is that of the law,
+    from other records; None for the law's own weak one.
     """
 
     law: str = "exponential"
@@ -30,6 +32,7 @@ class Specification:
     effects: tuple[str, ...] = ()
     centrifugal: bool = True
     reference_volume_m3: float = 1e5
+    prior: LawPrior | None = None
 
     def has(self, effect: Definition) -> bool:
         """Whether the effect is there, added or as a setting."""

@@ -45,6 +45,7 @@ def check_method(method: MethodName, specification: Specification) -> None:
         "normal friction": specification.distribution != BASE.distribution,
         "Student's tails": specification.tails != BASE.tails,
         f"the effect {', '.join(specification.effects)}": bool(specification.effects),
+        "a prior from other records": specification.prior is not None,
         f"the {specification.law} law": law(specification.law).form not in FORMS[method],
     }
     for what, wanted in asked.items():

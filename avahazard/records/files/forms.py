@@ -22,9 +22,13 @@ from avahazard.records.recognise import Kind, recognise
 from avahazard.records.table import Table
 
 COLUMNS: dict[Kind, frozenset[str]] = {
-    "paths": frozenset({*PathRow.model_fields, "not_observed", "release_area_m2", "width_m"}),
+    "paths": frozenset(
+        {*PathRow.model_fields, "not_observed", "release_area_m2", "width_m", "release_sigma_m"}
+    ),
     "profiles": frozenset(ProfileRow.model_fields),
-    "events": frozenset({*EventRow.model_fields, *StraightRow.model_fields, "snow_type"}),
+    "events": frozenset(
+        {*EventRow.model_fields, *StraightRow.model_fields, "snow_type", "release_sigma_m"}
+    ),
     "velocities": frozenset(VelocityRow.model_fields),
 }
 

@@ -53,9 +53,10 @@ def budget_figure(content: ReportContent) -> Figure | None:
         say(
             "Errors from sources that know nothing of each other add up by their squares, so the "
             "bars are squares, and the figures in them are {unit}, on the records of the "
-            "calibration. Errors of the records and of their volumes are no fault of the model; "
-            "natural scatter is what varies from one avalanche to the next of the same volume. "
-            "What an added effect explains was unexplained or taken for scatter before it.",
+            "calibration. Errors of the records, of their volumes and of their releases are no "
+            "fault of the model; natural scatter is what varies from one avalanche to the next of "
+            "the same volume. What an added effect explains was unexplained or taken for scatter "
+            "before it.",
             unit="H/L" if coordinate == RATIO else say("metres"),
         ),
         data,

@@ -63,7 +63,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
                 "xanchor": "left",
                 "showarrow": False,
                 "text": say(
-                    "errors of records and volumes alone: {error}",
+                    "errors of the data alone: {error}",
                     error=amount(min(floors), coordinate, 0, language),
                 ),
                 "font": {"color": VERMILION, "size": 12},
@@ -82,7 +82,7 @@ def ladder_figure(content: ReportContent) -> Figure | None:
         say(
             "The CRPS is a mean error in {unit} that counts the width of the forecast too; for a "
             "forecast without scatter it is the mean absolute error. The dashed line is what "
-            "errors of the recorded runouts and volumes alone would leave: what varies from "
+            "errors of the records alone (runout, volume, release) would leave: what varies from "
             "avalanche to avalanche comes on top for every model.",
             unit="H/L" if coordinate == RATIO else say("metres"),
         )

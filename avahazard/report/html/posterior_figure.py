@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from avahazard.report.html.words import number, unit_words
 from avahazard.report.language import ENGLISH, Language
 from avahazard.results.calibration import ParameterSummary
 
-BINS = 36
+BINS, NORMAL_POINTS = 36, 61
 JOINT_DRAWS = 800
 OFFSET = "path:"
 SMALL_MARGIN = {"l": 62, "r": 20, "t": 10, "b": 62}
@@ -25,7 +26,10 @@ def posterior_figures(
     draws: Mapping[str, Floats],
     language: Language = ENGLISH,
 ) -> list[Figure]:
-    """A histogram for every parameter that moves, and the first two against each other."""
+    """A histogram for every parameter that moves, and the first two against each other.
+
+    Over each histogram lies the normal of the draws' mean and standard deviation.
+    """
     moving = {name: v for name, v in draws.items() if np.ptp(v) > 0.0}
     figures = [
         _histogram(k, name, values, parameters[name], language)
@@ -94,6 +98,8 @@ def _histogram(
     inside = (middle >= summary.q05) & (middle <= summary.q95)
     low, high, mean = (number(getattr(summary, key), language) for key in ("q05", "q95", "mean"))
     unit = f" {unit_words(summary.unit, language)}" if summary.unit else ""
+    normal = np.linspace(edges[0], edges[-1], NORMAL_POINTS)
+    z = (normal - np.mean(values)) / np.std(values)
     numbers = language.say(
         "mean {mean}{unit}; 90 % in {low} to {high}{unit}", mean=mean, low=low, high=high, unit=unit
     )
@@ -112,11 +118,18 @@ def _histogram(
                 "width": float(edges[1] - edges[0]),
                 "marker": {"color": np.where(inside, BLUE, SKY).tolist(), "line": {"width": 0}},
                 "hovertemplate": "%{x}<extra></extra>",
-            }
+            },
+            {
+                "type": "scatter",
+                "mode": "lines",
+                "x": normal,
+                "y": np.exp(-0.5 * z * z) / (np.std(values) * np.sqrt(2.0 * np.pi)),
+                "line": {"color": VERMILION, "width": 1.8},
+                "hoverinfo": "skip",
+            },
         ],
         layout(
-            axis(label(name) + (f"<br>({label(unit.strip())})" if unit else ""),
-                 exponentformat="power", nticks=3),
+            _small_axis(label(name) + (f"<br>({label(unit.strip())})" if unit else "")),
             axis("", showticklabels=False, ticks="", rangemode="tozero"),
             height=246,
             margin=SMALL_MARGIN,
@@ -124,6 +137,12 @@ def _histogram(
             bargap=0,
         ),
     )  # fmt: skip
+
+
+def _small_axis(title: str) -> dict[str, Any]:
+    """An axis with few ticks and small words: units are long in French."""
+    small = axis(title, exponentformat="power", nticks=3)
+    return {**small, "title": {**small["title"], "font": {"size": 12}}}
 
 
 def _joint(one: tuple[str, Floats], other: tuple[str, Floats], language: Language) -> Figure:
@@ -150,8 +169,8 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats], language: Languag
             }
         ],
         layout(
-            axis(label(one[0]), exponentformat="power", nticks=3),
-            axis(label(other[0]), exponentformat="power", nticks=3),
+            _small_axis(label(one[0])),
+            _small_axis(label(other[0])),
             height=246,
             margin={**SMALL_MARGIN, "l": 88},
         ),

@@ -144,8 +144,8 @@ def sure_words(content: ReportContent) -> list[str]:
             error=error,
         ),
         say(
-            "Root mean square of predicted mean less record: {error}. Errors of the recorded "
-            "runouts and volumes alone would leave {floor}; what varies from avalanche to "
+            "Root mean square of predicted mean less record: {error}. Errors of the records "
+            "alone (runout, volume, release) would leave {floor}; what varies from avalanche to "
             "avalanche comes on top for every model.",
             error=of_coordinate(rmse, coordinate, language),
             floor=floor,

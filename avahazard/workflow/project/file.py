@@ -50,6 +50,7 @@ class ModelSection(Strict):
     with_: list[str] = Field(default=[], alias="with")
     without: list[str] = Field(default=[])
     paths: list[str] = Field(default=[])
+    prior_from: str = ""
     chains: Annotated[int, Field(ge=2, le=64)] | None = None
     draws: Annotated[int, Field(ge=100)] | None = None
     seed: Annotated[int, Field(ge=0)] = 0

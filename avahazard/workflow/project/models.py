@@ -58,6 +58,7 @@ def _calibrated(run: ProjectState) -> tuple[str, Step]:
             and (stored.method, stored.seed) == (wanted.method, wanted.seed)
             and set(stored.effects) == set(wanted.with_) - set(wanted.without)
             and stored.centrifugal == asked.centrifugal
+            and ("" if stored.prior is None else stored.prior.source) == wanted.prior_from
             and wanted.chains in (None, stored.chains)
             and wanted.draws in (None, stored.draws)
         )
@@ -76,6 +77,7 @@ def _calibrated(run: ProjectState) -> tuple[str, Step]:
         with_=wanted.with_,
         without=wanted.without,
         paths=wanted.paths,
+        prior=wanted.prior_from or None,
         chains=wanted.chains or N_CHAINS,
         draws=wanted.draws,
         seed=wanted.seed,

@@ -18,7 +18,9 @@ from avahazard.results.calibration import (
     Convergence,
     ParameterSummary,
     PathSpread,
+    PriorCoordinate,
     PriorDominated,
+    PriorTold,
 )
 from avahazard.workflow.stored.record_notes import record_notes
 
@@ -86,7 +88,17 @@ def calibration_result(
         path_spread=spread,
         prior_dominated=dominated or None,
         of_records=of_records or None,
+        prior=_prior_told(found.model),
     )
+
+
+def _prior_told(model: FittedModel) -> PriorTold | None:
+    """Where the prior of the law comes from, and what it was, by coordinate."""
+    prior, law = model.specification.prior, model.posterior.layout.law
+    if prior is None:
+        return None
+    each = zip(law.coordinates, prior.mean, prior.sd.tolist(), strict=True)
+    return PriorTold(prior.source, {name: PriorCoordinate(m, s) for name, m, s in each})
 
 
 def _path_spread(found: Calibrated) -> PathSpread | None:

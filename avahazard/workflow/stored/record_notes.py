@@ -17,11 +17,15 @@ MISFIT_SIGMAS = 4.0
 """… where it is also that many times their error: the farthest of hundreds lies some 3 away."""
 SHOWN = 3
 MISSES = message(
-    "the path that the block runs on misses the points of its profile: {paths}. Look at it: "
-    "avahazard path PATH --plot FILE."
+    "the path {path} that the block runs on misses the points of its profile by {away} at x = {x}. "
+    "Look at it: avahazard path {path} --plot FILE."
 )
-CONTRADICT = message("records contradict themselves: {events}.")
-MORE = message("{n} more")
+CONTRADICTS = message(
+    "the record of event {event} contradicts itself: {column} is {value}; accepted would be "
+    "{accepted}."
+)
+MORE_MISS = message("{n} more paths miss the points of their profiles.")
+MORE_CONTRADICT = message("{n} more records contradict themselves.")
 
 
 def record_notes(records: Records, sites: Sequence[Site]) -> tuple[str, ...]:
@@ -42,11 +46,9 @@ def _misfits(records: Records, sites: Sequence[Site]) -> list[str]:
         away = np.abs(smooth.height(profile.x_m) - profile.y_m)
         farthest = int(np.argmax(away))
         if away[farthest] > max(MISFIT_M, MISFIT_SIGMAS * smooth.sigma_m):
-            place = f"{away[farthest]:.0f} m at x = {profile.x_m[farthest]:.0f} m"
-            found.append(f"{site.path.path_id} ({place})")
-    if not found:
-        return []
-    return [MISSES.format(paths=_listed(found))]
+            off, x = (f"{value:.0f} m" for value in (away[farthest], profile.x_m[farthest]))
+            found.append(MISSES.format(path=site.path.path_id, away=off, x=x))
+    return _first(found, MORE_MISS)
 
 
 def _contradictions(records: Records) -> list[str]:
@@ -60,12 +62,15 @@ def _contradictions(records: Records) -> list[str]:
             fault = place_fault(event, paths.get(profile.path_id), profile)
         if fault is not None:
             column, value, accepted = fault
-            found.append(f"{event.event_id} ({column} {value:g}; accepted would be {accepted})")
-    if not found:
-        return []
-    return [CONTRADICT.format(events=_listed(found))]
+            found.append(
+                CONTRADICTS.format(
+                    event=event.event_id, column=column, value=f"{value:g}", accepted=accepted
+                )
+            )
+    return _first(found, MORE_CONTRADICT)
 
 
-def _listed(found: Sequence[str]) -> str:
-    more = f" and {MORE.format(n=len(found) - SHOWN)}" if len(found) > SHOWN else ""
-    return f"{', '.join(found[:SHOWN])}{more}"
+def _first(found: Sequence[str], more: str) -> list[str]:
+    """The first of the notes, and how many others there are."""
+    rest = len(found) - SHOWN
+    return [*found[:SHOWN], *([more.format(n=rest)] if rest > 0 else [])]

@@ -60,7 +60,7 @@ def test_the_one_line() -> None:
     line = fall_of_error(found)
     assert "fell from 80.0 to 60.0 m (-25.0%)" in line
     assert "CRPS in m of elevation, paths held out" in line
-    assert "alone would leave a CRPS of 8.0 m (RMSE 12 m)" in line
+    assert "would leave a CRPS of 8.0 m (RMSE 12 m)" in line
     x = (replace(one, held_out_crps_x_m=m) for one, m in ((before, 300.0), (after, 200.0)))
     assert "in x it fell from 300.0 to 200.0 m" in fall_of_error(BeforeAndAfter(*x, "path", 12, 8))
     rose = fall_of_error(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))

@@ -17,7 +17,9 @@ from avahazard.criticism.scoring.error_budget import (
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.samplers.calibrate import calibrate_model
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -136,6 +138,38 @@ def test_parameters_and_paths_count_and_all_parts_add_up() -> None:
         assert rms(getattr(unsure, part)) == pytest.approx(rms(getattr(sure, part)), rel=0.1)
 
 
+def test_parameters_of_a_calibration_count_as_least_squares_has_them() -> None:
+    """With exact records log μ is a line in V, whose constants have a covariance in closed form."""
+    rng = np.random.default_rng(6)
+    n, fall = 80, 400.0
+    volume = np.exp(rng.normal(np.log(2e5), 0.8, n))
+    log_mu = np.log(A) - N * volume * 1e-6 + SCATTER * rng.standard_normal(n)
+    events = tuple(
+        Event(
+            f"e{i}",
+            fall_height_m=fall,
+            runout_length_m=float(fall / np.exp(log_mu[i])),
+            runout_sigma_m=0.5,
+            volume_m3=float(volume[i]),
+            volume_rel_sigma=1e-3,
+        )
+        for i in range(n)
+    )
+    found = calibrate_model(
+        build_observations(Records(events=events)), Specification(), {}, n_chains=2, n_draws=1500
+    )
+    budget = error_budget(found.model, np.random.default_rng(7))
+    design = np.column_stack([np.ones(n), -volume * 1e-6])
+    fit, rest, *_ = np.linalg.lstsq(design, log_mu, rcond=None)
+    # The variance of the residuals is not known: the constants are Student's.
+    covariance = rest[0] / (n - 4.0) * np.linalg.inv(design.T @ design)
+    variance = np.einsum("ij,jk,ik->i", design, covariance, design)
+    length = fall / np.exp(design @ fit)
+    assert rms(budget.parameters) == pytest.approx(rms(length**2 * variance), rel=0.1)
+    natural = length**2 * rest[0] / (n - 2.0)
+    assert rms(budget.scatter) == pytest.approx(rms(natural), rel=0.1)
+
+
 def test_what_left_its_profile_has_no_error_of_its_record() -> None:
     events = (
         Event("in", "P0", runout_elevation_m=400.0, runout_sigma_m=SIGMA_M, volume_m3=1e4),
@@ -148,7 +182,7 @@ def test_what_left_its_profile_has_no_error_of_its_record() -> None:
 
 def test_unexplained_is_what_is_left_and_never_under_nought() -> None:
     nine = np.full(4, 9.0)
-    budget = ErrorBudget(nine, 0 * nine, 7.0 + 0 * nine, 0 * nine)
+    budget = ErrorBudget(nine, 0 * nine, 0 * nine, 7.0 + 0 * nine, 0 * nine)
     assert unexplained(np.full(4, 5.0), budget) == 3.0
     assert unexplained(np.full(4, 2.0), budget) == 0.0
     # A mean square of 20 for 16, but of four records that differ as much.

@@ -94,4 +94,5 @@ def on_paper(seen: Seen) -> None:
     seen.page.wait_for_timeout(300)
     assert seen.overflow() <= 0
     assert seen.page.evaluate(WIDE) == []
+    assert seen.page.evaluate(OVERLAPS) == []
     assert seen.page.evaluate(CUT) == []

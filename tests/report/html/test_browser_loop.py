@@ -13,8 +13,10 @@ from avahazard.report.html.content import ReportContent
 from tests.report.html.chromium import Seen, chromium
 
 WIDTHS = (390, 1400)
-HALF_A_PAGE_PX = (297 - 30) / 25.4 * 96 / 2 - 80
-"""Half of A4 between the margins, less a heading and the words below."""
+PAGE_PX = (297 - 30) / 25.4 * 96
+"""A4 between the margins."""
+WORDS_PX = 80
+"""A heading, and the words below a figure."""
 MOVE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input')); }"
 OVERLAPS = """() => {
   const hit = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
@@ -31,7 +33,8 @@ OVERLAPS = """() => {
       const out = b.width > 0 && (b.left < edge.left - 1 || b.right > edge.right + 1);
       if (out) { found.push([name, "cut", text.textContent]); }
     });
-    for (const kind of [".xtick text", ".ytick text"]) {
+    const titles = [".ytitle", ...Array.from({length: 8}, (_, k) => `.y${k + 2}title`)].join(", ");
+    for (const kind of [".xtick text", ".ytick text", titles]) {
       const ticks = [...place.querySelectorAll(kind)].map((e) => [box(e), e.textContent]);
       ticks.forEach((a, i) => ticks.slice(i + 1).forEach((b) => {
         if (hit(a[0], b[0])) { found.push([name, a[1], b[1]]); }
@@ -40,6 +43,11 @@ OVERLAPS = """() => {
   });
   return found;
 }"""
+
+PANELS = """() => Object.fromEntries([...document.querySelectorAll("[data-figure]")].map(
+  (place) => [place.dataset.figure, [place.clientHeight,
+    ...[...place.querySelectorAll(".subplot")].map(
+      (e) => e.querySelector(".bg, .gridlayer").getBoundingClientRect().height)]]))"""
 
 
 @pytest.fixture(scope="module")
@@ -129,12 +137,20 @@ def test_the_block_moves_with_friction_and_with_volume(
     assert box.locator(".stop").inner_text() != before
 
 
-def test_on_paper_two_figures_go_on_a_page(seen: Seen) -> None:
+def test_on_paper_two_figures_go_on_a_page_and_panels_can_be_read(seen: Seen) -> None:
     heights = "() => [...document.querySelectorAll('[data-figure]')].map((p) => p.clientHeight)"
     before = seen.page.evaluate(heights)
     seen.page.emulate_media(media="print")
     seen.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
-    assert max(seen.page.evaluate(heights)) <= HALF_A_PAGE_PX
+    assert max(seen.page.evaluate(heights)) <= PAGE_PX - WORDS_PX
+    panels = seen.page.evaluate(PANELS)
+    assert len(panels["path-1"]) >= 3
+    for name, (high, *each) in panels.items():
+        if len(each) == 1:
+            assert high <= PAGE_PX / 2 - WORDS_PX, name
+        else:
+            assert min(each) >= 60, name
+            assert each[0] >= 200, name
     assert seen.page.locator("details:not([open])").count() == 0
     assert not seen.page.locator("[data-path]").first.is_visible()
     seen.page.emulate_media(media="screen")

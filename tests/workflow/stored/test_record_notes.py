@@ -10,6 +10,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from avahazard.report.language import language_of
 from avahazard.store.save_records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
@@ -38,8 +39,7 @@ def test_right_records_need_no_note() -> None:
 
 def test_a_path_that_misses_its_terrain_is_told_with_the_place() -> None:
     (note,) = notes(cliff(120.0))
-    assert note.startswith("the path that the block runs on misses the points")
-    assert "B (" in note
+    assert note.startswith("the path B that the block runs on misses the points of its profile by ")
     place = float(note.split("at x = ")[1].split(" m")[0])
     assert 400.0 < place < 600.0
 
@@ -65,9 +65,18 @@ def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
     )
     before = Event("before", "B", runout_x_m=900.0, left_profile=True, volume_m3=1e4)
     records = bowl(events=(*EVENTS, wrong, before))
-    (note,) = notes(records)
-    assert "wrong (volume_m3 1e+06; accepted would be about 100" in note
-    assert "before (runout_x_m 900" in note
+    note, of_place = notes(records)
+    assert "event wrong contradicts itself: volume_m3 is 1e+06; accepted would be about 100" in note
+    assert "event before contradicts itself: runout_x_m is 900" in of_place
+    for code in ("de", "fr", "it"):
+        told = language_of(code).told(note)
+        assert "accepted" not in told
+        assert "half of length" not in told
+        assert "left_profile 0, or" not in language_of(code).told(of_place)
+        assert "wrong" in told
+    many = notes(replace(records, events=tuple(replace(wrong, event_id=f"w{k}") for k in range(5))))
+    assert len(many) == 4
+    assert many[-1] == "2 more records contradict themselves."
     # It is stored with the model, and everything that shows the model says it.
     with writing(database) as session:
         save_records(session, records)

@@ -6,7 +6,7 @@
   var shared = JSON.parse(document.getElementById("switch").textContent);
   var now = shared.own;
   var tongue = shared.language;
-  var PRINT_PX = 690, PRINT_HIGH_PX = 410, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
+  var PRINT_PX = 690, PRINT_HIGH_PX = 385, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
 
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
@@ -155,8 +155,10 @@
     all();
     drawn.forEach(function (place) {
       var most = place.closest(".small") ? PRINT_SMALL_PX : PRINT_PX;
-      // So low that two figures with their words go on a page: no page is half empty.
-      var high = Math.min(place._fullLayout.height, PRINT_HIGH_PX);
+      // So low that two figures with their words go on a page: no page is half empty. But panels
+      // above one another need room for the words on their axes.
+      var panels = Object.keys(place._fullLayout).filter(function (key) { return /^yaxis\d*$/.test(key); });
+      var high = Math.min(place._fullLayout.height, PRINT_HIGH_PX + PRINT_PANEL_PX * (panels.length - 1));
       place.was = place._fullLayout.height;
       place.style.height = high + "px";
       var size = { height: high };

@@ -1,0 +1,99 @@
+"""Priors on the law that come from other records."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from avahazard.inference.fitting.evidence import log_prior_mass
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.law_prior import (
+    law_prior,
+    prior_from_document,
+    prior_of_fit,
+)
+from avahazard.inference.model.laws import law
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.paper.least_squares import fit_law
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+
+EXPONENTIAL = law("exponential")
+MEAN, COVARIANCE = np.array([np.log(0.52), 0.4]), np.array([[0.01, 0.012], [0.012, 0.04]])
+PRIOR = law_prior("other", EXPONENTIAL, MEAN, COVARIANCE)
+
+
+def posterior(specification: Specification) -> Posterior:
+    events = tuple(
+        Event(f"e{k}", fall_height_m=500.0, runout_length_m=900.0 + 30.0 * k, volume_m3=1e4 * k)
+        for k in range(1, 6)
+    )
+    return Posterior(build_observations(Records(events=events)), specification, ())
+
+
+def test_the_prior_is_the_joint_normal() -> None:
+    layout = posterior(Specification(prior=PRIOR)).layout
+    plain = posterior(Specification()).layout
+    u = np.random.default_rng(0).normal(size=(50, 3)) * 0.3
+    # What the scatter adds is that of the model without a prior from others.
+    scatter = plain.log_prior(np.column_stack([np.tile(EXPONENTIAL.prior_mean, (50, 1)), u[:, 2]]))
+    exact = multivariate_normal(MEAN, COVARIANCE)
+    expected = exact.logpdf(u[:, :2]) - exact.logpdf(MEAN) + scatter
+    assert layout.log_prior(u) == pytest.approx(expected)
+    assert layout.log_prior(u[3]) == pytest.approx(expected[3])
+
+
+def test_evidence_counts_its_whole_mass() -> None:
+    """∫ exp(log_prior) of the law's coordinates by a sum over a grid."""
+    told, plain = posterior(Specification(prior=PRIOR)), posterior(Specification())
+    axes = [np.linspace(m - 8 * s, m + 8 * s, 201) for m, s in zip(MEAN, PRIOR.sd, strict=True)]
+    grid = np.stack([*(g.ravel() for g in np.meshgrid(*axes)), np.zeros(201**2)], axis=1)
+    grid[:, 2] = told.layout.slots[2].mean
+    cell = np.prod([axis[1] - axis[0] for axis in axes])
+    of_law = np.log(np.sum(np.exp(told.layout.log_prior(grid))) * cell)
+    weak = np.sum(np.log(EXPONENTIAL.prior_sd)) + np.log(2.0 * np.pi)
+    assert log_prior_mass(told) - log_prior_mass(plain) == pytest.approx(of_law - weak, abs=1e-6)
+
+
+def test_another_law_has_its_own_prior() -> None:
+    other = posterior(Specification(law="power", prior=PRIOR)).layout
+    assert other.law_correlation is None
+    assert [s.mean for s in other.slots[:2]] == law("power").prior_mean.tolist()
+
+
+def test_it_comes_back_from_the_store() -> None:
+    kept = json.loads(json.dumps(asdict(Specification(prior=PRIOR))))
+    assert prior_from_document(kept["prior"]) == PRIOR
+    assert prior_from_document(None) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "natural"), [("exponential", [0.5, 2e-6]), ("power", [1.0, 0.07])]
+)
+def test_of_a_fit_it_has_the_spread_of_fits_to_other_records(
+    name: str, natural: list[float]
+) -> None:
+    item, rng = law(name), np.random.default_rng(2)
+    volume = np.geomspace(2e3, 4e5, 40)
+    exact = item.friction(np.array(natural), volume)
+    fits = [fit_law(item, volume, exact + 0.04 * rng.standard_normal(40)) for _ in range(400)]
+    spread = np.cov([item.from_natural(fit.parameters) for fit in fits], rowvar=False)
+    told = [prior_of_fit("fit:P", item, f.parameters, f.covariance, 40).covariance for f in fits]
+    # The t of 38 degrees of freedom is wider by 38/36.
+    np.testing.assert_allclose(np.mean(told, axis=0) * 36 / 38, spread, rtol=0.2)
+
+
+def test_a_source_that_does_not_fix_the_law_is_no_prior() -> None:
+    singular = np.array([[1.0, 1.0], [1.0, 1.0]])
+    for covariance in (singular, np.zeros((2, 2)), np.full((2, 2), np.nan)):
+        with pytest.raises(AvahazardError, match="does not fix"):
+            law_prior("other", EXPONENTIAL, MEAN, covariance)
+    with pytest.raises(AvahazardError, match="4 events"):
+        prior_of_fit("fit:P", EXPONENTIAL, np.array([0.5, 1e-6]), np.eye(2), 4)
+    assert replace(Specification(), prior=PRIOR).prior == PRIOR

@@ -1,0 +1,79 @@
+"""The error of a release, carried to the record, against runs of another integrator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.path import Path
+from avahazard.synth.integrator import run_track
+from avahazard.synth.track import make_track
+from tests.inference.studies import profile
+
+Z0, SIGMA_Z, MU = 900.0, 20.0, 0.5
+GROUND = profile(0)
+TRACK = make_track(GROUND.x_m, GROUND.y_m)
+
+
+def stop(z0: float) -> tuple[float, float]:
+    """Where a block of friction MU stops that starts at that elevation."""
+    status, x, _ = run_track(TRACK, TRACK.place(np.array([z0])), np.array([MU]))
+    assert status[0] == 0
+    return float(x[0]), float(TRACK.elevation(x)[0])
+
+
+X, Y = stop(Z0)
+IN_Y = Event("y", "P0", runout_elevation_m=Y, runout_sigma_m=15.0, release_elevation_m=Z0)
+IN_X = Event("x", "P0", runout_x_m=X, runout_sigma_m=15.0, release_elevation_m=Z0)
+LEFT = Event("l", "P0", left_profile=True, release_elevation_m=Z0)
+LINE = Event("s", fall_height_m=400.0, runout_length_m=900.0, runout_sigma_m=15.0)
+EVENTS = (IN_Y, IN_X, LEFT, LINE)
+
+
+def built(*events: Event, **of_path: float | str) -> Observations:
+    path = Path("P0", covariates=of_path)
+    return build_observations(Records((path,), (GROUND,), events))
+
+
+def with_error(event: Event, sigma: float | str = SIGMA_Z) -> Event:
+    return replace(event, covariates={"release_sigma_m": sigma})
+
+
+def test_it_is_what_another_release_does_to_the_stop() -> None:
+    found = built(*map(with_error, EVENTS))
+    (low_x, low_y), (high_x, high_y) = stop(Z0 - SIGMA_Z), stop(Z0 + SIGMA_Z)
+    exact = np.array([abs(high_y - low_y), abs(high_x - low_x)]) / 2.0
+    assert exact.min() > 5.0
+    np.testing.assert_allclose(found.release_sigma[:2], exact, rtol=0.05)
+    assert found.release_sigma[2] == 0.0
+    # H/L is the friction: a fall that is off by σ is a length that is off by σ L/H.
+    assert found.release_sigma[3] == pytest.approx(SIGMA_Z * 900.0 / 400.0)
+    known = [0, 1, 3]
+    np.testing.assert_allclose(found.sigma[known], np.hypot(15.0, found.release_sigma[known]))
+
+
+def test_the_paths_error_is_that_of_events_that_state_none() -> None:
+    own = with_error(IN_X, 2.0 * SIGMA_Z)
+    found = built(IN_Y, own, release_sigma_m=SIGMA_Z).release_sigma
+    both = built(with_error(IN_Y), own).release_sigma
+    np.testing.assert_array_equal(found, both)
+
+
+def test_where_none_is_stated_nothing_changes_and_it_drives_nothing() -> None:
+    bare = built(*EVENTS)
+    assert np.array_equal(bare.sigma[[0, 1, 3]], [15.0, 15.0, 15.0])
+    assert not bare.release_sigma.any()
+    stated = built(*map(with_error, EVENTS))
+    assert "release_sigma_m" not in stated.columns.numbers
+
+
+@pytest.mark.parametrize("wrong", ["far", -1.0, float("nan"), float("inf")])
+def test_what_is_no_error_is_refused(wrong: float | str) -> None:
+    with pytest.raises(AvahazardError, match="release_sigma_m of event x"):
+        built(with_error(IN_X, wrong))
