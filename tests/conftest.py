@@ -25,6 +25,7 @@ def pytest_configure() -> None:
         compile_once()
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Let workers wait for nothing."""
     if WORKER:

@@ -32,13 +32,16 @@ from tests.workflow.twin import TRUTH
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
     """Give the folder that the command was run in, its document and its progress.
 
-    With fewer draws than people get; `tests/workflow/test_demo.py` runs all of it.
+    With fewer draws, and a smaller world, than people get; `tests/workflow/test_demo.py` runs all
+    of it.
     """
     folder = tmp_path_factory.mktemp("a")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(demo, "hazard", partial(hazard, n_draws=1000))
         patch.setattr(demo_loop, "hazard", partial(hazard, n_draws=1000))
+        patch.setattr(demo_loop, "N_EVENTS", 80)
+        patch.setattr(demo_loop, "N_PATHS", 4)
         patch.setattr(demo, "calibrate", with_fewer_draws)
         patch.setattr(demo_loop, "calibrate", with_fewer_draws)
         done = CliRunner().invoke(app, ["--json", "demo"])
