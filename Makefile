@@ -25,9 +25,10 @@ setup: $(VENV)/.installed
 demo: setup
 	$(VENV)/bin/avahazard demo
 
-# Work goes by whole files; what both workers need is made and compiled once (tests/once.py).
+# Work goes by whole files, in the order of tests/order.py; what both workers need is made and
+# compiled once (tests/once.py).
 test: setup
-	$(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --durations 10
+	$(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder --durations 10
 
 lint: setup
 	$(PYTHON) -m ruff check .

@@ -14,6 +14,7 @@ from typer.testing import CliRunner, Result
 
 from avahazard.store import upkeep
 from tests.once import WORKER, compile_once, made_once
+from tests.order import ordered
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -22,6 +23,13 @@ def pytest_configure() -> None:
     """Share what is compiled among workers."""
     if WORKER:
         compile_once()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let workers wait for nothing."""
+    if WORKER:
+        items[:] = ordered(items)
 
 
 def missing(reason: str) -> None:
@@ -157,7 +165,7 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
     def make(folder: Path) -> None:
-        write_world(folder / "world", *make_world(3, 120, 6, {"snow-type": 1.5}))
+        write_world(folder / "world", *make_world(3, 84, 4, {"snow-type": 1.5}))
         database = str(folder / "base.db")
         upkeep.create(database)
         import_files(database, [folder / "world"])

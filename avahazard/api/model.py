@@ -51,7 +51,7 @@ class Model:
         ArviZ reads this form: `arviz.from_dict({"posterior": model.draws})`.
 
         >>> base.draws["sigma"].shape
-        (2, 200)
+        (2, 150)
         """
         from avahazard.workflow.stored.model import load_parameter_draws  # noqa: PLC0415
 

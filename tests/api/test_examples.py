@@ -31,7 +31,7 @@ def names(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     top = tmp_path_factory.mktemp("api")
     write_world(top / "world", *make_world(1, 60, 3, {}))
     region = av.Region.from_files(top / "world", database=top / "region.db")
-    base = region.calibrate("base", chains=2, draws=200)
+    base = region.calibrate("base", chains=2, draws=150)
     return {
         "av": av,
         "folder": top / "world",

@@ -20,7 +20,7 @@ Command = Callable[..., Result]
 def base(database: str, write: Callable[[str, str], Path]) -> str:
     """Give a database with the model `base`, which does not know that column_1 matters."""
     import_files(database, [write("events.csv", as_csv(lengths(90, 0.12)))])
-    calibrate(database, "base", law="power", chains=2, draws=200)
+    calibrate(database, "base", law="power", chains=2, draws=100)
     return database
 
 

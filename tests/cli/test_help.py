@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from typer.main import get_command
+from typer.testing import CliRunner
 
 from avahazard.cli.main import app
 
@@ -61,6 +62,15 @@ def test_examples_call_the_command_rightly(name: str) -> None:
             pass
 
 
+def asked(words: str) -> dict[str, str]:
+    """What a shell sets to ask for the words that may follow."""
+    return {
+        "_AVAHAZARD_COMPLETE": "complete_bash",
+        "COMP_WORDS": f"avahazard {words}",
+        "COMP_CWORD": str(len(words.split())),
+    }
+
+
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
@@ -71,16 +81,12 @@ def test_examples_call_the_command_rightly(name: str) -> None:
     ],
 )
 def test_the_shell_completes(words: str, offered: set[str]) -> None:
-    done = subprocess.run(
-        [PROGRAM],
-        env={
-            **os.environ,
-            "_AVAHAZARD_COMPLETE": "complete_bash",
-            "COMP_WORDS": f"avahazard {words}",
-            "COMP_CWORD": str(len(words.split())),
-        },
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = CliRunner().invoke(app, [], prog_name="avahazard", env=asked(words))
     assert (set(done.stdout.split()), done.stderr) == (offered, "")
+
+
+def test_the_shell_completes_the_installed_command() -> None:
+    done = subprocess.run(
+        [PROGRAM], env=os.environ | asked("cal"), capture_output=True, text=True, check=False
+    )
+    assert (done.stdout.split(), done.stderr) == (["calibrate"], "")

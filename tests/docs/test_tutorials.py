@@ -27,12 +27,12 @@ KILOBYTES = 150
 
 # The same commands on less: enough to see that they work; `make test-slow` runs the real ones.
 SMALLER = {
-    "--events 100 --paths 6": "--events 36 --paths 3",
+    "--events 100 --paths 6": "--events 24 --paths 3",
     "--events 80 --paths 4": "--events 24 --paths 2",
     "--worlds 99": "--worlds 39",
     "avahazard calibrate base": "avahazard calibrate base --chains 2 --draws 60",
     "local --with turbulent-drag": "local --chains 2 --draws 60",
-    "n_worlds=99": "n_worlds=39",
+    "n_worlds=99": "n_worlds=9",
     'law="exponential"': "chains=2, draws=60",
 }
 # The same commands again, on another model.

@@ -100,11 +100,11 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 @pytest.fixture(scope="module")
 def world(written: Path) -> str:
     """A database of a small world with a model `base`, and `new` with the four effects."""
-    write_world(written / "world", *make_world(5, 30, 3))
+    write_world(written / "world", *make_world(5, 24, 2))
     database = str(written / "world.db")
     upkeep.create(database)
     import_files(database, [written / "world"])
-    calibrate(database, "base", law="power", chains=2, draws=150)
+    calibrate(database, "base", law="power", chains=2, draws=50)
     add(database, "base", list(FILES), "new")
     return database
 
@@ -121,7 +121,7 @@ def test_the_list_and_the_entry(world: str) -> None:
 
 
 def test_the_diagnosis_tries_it(world: str) -> None:
-    records, _ = make_world(5, 30, 3)
+    records, _ = make_world(5, 24, 2)
     observations = build_observations(records)
     keys = [entry.key for entry in candidate_definitions(observations, Specification())]
     assert set(FILES) <= set(keys)

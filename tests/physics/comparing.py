@@ -11,11 +11,9 @@ from avahazard.physics.speed import speeds_along
 from tests.physics.paths import cells_of, terrain_of
 from tests.physics.witness import pieces, witness
 
-N_FRICTIONS = 50
 
-
-def compare(profile: SmoothProfile, release: float) -> None:
-    """Run 50 frictions up to where no block moves.
+def compare(profile: SmoothProfile, release: float, n_frictions: int = 50) -> None:
+    """Run frictions up to where no block moves.
 
     A stop is compared where both stop and F does not jump between neighbouring frictions. The
     squares of speed agree to 0.2 % or 0.05 m²/s², which is a centimetre of the runout.
@@ -23,12 +21,12 @@ def compare(profile: SmoothProfile, release: float) -> None:
     terrain = terrain_of(profile, release)
     cells, start = cells_of(terrain), terrain.node(release)
     steepest = float(np.tan(terrain.theta[start]))
-    mu = np.linspace(0.3 * steepest, steepest, N_FRICTIONS + 1)[:-1]
+    mu = np.linspace(0.3 * steepest, steepest, n_frictions + 1)[:-1]
     stops = run(cells, np.array([start]), mu)
     assert not (stops.status == NOT_RELEASED).any()
     path = pieces(profile)
     compared, n_speeds = 0, 0
-    for k in range(N_FRICTIONS):
+    for k in range(n_frictions):
         near = run(cells, np.array([start]), mu[k] + np.array([-1e-6, 1e-6])).x[0]
         if np.isnan(near).all() and k % 10 == 0:
             assert np.isnan(witness(path, release, mu[k])[0])
@@ -42,5 +40,5 @@ def compare(profile: SmoothProfile, release: float) -> None:
         speeds = speeds_along(cells, start, mu[k : k + 1], x[inner])[0]
         np.testing.assert_allclose(speeds**2, u[inner] ** 2, rtol=2e-3, atol=0.05)
         n_speeds += inner.sum()
-    assert compared >= 10
+    assert compared >= n_frictions // 5
     assert n_speeds > 500

@@ -43,7 +43,7 @@ def small_steps(
 ):
     """x of the stop (nan: left the profile; the release: not released) and w at every step.
 
-    The midpoint rule in x in steps of 0.1 m, resistance looked up where the block is.
+    The midpoint rule in x in steps of `step` m, resistance looked up where the block is.
     """
     x = release
     w = np.zeros(len(mu))

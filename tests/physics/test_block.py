@@ -55,7 +55,7 @@ def test_stops_where_small_steps_stop(profile, effects) -> None:
     cells = cells_of(terrain, **fields(terrain, **effects))
     stops = run(cells, np.array([terrain.node(RELEASE_M)]), MU)
     resistance = replace(no_resistance(terrain), **fields(terrain, **effects))
-    expected, _, _ = small_steps(profile, RELEASE_M, MU, terrain, resistance)
+    expected, _, _ = small_steps(profile, RELEASE_M, MU, terrain, resistance, step=0.2)
     np.testing.assert_array_equal(stops.status[0] == LEFT_PROFILE, np.isnan(expected))
     assert (stops.status == STOPPED).any()
     np.testing.assert_allclose(stops.x[0], expected, atol=0.02)
@@ -74,7 +74,7 @@ def test_tables_over_speed(tables) -> None:
     terrain = terrain_of(JUMP, max_cell=5.0)
     stops = run(cells_of(terrain, **tables), np.array([terrain.node(RELEASE_M)]), MU)
     resistance = replace(no_resistance(terrain), **tables)
-    expected, _, _ = small_steps(JUMP, RELEASE_M, MU, terrain, resistance)
+    expected, _, _ = small_steps(JUMP, RELEASE_M, MU, terrain, resistance, step=0.2)
     np.testing.assert_array_equal(stops.status[0] == LEFT_PROFILE, np.isnan(expected))
     np.testing.assert_allclose(stops.x[0], expected, atol=0.5)
 

@@ -23,7 +23,7 @@ SHORT = ("scey",)
 )
 def test_twin(path: str) -> None:
     x, y = read_profiles(ROOT / "data" / "profiles.csv")[path]
-    compare(smooth_profile(x, y), x[0])
+    compare(smooth_profile(x, y), x[0], 20 if path in SHORT else 50)
 
 
 @pytest.mark.parametrize(

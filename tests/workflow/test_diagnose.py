@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.store import upkeep
 from avahazard.store.results import DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
@@ -26,12 +28,22 @@ CANDIDATE_KEYS = {
 Write = Callable[[str, str], Path]
 
 
-@pytest.fixture
-def base(database: str, write: Write) -> str:
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Give a database with the model `base`, which does not know that column_1 matters."""
-    import_files(database, [write("events.csv", as_csv(lengths(90, 0.12)))])
+    folder = tmp_path_factory.mktemp("diagnose")
+    database, file = str(folder / "base.db"), folder / "events.csv"
+    upkeep.create(database)
+    file.write_text(as_csv(lengths(90, 0.12)), encoding="utf-8")
+    import_files(database, [file])
     calibrate(database, "base", law="power", chains=2, draws=100)
     return database
+
+
+@pytest.fixture
+def base(made: str, tmp_path: Path) -> str:
+    """Give a copy of it."""
+    return str(shutil.copy(made, tmp_path / "mine.db"))
 
 
 def diagnosed(database: str, **options: Any) -> Diagnosis:

@@ -26,10 +26,10 @@ pytestmark = pytest.mark.usefixtures("default_engine")
 
 @pytest.fixture(scope="module")
 def world(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A database with forty events on four paths, drag at work, some with speeds."""
+    """A database with 24 events on three paths, drag at work, some with speeds."""
     file = str(tmp_path_factory.mktemp("engines") / "world.db")
     upkeep.create(file)
-    records, _ = make_world(5, 40, 4, {"turbulent-drag": 1.0})
+    records, _ = make_world(5, 24, 3, {"turbulent-drag": 1.0})
     with writing(file) as session:
         save_records(session, records)
     return file

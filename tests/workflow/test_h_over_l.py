@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import Result
 
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.reading import read_records
+from avahazard.store import upkeep
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.friction import show_frictions
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.predict import predict
+from tests.conftest import command_line
 
 N = 60
 Write = Callable[[str, str], Path]
@@ -47,12 +49,22 @@ def refused(call: Callable[[], object], accepted: str) -> None:
     assert accepted in problem.accepted
 
 
-@pytest.fixture
-def stored(database: str, write: Write) -> str:
-    """A database with the events and a model `base`."""
-    import_files(database, [write("events.csv", rows(*drawn()))])
-    calibrate(database, "base", law="power", chains=2, draws=300, seed=1)
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A database with the events and a model `base`; do not write to it."""
+    folder = tmp_path_factory.mktemp("h-over-l")
+    database, file = str(folder / "ratios.db"), folder / "events.csv"
+    upkeep.create(database)
+    file.write_text(rows(*drawn()), encoding="utf-8")
+    import_files(database, [file])
+    calibrate(database, "base", law="power", chains=2, draws=150, seed=1)
     return database
+
+
+@pytest.fixture
+def stored(made: str, tmp_path: Path) -> str:
+    """A copy of it."""
+    return str(shutil.copy(made, tmp_path / "mine.db"))
 
 
 def test_scores_are_in_h_over_l(stored: str) -> None:
@@ -93,8 +105,8 @@ def test_its_apparent_friction_is_h_over_l(stored: str) -> None:
     assert power.parameters["beta"].value == pytest.approx(slope, rel=0.2)
 
 
-@pytest.mark.usefixtures("stored")
-def test_people_read_no_metres(write: Write, avahazard: Callable[..., Result]) -> None:
+def test_people_read_no_metres(stored: str, write: Write) -> None:
+    avahazard = command_line(stored)
     told = avahazard("compare", "base").stdout
     assert "H/L" in told
     assert " m " not in told.replace("m of", "")

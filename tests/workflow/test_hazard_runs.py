@@ -53,7 +53,7 @@ def alone(model: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, An
 @pytest.mark.parametrize(
     ("engine", "workers"),
     [
-        ("local", 2),
+        pytest.param("local", 2, marks=pytest.mark.slow),
         ("local", 7),
         pytest.param("processes", 2, marks=pytest.mark.slow),
         pytest.param("dask", 2, marks=pytest.mark.slow),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.path_hazard import ignores_volume
 from tests.criticism.lengths import as_csv, lengths
 from tests.inference.new_law import NAME, halving
 
@@ -33,6 +36,16 @@ def test_it_is_calibrated_and_fitted(database_with_law: str) -> None:
     assert found.parameters["c"].unit == "m3"
     fits = {entry.law: entry for entry in fit_laws(database_with_law).rows}
     assert fits[NAME].parameters.keys() == {"a", "c"}
+
+
+@pytest.mark.parametrize(("uses_volume", "ignored"), [(False, True), (True, False)])
+def test_one_without_volume_gives_one_runout_for_all_volumes(
+    database_with_law: str, monkeypatch: pytest.MonkeyPatch, uses_volume: bool, ignored: bool
+) -> None:
+    same = replace(LAWS["constant"], name="even", uses_volume=uses_volume)
+    monkeypatch.setitem(LAWS, "even", same)
+    calibrate(database_with_law, "m", law="even", chains=2, draws=50)
+    assert ignores_volume(load_stored(database_with_law, "m")) == ignored
 
 
 @pytest.mark.parametrize("method", ["gibbs", "metropolis"])

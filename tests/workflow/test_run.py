@@ -22,7 +22,7 @@ database = "valley.db"
 skip = ["compare", "diagnose", "zones", "report"]
 [model]
 chains = 2
-draws = 200
+draws = 100
 [hazard]
 return_periods = [30, 100]
 paths = ["P01"]

@@ -26,6 +26,9 @@ Density = Callable[[Floats], float]
 N_CENTRES = 150
 CENTRE_WIDTH = 0.4
 """Width of the steps from draws of the whole posterior, of its standard deviation."""
+FLAT, FLAT_SHARE = 1e-9, 0.01
+"""Draws of chains that hardly moved may span less than all directions: where their least variance
+is that small a share of the largest, they get this share of the covariance at the mode."""
 MODE_SHARE = 0.2
 STAGES = 4
 FREEDOM = 5
@@ -94,9 +97,13 @@ def _near_draws(
     """
     chosen = np.linspace(0, len(around) - 1, N_CENTRES).round().astype(np.int64)
     centres = np.concatenate([around[chosen], around[chosen] + mode.u - start])
+    at_mode = _bounded_covariance(posterior, mode)
     spread = np.atleast_2d(np.cov(around.T)) + 1e-10 * np.diag(units(posterior) ** 2)
+    narrow, longest = np.linalg.eigvalsh(spread)[[0, -1]]
+    if narrow < FLAT * longest:
+        spread = spread + FLAT_SHARE * at_mode
     kernel = _student(np.zeros(len(mode.u)), CENTRE_WIDTH**2 * spread)
-    wide = _student(mode.u, FIRST_WIDTH**2 * _bounded_covariance(posterior, mode))
+    wide = _student(mode.u, FIRST_WIDTH**2 * at_mode)
     rng = generator(0, "fit draws", key)
     n_wide = int(MODE_SHARE * n_draws)
     n_near = n_draws - n_wide

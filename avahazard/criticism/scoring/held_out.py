@@ -89,28 +89,14 @@ def gathered(groups: Groups, n_parts: int = MAX_FITS) -> Groups:
     return np.asarray(part[of])
 
 
-def held_out_log_density(
-    posterior: Posterior, groups: Groups, start: Mode, around: Floats | None = None
-) -> Floats:
-    """Log density of each record given the events of all other groups, `[n_events]`.
-
-    `groups` `[n_events]` says which events are held out together; `start` is the mode given all
-    events, `around` draws of the posterior given all (see `fit_draws`).
-    """
-    result = np.empty(len(groups))
-    for group in np.unique(groups):
-        out = groups == group
-        result[out] = left_out_log_density(posterior, out, start, around)[out]
-    return result
-
-
 def left_out_log_density(
     posterior: Posterior, out: NDArray[np.bool_], start: Mode, around: Floats | None = None
 ) -> Floats:
     """Log density of the records `out` given the events that are not, `[n_events]` (others 0).
 
-    The mean over draws of the density given the parameters and the offsets of groups; a group
-    all of whose events are out has an offset from the spread between groups.
+    `start` is the mode given all events, `around` draws of the posterior given all (see
+    `fit_draws`). The mean over draws of the density given the parameters and the offsets of groups;
+    a group all of whose events are out has an offset from the spread between groups.
     """
     rest = posterior.restricted(~out)
     draws = fit_draws(rest, start, DENSITY_DRAWS, key_of(out), around)

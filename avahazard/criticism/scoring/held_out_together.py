@@ -18,9 +18,10 @@ Groups = NDArray[np.int64]
 def held_out_together(posterior: Posterior, groups: Groups, start: Mode) -> Floats:
     """Log density of all records of each group at once, given those of the others, `[n_groups]`.
 
-    Arguments as in `held_out_log_density`. Records of one path share its offset: judged one by
-    one, a path that lies off would count as often as it has records, and the narrower model, which
-    is the better one within paths, would lose for it.
+    `groups` `[n_events]` says which events are held out together; `start` is the mode given all
+    events. Records of one path share its offset: judged one by one, a path that lies off would
+    count as often as it has records, and the narrower model, which is the better one within paths,
+    would lose for it.
     """
     found = []
     for group in np.unique(groups):

@@ -85,9 +85,10 @@ def summed_terms(
 @kernel
 def _sums(nodes, locations, scatters, volume_weight, student, keep):  # type: ignore[no-untyped-def]
     result = np.empty(len(locations))
+    slopes = bool(0)  # for a constant the called kernel would be compiled once more
     for j in range(len(locations)):
         value, _, _, _ = event_terms_kernel(
-            nodes, locations[j], scatters[j], volume_weight, student, keep, False
+            nodes, locations[j], scatters[j], volume_weight, student, keep, slopes
         )
         result[j] = np.sum(value)
     return result

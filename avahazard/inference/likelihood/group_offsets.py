@@ -74,6 +74,7 @@ def newton_offsets(  # type: ignore[no-untyped-def]
     for k in range(len(offsets)):
         offsets[k] = min(max(offsets[k], -LONGEST_STEP), LONGEST_STEP)
     shifted = location.copy()
+    slopes = bool(1)  # for a constant the called kernel would be compiled once more
     for step in range(EVALUATIONS):
         for i in range(n):
             if not keep[i]:
@@ -90,7 +91,7 @@ def newton_offsets(  # type: ignore[no-untyped-def]
                         location[i, q] + move if in_log else location[i, q] * np.exp(move)
                     )
         value, by_location, _, curvature = event_terms_kernel(
-            nodes, shifted, scatter, volume_weight, student, keep, True
+            nodes, shifted, scatter, volume_weight, student, keep, slopes
         )
         for i in range(n):
             # Where the offset acts on log μ, m changes by m per unit.

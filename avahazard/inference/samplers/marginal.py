@@ -17,6 +17,7 @@ from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import sharpened
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.samplers.chains import Chains, chains
+from avahazard.inference.samplers.convergence import ESS_LIMIT
 from avahazard.inference.samplers.walk import Proposal, dispersed_state, walk
 from avahazard.inference.seeds import generator
 
@@ -64,7 +65,8 @@ def sample(
     """Draw from the posterior with several chains from dispersed starts.
 
     Where the chains have not converged, what they found so far reshapes the proposals and they
-    run on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept.
+    run on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept. Of
+    fewer draws than `ESS_LIMIT` in all, which never pass, there is one round.
     `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
     Equal seeds give equal draws.
     """
@@ -97,7 +99,7 @@ def _rounds(
         if round_ > 0:
             proposals = [_following(draws, mode) for draws in kept]
         progress(done / (done + first) * (round_ + 1) / WARM_UP_ROUNDS)
-    for round_ in range(MAX_ROUNDS):
+    for round_ in range(MAX_ROUNDS if n_chains * n_draws >= ESS_LIMIT else 1):
         steps = first * 2**round_
 
         def tell(share: float, done: int = done, steps: int = steps) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.path_hazard import PathHazard, path_hazard
+from avahazard.inference.model.laws import law
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.records.collection import Records
 from avahazard.workflow.stored.model import StoredFit
@@ -22,7 +23,7 @@ def ignores_volume(stored: StoredFit) -> bool:
     """Whether the model gives the same runout for every volume."""
     specification = stored.specification
     return (
-        specification.law == "constant"
+        not law(specification.law).uses_volume
         and specification.scatter == "constant"
         and not any(entry.uses_volume for entry in stored.definitions)
     )

@@ -43,7 +43,7 @@ def model_database(twin_database: str, tmp_path_factory: pytest.TempPathFactory)
 
     def make(folder: Path) -> None:
         file = str(shutil.copy(twin_database, folder / "twin.db"))
-        calibrate(file, "base")
+        calibrate(file, "base", chains=2, draws=500)
         calibrate(file, "plain", method="gibbs")
 
     return str(made_once(tmp_path_factory, "models", make) / "twin.db")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from dataclasses import replace
+from functools import partial
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,9 @@ from avahazard.cli.main import app
 from avahazard.results.base import Rows
 from avahazard.results.made import Demo
 from avahazard.store.upkeep import status
-from tests.cli.commands.conftest import PROGRAM
+from avahazard.workflow import demo, demo_loop
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.hazard import hazard
 from tests.report.html.chromium import Seen, chromium
 from tests.telling import untold
 from tests.workflow.twin import TRUTH
@@ -28,12 +30,28 @@ from tests.workflow.twin import TRUTH
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
-    """Give the folder that the installed command was run in, its document and its progress."""
+    """Give the folder that the command was run in, its document and its progress.
+
+    With fewer draws, and a smaller world, than people get; `tests/workflow/test_demo.py` runs all
+    of it.
+    """
     folder = tmp_path_factory.mktemp("a")
-    done = subprocess.run(
-        [PROGRAM, "--json", "demo"], cwd=folder, check=True, capture_output=True, text=True
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(demo, "hazard", partial(hazard, n_draws=1000))
+        patch.setattr(demo_loop, "hazard", partial(hazard, n_draws=1000))
+        patch.setattr(demo_loop, "N_EVENTS", 80)
+        patch.setattr(demo_loop, "N_PATHS", 4)
+        patch.setattr(demo, "calibrate", with_fewer_draws)
+        patch.setattr(demo_loop, "calibrate", with_fewer_draws)
+        done = CliRunner().invoke(app, ["--json", "demo"])
+    assert done.exit_code == 0, done.output
     return folder, json.loads(done.stdout), done.stderr
+
+
+def with_fewer_draws(database: str, name: str, **more: Any) -> Any:
+    """A calibration in two chains of what is needed to converge."""
+    return calibrate(database, name, chains=2, draws=500, **more)
 
 
 @pytest.fixture(scope="module")

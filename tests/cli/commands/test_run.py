@@ -15,7 +15,7 @@ skip = ["compare", "diagnose", "zones", "report"]
 [model]
 law = "constant"
 chains = 2
-draws = 200
+draws = 100
 """
 
 

@@ -9,7 +9,8 @@ import pytest
 from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.findings import Diagnosis
 from avahazard.criticism.diagnosis.refits import refit
-from avahazard.criticism.scoring.held_out import choose_groups, held_out_log_density
+from avahazard.criticism.scoring.held_out import choose_groups
+from avahazard.criticism.scoring.held_out_together import held_out_together
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.reading import read_records
@@ -39,11 +40,11 @@ def test_held_out_records_ask_for_confinement_alone(found: Diagnosis) -> None:
     base = found.base
     observations = base.posterior.observations
     groups = choose_groups(observations).groups
-    before = held_out_log_density(base.posterior, groups, base.mode).sum()
+    before = held_out_together(base.posterior, groups, base.mode).sum()
     gains = {}
     for key in (CONFINEMENT, SUBSTRATE):
         child = refit(observations, base.specification, base.facts, (key,), (), base)
-        gains[key] = held_out_log_density(child.posterior, groups, child.mode).sum() - before
+        gains[key] = held_out_together(child.posterior, groups, child.mode).sum() - before
     assert gains[CONFINEMENT] > 0.0
     assert gains[SUBSTRATE] < 0.0
 

@@ -53,6 +53,15 @@ def test_near_draws_of_the_whole_it_follows_bends_and_bounds() -> None:
     assert abs(found[2] - mean[2]) < 0.3 * sd[2]
 
 
+def test_draws_of_chains_that_moved_along_a_line_are_enough() -> None:
+    posterior, mode = fitted(straight(25))
+    around = mode.u + np.linspace(-1.0, 1.0, 40)[:, None] * np.array([2.0, 4.0])
+    draws = fit_draws(posterior, mode, 400, "line", around)
+    weight = np.exp(draws.log_weight)
+    sd = np.sqrt(np.diag(mode.covariance))
+    np.testing.assert_allclose(weight @ draws.coordinates, mode.u, atol=np.max(sd))
+
+
 def test_equal_keys_equal_draws() -> None:
     posterior, mode = fitted(straight(25))
     one, two, other = (fit_draws(posterior, mode, 40, key).coordinates for key in "aab")

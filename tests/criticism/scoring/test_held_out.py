@@ -13,7 +13,6 @@ from avahazard.criticism.scoring.fit_draws import fit_draws
 from avahazard.criticism.scoring.held_out import (
     choose_groups,
     gathered,
-    held_out_log_density,
     held_out_predictions,
     key_of,
     left_out_log_density,
@@ -78,11 +77,13 @@ def test_no_event_helps_itself() -> None:
     posterior, mode = fitted(records)
     moved, _ = fitted(replace(records, events=(wild, *records.events[1:])))
     groups = np.array([0] * 10 + [1] * 10 + [2] * 10)
-    before = held_out_log_density(posterior, groups, mode)
-    after = held_out_log_density(moved, groups, mode)
+    own = groups == 0
+    before, after = (left_out_log_density(p, own, mode) for p in (posterior, moved))
     np.testing.assert_allclose(after[1:10], before[1:10], atol=1e-9)
     assert after[0] < before[0] - 5.0
-    assert np.all(np.abs(after[10:] - before[10:]) > 1e-6)
+    before, after = (held_out_together(p, groups, mode) for p in (posterior, moved))
+    assert after[0] < before[0] - 5.0
+    assert np.all(np.abs(after[1:] - before[1:]) > 1e-6)
 
 
 def test_a_path_held_out_has_an_offset_from_the_spread() -> None:
@@ -108,7 +109,10 @@ def test_predictions_are_of_the_fit_without_them() -> None:
     assert found.records.draws.shape == (18, 300)
     assert found.speeds is not None
     assert found.speeds.draws.shape[0] == 3
-    density = held_out_log_density(posterior, groups, mode)
+    density = np.empty(18)
+    for group in range(3):
+        out = groups == group
+        density[out] = left_out_log_density(posterior, out, mode)[out]
     np.testing.assert_allclose(found.log_density[1:], density[1:], atol=0.2)
     # The event with speeds is far off, and its density depends on few of the draws.
     assert found.log_density[0] == pytest.approx(density[0], abs=1.0)
@@ -146,5 +150,5 @@ def test_records_of_a_path_held_out_share_its_offset() -> None:
     assert found.shape == (5,)
     assert found[2] == pytest.approx(twin, abs=0.1)
     # One by one they are others: each would have an offset of its own.
-    alone = held_out_log_density(posterior, path, mode)[out].sum()
+    alone = left_out_log_density(posterior, out, mode)[out].sum()
     assert abs(found[2] - alone) > 0.2

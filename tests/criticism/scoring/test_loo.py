@@ -15,7 +15,7 @@ from tests.criticism.studies import draws_about, fitted, straight
 
 def test_it_agrees_with_refits() -> None:
     posterior, mode = fitted(straight(20))
-    drawn = sample(posterior, n_chains=2, n_draws=1000).coordinates.reshape(-1, 2)
+    drawn = sample(posterior, n_chains=2, n_draws=500).coordinates.reshape(-1, 2)
     found = leave_one_out(FittedModel(posterior, drawn, {}))
     truth = np.array(
         [left_out_log_density(posterior, np.arange(20) == i, mode, drawn)[i] for i in range(20)]
@@ -40,8 +40,8 @@ def test_a_record_that_rules_the_fit_is_refitted() -> None:
     rest = posterior.restricted(np.arange(8) != 3)
     grid = [
         np.array([a, s])
-        for a in np.log(0.4) + np.linspace(-1.5, 1.5, 101)
-        for s in np.log(0.15) + np.linspace(-1.2, 3.5, 81)
+        for a in np.log(0.4) + np.linspace(-1.5, 1.5, 61)
+        for s in np.log(0.15) + np.linspace(-1.2, 3.5, 49)
     ]
     weight = np.exp([rest.log_density(u) - rest.log_density(mode.u) for u in grid])
     given = np.exp([rest.event_log_likelihood(u)[3] for u in grid])

@@ -40,7 +40,7 @@ def test_two_parameters() -> None:
 def test_paths_that_do_not_differ_lean_against_the_bound() -> None:
     model = studies.posterior(studies.observations(60, speeds=False), "path-effect", law="constant")
     mode = find_mode(model)
-    expected = summed(model, mode, 17, reach=8.0) - log_prior_mass(model)
+    expected = summed(model, mode, 13, reach=8.0) - log_prior_mass(model)
     found = log_evidence(model, mode)
     assert found.value == pytest.approx(expected, abs=4.0 * found.error + 0.05)
 

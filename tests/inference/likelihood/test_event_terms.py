@@ -118,7 +118,7 @@ def test_one_certain_node_is_the_density_itself() -> None:
     nodes.weight[:], nodes.weight[:, 0] = 0.0, 1.0
     location, scatter, _ = _setting()
     one = np.ones((N, 1))
-    terms = event_terms(nodes, location[:, :1], scatter[:, :1], one)
+    terms = event_terms(nodes, location[:, :1].copy(), scatter[:, :1].copy(), one)
     plain = ~nodes.is_probability & ~nodes.has_limit
     expected = stats.norm.logpdf(nodes.place[:, 0], location[:, 0], scatter[:, 0])
     assert (terms.value - nodes.log_scale)[plain] == pytest.approx(expected[plain])

@@ -106,7 +106,7 @@ def test_out_of_bounds_there_is_no_density() -> None:
 def test_path_offsets_are_integrated_out(
     settings: dict[str, str], tau: float, tolerance: float
 ) -> None:
-    model = posterior(observations(), "path-effect", **settings)
+    model = posterior(observations(18), "path-effect", **settings)
     u = _place(model, 0)
     u[model.layout.spreads["path-effect"]] = tau
     slow = NaivePosterior(model, u).by_paths(0.2 * tau)

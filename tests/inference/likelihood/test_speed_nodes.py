@@ -77,9 +77,14 @@ def test_one_that_left_has_its_likelihood(sigma: float) -> None:
     assert _fast(LEFT, 0.3512, sigma) == pytest.approx(_slow(LEFT, 0.3512, sigma), abs=0.03)
 
 
+def _speeds() -> np.ndarray:
+    """Speeds of the table as a part of a wider one, which is how a record finds them."""
+    return np.tile(_speed(MU), 2)[:, :2]
+
+
 def test_between_keeps_the_frictions_of_the_table() -> None:
     bound = np.where((MU[1:] > 0.4) & (MU[1:] < 0.45), 0.0, -1e3)
-    track = between(MU, _stop(MU), MU < LEAVES, _speed(MU), bound, True)
+    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), bound, True)
     assert track.grid[0] < 0.4
     assert track.grid[-1] > 0.45
     assert len(track.grid) < 40 * SPLIT
@@ -94,8 +99,8 @@ def test_between_keeps_the_frictions_of_the_table() -> None:
 def test_between_takes_fewer_parts_of_many_cells() -> None:
     few = np.where((MU[1:] > 0.4) & (MU[1:] < 0.41), 0.0, -1e3)
     many = np.zeros(len(MU) - 1)
-    fine = between(MU, _stop(MU), MU < LEAVES, _speed(MU), few, False).grid
-    coarse = between(MU, _stop(MU), MU < LEAVES, _speed(MU), many, False).grid
+    fine = between(MU, _stop(MU), MU < LEAVES, _speeds(), few, False).grid
+    coarse = between(MU, _stop(MU), MU < LEAVES, _speeds(), many, False).grid
     assert np.max(np.diff(fine)) < np.min(np.diff(coarse))
     assert len(coarse) < len(fine) + 3 * len(MU)
 

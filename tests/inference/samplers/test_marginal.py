@@ -74,7 +74,7 @@ def test_a_parameter_that_piles_up_at_its_bound_is_sampled_right() -> None:
 
 
 def test_equal_seeds_give_equal_draws() -> None:
-    first, again, other = (sample(_law(), n_chains=2, n_draws=200, seed=s) for s in (5, 5, 6))
+    first, again, other = (sample(_law(), n_chains=2, n_draws=60, seed=s) for s in (5, 5, 6))
     assert first.coordinates.tobytes() == again.coordinates.tobytes()
     assert not np.array_equal(first.coordinates, other.coordinates)
 
@@ -99,9 +99,9 @@ def test_offsets_of_paths_are_drawn_with_the_parameters() -> None:
 
 
 def test_what_people_read_is_in_the_chains() -> None:
-    found = sample(_drag(), n_chains=2, n_draws=200, seed=1)
+    found = sample(_drag(), n_chains=2, n_draws=60, seed=1)
     assert found.chains.names == ("a", "sigma", "turbulent-drag.drag")
-    assert found.chains.draws.shape == (2, 200, 3)
+    assert found.chains.draws.shape == (2, 60, 3)
     assert found.chains.draws[..., 0] == pytest.approx(np.exp(found.coordinates[..., 0]))
     assert found.chains.draws[..., 2] == pytest.approx(0.005 * found.coordinates[..., 2])
 

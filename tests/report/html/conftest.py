@@ -9,6 +9,7 @@ import pytest
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.workflow.report import gather
+from tests.once import made_once
 from tests.report.html.world import make_loop_database
 
 
@@ -35,7 +36,7 @@ def report_file(html: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def loop_content(tmp_path_factory: pytest.TempPathFactory) -> ReportContent:
     """Give what the report of a child of a ladder of two models is made of."""
-    return gather(make_loop_database(tmp_path_factory.mktemp("loop")), "child")
+    return gather(str(made_once(tmp_path_factory, "loop", make_loop_database) / "loop.db"), "child")
 
 
 @pytest.fixture(scope="session")
