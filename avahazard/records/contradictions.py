@@ -49,6 +49,24 @@ def place_fault(event: Event, path: Path | None, profile: Profile) -> Fault | No
     return _above_the_release(event, path, profile, slack)
 
 
+def unseen_elevation(event: Event, path: Path, profile: Profile | None) -> float | None:
+    """Elevation (m) of a stop over the limit of sight of its path by more than its error; or None.
+
+    What goes on beyond such a limit, up the other side of a valley too, is seen.
+    """
+    limit, slack = path.observed_below_m, N_SIGMA * event.runout_sigma_m
+    if limit is None or event.left_profile:
+        return None
+    elevation = event.runout_elevation_m
+    if event.runout_x_m is not None and profile is not None:
+        start = float(profile.x_m[0])
+        elevation = _elevations(profile, start, max(event.runout_x_m + slack, start))[0]
+        slack = 0.0
+    elif elevation is not None and profile is not None and on_counter_slope(elevation, profile):
+        return None
+    return elevation if elevation is not None and elevation > limit + slack else None
+
+
 def _stopped_before_the_end(event: Event, profile: Profile, slack: float) -> Fault | None:
     end = float(profile.x_m[-1])
     if event.runout_x_m is not None:

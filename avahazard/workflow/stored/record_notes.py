@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.effects.site import Site
 from avahazard.message import message
 from avahazard.records.collection import Records
-from avahazard.records.contradictions import place_fault, volume_fault
+from avahazard.records.contradictions import place_fault, unseen_elevation, volume_fault
 
 MISFIT_M = 10.0
 """Deviation of the regularised path from its points from which a reader is told."""
@@ -24,16 +24,21 @@ CONTRADICTS = message(
     "the record of event {event} contradicts itself: {column} is {value}; accepted would be "
     "{accepted}."
 )
+UNSEEN = message(
+    "{n} records of path {path} stop over its observed_below_m ({limit} m), where none is said to "
+    "be seen; that of event {event} at {elevation} m. Correct the limit, or these records."
+)
 MORE_MISS = message("{n} more paths miss the points of their profiles.")
 MORE_CONTRADICT = message("{n} more records contradict themselves.")
+MORE_UNSEEN = message("{n} more paths have records over their observed_below_m.")
 
 
 def record_notes(records: Records, sites: Sequence[Site]) -> tuple[str, ...]:
-    """Paths that miss their terrain, and events whose values cannot all be true.
+    """Paths that miss their terrain, events whose values cannot all be true, stops said unseen.
 
-    An import refuses the latter; a database of an earlier version may hold them.
+    An import refuses the second; a database of an earlier version may hold them.
     """
-    return (*_misfits(records, sites), *_contradictions(records))
+    return (*_misfits(records, sites), *_contradictions(records), *_unseen(records))
 
 
 def _misfits(records: Records, sites: Sequence[Site]) -> list[str]:
@@ -68,6 +73,32 @@ def _contradictions(records: Records) -> list[str]:
                 )
             )
     return _first(found, MORE_CONTRADICT)
+
+
+def _unseen(records: Records) -> list[str]:
+    profiles = {profile.path_id: profile for profile in records.profiles}
+    paths = {path.path_id: path for path in records.paths}
+    over: dict[str, list[tuple[float, str]]] = {}
+    for event in records.events:
+        path = paths.get(event.path_id or "")
+        if path is None:
+            continue
+        elevation = unseen_elevation(event, path, profiles.get(path.path_id))
+        if elevation is not None:
+            over.setdefault(path.path_id, []).append((elevation, event.event_id))
+    found = []
+    for path_id, stops in over.items():
+        elevation, event_id = max(stops)
+        found.append(
+            UNSEEN.format(
+                n=len(stops),
+                path=path_id,
+                limit=f"{paths[path_id].observed_below_m:g}",
+                event=event_id,
+                elevation=f"{elevation:.0f}",
+            )
+        )
+    return _first(found, MORE_UNSEEN)
 
 
 def _first(found: Sequence[str], more: str) -> list[str]:

@@ -82,3 +82,23 @@ def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
         save_records(session, records)
     assert note in calibrate(database, "m", chains=2, draws=50).notes
     assert show_model(database, "m").notes.count(note) == 1
+
+
+def test_stops_over_the_limit_of_sight_are_told_but_not_those_across_the_valley() -> None:
+    x = np.linspace(0.0, 2000.0, 101)
+    valley = Profile("V", x, 500.0 + np.abs(x - 1400.0) * np.where(x < 1400.0, 0.5, 0.3))
+    (path,) = (Path("V", observed_below_m=600.0),)
+
+    def told(*events: Event) -> tuple[str, ...]:
+        return record_notes(Records((path,), (valley,), events), ())
+
+    seen = Event("seen", "V", runout_x_m=1300.0, runout_sigma_m=10.0, volume_m3=1e4)
+    across = Event("across", "V", runout_x_m=1900.0, runout_sigma_m=10.0, volume_m3=1e4)
+    barely = Event("barely", "V", runout_x_m=1180.0, runout_sigma_m=10.0, volume_m3=1e4)
+    high = Event("high", "V", runout_x_m=900.0, runout_sigma_m=10.0, volume_m3=1e4)
+    assert told(seen, across, barely) == ()
+    (note,) = told(seen, high, across)
+    assert note.startswith("1 records of path V stop over its observed_below_m (600 m)")
+    assert "event high at 735 m" in note
+    for code in ("de", "fr", "it"):
+        assert language_of(code).told(note) != note
