@@ -88,6 +88,10 @@ class Layout:
         z = (u - self._mean) / self._sd
         return np.asarray(-0.5 * np.sum(z * z, axis=-1))
 
+    def prior_slopes(self, u: Floats) -> Floats:
+        """Derivatives `[n_slots]` of `log_prior` at u `[n_slots]`."""
+        return np.asarray((self._mean - u) / self._sd**2)
+
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
         return np.asarray(u[..., self._spread_slots] * self._spread_scales)
