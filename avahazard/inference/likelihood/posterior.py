@@ -182,7 +182,7 @@ class Posterior:
         """Log likelihood with all that rests on u, offsets of groups integrated out."""
         tau = self.layout.spread_values(u)
         if not self.plan or not np.any(tau):
-            value = self._values(nodes, location, scatter)
+            value = self._values(nodes, location, scatter, self._keep)
             return float(np.sum(value if self._keep is None else value[self._keep])), None
         offsets, value_there = self._offsets(tau, nodes, location, scatter)
         spread = tau[self.plan.of]
