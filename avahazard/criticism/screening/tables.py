@@ -66,7 +66,7 @@ def make_tables(
         seen[i] = float(np.sum(drop * middle)) / total
         seen_sd[i] = np.sqrt(max(float(np.sum(drop * (middle - seen[i]) ** 2)) / total, 0.0))
     # Without any profile nobody looks a record up.
-    looked_up = predicted.record if observations.sites else np.empty((n, 1))
+    looked_up = predicted.record if observations.sites else np.zeros((n, 1))
     record = looked_up.astype(np.float32)
     return Tables(
         record=record,

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,7 +37,9 @@ def test_what_is_of_the_volume_must_earn_its_evidence_beside_its_errors(
     expected: str | None,
 ) -> None:
     """`overstated` is the evidence of the errors where many records are over any true volume."""
-    observations = build_observations(straight(20))
+    records = straight(20)
+    events = (replace(e, volume_m3=1e4 * (k + 1)) for k, e in enumerate(records.events))
+    observations = build_observations(replace(records, events=tuple(events)))
     screening: Any = SimpleNamespace(
         candidates=[SimpleNamespace(key=k, definition=definition(k)) for k in (leader, ERROR)]
     )
