@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.diagnosis.verdict import least_evidence
@@ -10,9 +14,12 @@ from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.volumes import bounded
 
 OF_THE_VOLUME = ("law", "scatter")
 """Settings of the model that say how friction goes by volume."""
+OVERSTATED = (0.03, 0.1, 0.2)
+"""Shares of the recorded volumes that are tried as larger than any true one."""
 
 
 def by_misstated_volumes(
@@ -28,6 +35,10 @@ def by_misstated_volumes(
     Errors larger than stated bend the law towards the mean volume and scatter friction most where
     it is steepest: another law, and another scatter, do the same. So such a leader must earn its
     evidence where the errors may be misstated too. None where it does, or is another kind.
+
+    How far records of large volumes are overstated hangs on the largest volume that there is, which
+    nobody knows: where it lies under many records, friction stops falling with what is recorded,
+    as in a law with a limit. So the evidence of either is the mean over some such volumes.
     """
     setting = find_definition(leader, own).changes
     if setting is None or setting.field not in OF_THE_VOLUME:
@@ -35,11 +46,24 @@ def by_misstated_volumes(
     key = next((c.key for c in screening.candidates if _on_volumes(c.definition, observations)), "")
     if not key:
         return None
-    alone = fits.get(key) or refit(observations, base.specification, base.facts, (key,), own, base)
     first = fits[leader]
-    both = refit(observations, first.specification, first.facts, (key,), own, first)
+    alone = fits.get(key) or _with(observations, own, base, key)
+    both = _with(observations, own, first, key)
     needed = least_evidence(find_definition(leader, own))
-    return None if both.evidence - alone.evidence > needed else key
+    if both.evidence - alone.evidence <= needed:
+        return key
+    without, beside = [alone.evidence], [both.evidence]
+    recorded = observations.columns.log_volume
+    for share in OVERSTATED:
+        largest = float(np.exp(np.nanquantile(recorded, 1.0 - share)))
+        limited = replace(observations, volumes=bounded(observations.volumes, largest))
+        without.append(_with(limited, own, base, key).evidence)
+        beside.append(_with(limited, own, first, key).evidence)
+    return None if float(logsumexp(beside) - logsumexp(without)) > needed else key
+
+
+def _with(observations: Observations, own: Sequence[Definition], start: Refit, key: str) -> Refit:
+    return refit(observations, start.specification, start.facts, (key,), own, start)
 
 
 def _on_volumes(entry: Definition, observations: Observations) -> bool:

@@ -14,8 +14,6 @@ import numpy as np
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence, verdict_of
-from avahazard.criticism.scoring.held_out import choose_groups
-from avahazard.criticism.scoring.held_out_together import held_out_together
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
 from avahazard.criticism.screening.significance import Screened
 from avahazard.inference.seeds import generator
@@ -80,14 +78,7 @@ def held_out_gains(
     asked: Sequence[str], fits: Mapping[str, Refit], base: Refit
 ) -> dict[str, float]:
     """What each of these gains on records kept back (nats)."""
-    if not asked:
-        return {}
-    groups = choose_groups(base.posterior.observations).fits
-    before = held_out_together(base.posterior, groups, base.mode)
-    return {
-        key: float(np.sum(held_out_together(fits[key].posterior, groups, fits[key].mode) - before))
-        for key in asked
-    }
+    return {key: float(np.sum(fits[key].kept_back - base.kept_back)) for key in asked}
 
 
 def worst_speeds(base: Refit) -> str:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.criticism.scoring.held_out import choose_groups
+from avahazard.criticism.scoring.held_out_together import held_out_together
 from avahazard.criticism.screening.group_spreads import GroupSpreads, group_spreads
 from avahazard.effects.effect import Definition, Facts
 from avahazard.engine import spread_map
@@ -24,7 +27,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Refit:
     """A model at its mode.
 
@@ -38,6 +41,12 @@ class Refit:
     mode: Mode
     log_likelihood: float
     evidence: float
+
+    @cached_property
+    def kept_back(self) -> Floats:
+        """Log density of each group of events given the others, `[n_groups]`."""
+        groups = choose_groups(self.posterior.observations).fits
+        return held_out_together(self.posterior, groups, self.mode)
 
     def parameters(self, key: str) -> dict[str, float]:
         """Readable values of the parameters of one effect (or of all) at the mode."""

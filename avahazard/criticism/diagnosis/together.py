@@ -10,8 +10,6 @@ import numpy as np
 from avahazard.criticism.diagnosis.force_witness import force_witness
 from avahazard.criticism.diagnosis.refits import Refit, refit, without_groups
 from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence
-from avahazard.criticism.scoring.held_out import choose_groups
-from avahazard.criticism.scoring.held_out_together import held_out_together
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL
 from avahazard.criticism.screening.screen import gains_beside
@@ -68,7 +66,7 @@ def needed_beside(
         tried = sorted((k for k in gains if p_values[k] <= LEVEL), key=lambda k: -gains[k])[:TRIED]
         wider = {k: _with(observations, own, fit, (k,)) for k in tried}
         best = max(tried, key=lambda k: wider[k].evidence, default=None)
-        if best is None or not _is_needed(observations, own, fit, wider[best], (best,)):
+        if best is None or not _is_needed(own, fit, wider[best], (best,)):
             break
         if best not in singles:
             singles[best] = _with(observations, own, base, (best,))
@@ -89,7 +87,7 @@ def masked_pair(
     singles = {k: _with(observations, own, base, (k,)) for k in test.keys}
     both = _with(observations, own, base, test.keys)
     alone = max((base, *singles.values()), key=lambda fit: fit.evidence)
-    if not _is_needed(observations, own, alone, both, test.keys):
+    if not _is_needed(own, alone, both, test.keys):
         return None
     order = tuple(sorted(test.keys, key=lambda k: -singles[k].evidence))
     return _together(order, both, base, singles, test.p_value)
@@ -110,7 +108,6 @@ def _together(
 
 
 def _is_needed(
-    observations: Observations,
     own: Sequence[Definition],
     fit: Refit,
     wider: Refit,
@@ -123,6 +120,4 @@ def _is_needed(
     witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]
     if any(w is not None and w.denies for w in witnesses):
         return False
-    groups = choose_groups(observations).fits
-    kept_back = held_out_together(wider.posterior, groups, wider.mode)
-    return bool(np.sum(kept_back - held_out_together(fit.posterior, groups, fit.mode)) > 0.0)
+    return bool(np.sum(wider.kept_back - fit.kept_back) > 0.0)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.criticism.screening.gains import Reference
 from avahazard.criticism.screening.masked_pairs import Paired
 from avahazard.criticism.screening.parametric_bootstrap import (
     BootstrapRecords,
@@ -38,6 +39,7 @@ class _World(NamedTuple):
     """One made world, and all but the candidates' own gains on it."""
 
     records: BootstrapRecords
+    reference: Reference
     beside: Beside
 
 
@@ -80,7 +82,9 @@ def _gains_on(
 ) -> list[WorldGains]:
     tested, seed = shared
     worlds = list(ordered_map(partial(_world, tested, seed), numbers))
-    gains = tested.gains.of_candidates([world.records for world in worlds], progress)
+    gains = tested.gains.of_candidates(
+        [world.records for world in worlds], [world.reference for world in worlds], progress
+    )
     return [WorldGains(g, world.beside) for g, world in zip(gains, worlds, strict=True)]
 
 
@@ -90,7 +94,7 @@ def _world(tested: TestedModel, seed: int, number: int) -> _World:
         return _made_world(tested, seed, number)
     records = real_world(tested.posterior)
     alike = [records] * len(tested.spreads.tau)
-    return _World(records, _gains_beside(tested, records, alike))
+    return _looked_at(tested, records, alike)
 
 
 def _made_world(tested: TestedModel, seed: int, world: int) -> _World:
@@ -120,7 +124,7 @@ def _made_world(tested: TestedModel, seed: int, world: int) -> _World:
         made(np.where(np.arange(len(tau)) == g, 0.0, tau), _with_scatter(tested, spreads.tau[g]))
         for g in range(len(tau))
     ]
-    return _World(records, _gains_beside(tested, records, alike))
+    return _looked_at(tested, records, alike)
 
 
 def _with_scatter(tested: TestedModel, tau: float) -> Floats:
@@ -132,12 +136,14 @@ def _with_scatter(tested: TestedModel, tau: float) -> Floats:
     return u
 
 
-def _gains_beside(
+def _looked_at(
     tested: TestedModel, records: BootstrapRecords, records_of_groupings: Sequence[BootstrapRecords]
-) -> Beside:
+) -> _World:
     """Gains of each grouping on records of its own, and of the best pair of candidates."""
     of_groupings = [
         tested.gains.of_grouping(g, own, without)
         for g, (own, without) in enumerate(zip(records_of_groupings, tested.without, strict=True))
     ]
-    return Beside(np.array(of_groupings, np.float64), tested.gains.of_pair(records))
+    reference = tested.gains.reference(records)
+    pair = tested.gains.of_pair(records, reference)
+    return _World(records, reference, Beside(np.array(of_groupings, np.float64), pair))

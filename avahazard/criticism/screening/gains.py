@@ -24,7 +24,8 @@ from avahazard.inference.model.observations import PLACE, Observations
 from avahazard.workers import ordered_map
 
 Floats = NDArray[np.float64]
-
+Reference = tuple[RecordMoments, LaplaceFit]
+"""What the records of one world say of friction, and the fit of the model itself to them."""
 
 FIRST_SPREADS = (0.03, 0.1)
 """Spreads of groups that are tried as a start besides that of the records: from one alone the fit
@@ -49,14 +50,14 @@ class Gains:
     def of_candidates(
         self,
         worlds: Sequence[BootstrapRecords],
+        references: Sequence[Reference],
         progress: Callable[[float], None] = lambda _share: None,
     ) -> Floats:
-        """Gain of every candidate `[n_worlds, n_candidates]`.
+        """Gain of every candidate `[n_worlds, n_candidates]`, over the `reference` of each world.
 
         All worlds are gone through with one alternative before the next, whose tables may need the
         room.
         """
-        references = list(ordered_map(self._reference, worlds))
         best = np.zeros((len(worlds), len(self.keys)))
         place = {key: k for k, key in enumerate(self.keys)}
         for done, alternatives in enumerate(self.alternatives):
@@ -66,7 +67,7 @@ class Gains:
             progress((done + 1) / len(self.alternatives))
         return best
 
-    def _reference(self, measured: BootstrapRecords) -> tuple[RecordMoments, LaplaceFit]:
+    def reference(self, measured: BootstrapRecords) -> Reference:
         """What the records say, and the fit of the model itself."""
         moments = moments_of(self.base, measured)
         return moments, self._fit_to(moments, self.design, measured, self.tau)
@@ -75,7 +76,7 @@ class Gains:
         self,
         alternatives: Sequence[Alternative],
         measured: BootstrapRecords,
-        reference: tuple[RecordMoments, LaplaceFit],
+        reference: Reference,
     ) -> float:
         """The largest gain of these on one world."""
         moments, fit = reference
@@ -116,9 +117,9 @@ class Gains:
         )
         return found
 
-    def of_pair(self, measured: BootstrapRecords) -> Paired | None:
+    def of_pair(self, measured: BootstrapRecords, reference: Reference) -> Paired | None:
         """The pair of effects on friction that gains most over either alone, on one world."""
-        moments, fit = self._reference(measured)
+        moments, fit = reference
         return most_surprising_pair(
             moments, measured.left, self.design, fit, self.columns, self.student
         )

@@ -34,6 +34,8 @@ from avahazard.kernels import kernel
 Floats = NDArray[np.float64]
 
 STEPS = 12
+NO_ODDS = 40.0
+"""Nats by which a record is likelier right than wrong from which on no digit tells of the wrong."""
 CONVERGED = 1e-4
 """Rise of the log likelihood (nats) from one step to the next after which there are no more."""
 
@@ -240,8 +242,10 @@ def _terms(  # type: ignore[no-untyped-def]
                 log_p = LOG_STUDENT_PEAK - 0.5 * math.log(s) + 2.5 * math.log(shape)
                 # What the record would be worth as a grossly wrong one.
                 wrong = design.log_wrong[i] - record_moments.log_mass[i]
-                either = max(log_p, wrong) + math.log1p(math.exp(-abs(log_p - wrong)))
-                right = math.exp(log_p - either)
+                either, right = log_p, 1.0
+                if wrong > log_p - NO_ODDS:
+                    either = max(log_p, wrong) + math.log1p(math.exp(-abs(log_p - wrong)))
+                    right = math.exp(log_p - either)
                 value += either
                 pull = STUDENT_PULL * shape / s
                 g[i], h[i] = right * pull * e, right * pull

@@ -60,7 +60,7 @@ def record_moments(  # type: ignore[no-untyped-def]
             )
             log_norm = 0.0
         elif not np.isnan(height[i]):
-            count = straight_points(height[i], observed[i], sigma[i], True, points, logs)
+            count = straight_points(height[i], observed[i], sigma[i], True, True, points, logs)
             log_norm = 0.0
         elif row < 0:
             first = max(last_left[i], 0)

@@ -101,7 +101,8 @@ def gains_beside(
     Arguments as in `screen`.
     """
     tested = tested_model(posterior, u, spreads, candidates)
-    (gains,) = tested.gains.of_candidates([real_world(posterior)])
+    records = real_world(posterior)
+    (gains,) = tested.gains.of_candidates([records], [tested.gains.reference(records)])
     return {c.key: float(gain) for c, gain in zip(candidates, gains, strict=True)}
 
 

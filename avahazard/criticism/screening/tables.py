@@ -65,7 +65,9 @@ def make_tables(
         middle = 0.5 * (LOG_MU[1:] + LOG_MU[:-1])
         seen[i] = float(np.sum(drop * middle)) / total
         seen_sd[i] = np.sqrt(max(float(np.sum(drop * (middle - seen[i]) ** 2)) / total, 0.0))
-    record = predicted.record.astype(np.float32)
+    # Without any profile nobody looks a record up.
+    looked_up = predicted.record if observations.sites else np.zeros((n, 1))
+    record = looked_up.astype(np.float32)
     return Tables(
         record=record,
         bounds=record_bounds(record),

@@ -87,22 +87,31 @@ def find_mode(
 def climb(posterior: Posterior, u: Floats, free: Indices, iterations: int) -> tuple[Floats, float]:
     """The best coordinates from u on with only the slots `free` moving, and the cost there.
 
-    The cost is minus the log density; gradients are differences over `GRADIENT_STEP` of `units`,
-    forwards but at an upper bound.
+    The cost is minus the log density; gradients are exact by the slots `Posterior.sloped`, and
+    differences over `GRADIENT_STEP` of `units` by the others, forwards but at an upper bound.
     """
     low, high = posterior.layout.low, posterior.layout.high
     whole = u.copy()
     unit = units(posterior)
     apart = GRADIENT_STEP * unit
+    exact = np.isin(free, posterior.sloped)
 
     def cost(v: Floats) -> tuple[float, Floats]:
         whole[free] = v * unit[free]
         at = np.clip(whole, low, high)
-        step = np.where(at + apart > high, -apart, apart)[free]
-        around = np.tile(at, (len(free) + 1, 1))
-        around[np.arange(len(free)) + 1, free] += step
-        values = costs(posterior, around)
-        return float(values[0]), (values[1:] - values[0]) / step * unit[free]
+        value, slopes = np.nan, np.zeros(len(at))
+        if exact.any():
+            value, slopes = posterior.density_and_slopes(at)
+        gradient, moved = -slopes[free], ~exact
+        if not np.isfinite(value):
+            # Where there is no density there are no slopes of it.
+            value, moved = -float(costs(posterior, at[None])[0]), np.full(len(free), True)
+        if moved.any():
+            step = np.where(at + apart > high, -apart, apart)[free[moved]]
+            around = np.tile(at, (len(step), 1))
+            around[np.arange(len(step)), free[moved]] += step
+            gradient[moved] = (costs(posterior, around) + value) / step
+        return -value, gradient * unit[free]
 
     bounds = list(zip((low / unit)[free], (high / unit)[free], strict=True))
     first = (u / unit)[free]

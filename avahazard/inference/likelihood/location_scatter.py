@@ -44,3 +44,32 @@ def location_and_scatter(
     if np.any(own):
         return location, widened(scatter, own[..., None], location, layout.log_scatter)
     return location, np.array(scatter)
+
+
+def pulled(
+    layout: Layout, designs: Designs, u: Floats, volume: Floats, pull: Floats, by_scatter: Floats
+) -> Floats:
+    """Derivatives `[n_slots]` by the coordinates u `[n_slots]` that move location and scatter.
+
+    Of a sum over events whose derivatives in m and in log σ are `pull` and `by_scatter`, each
+    `[n_events, n_volumes]`; 0 for other coordinates. Nothing else may scatter (`own` is 0).
+    """
+    slopes = np.zeros(len(u))
+    n = len(layout.law.coordinates)
+    if not layout.log_scatter:
+        # m is μ itself.
+        own = np.zeros(len(volume))
+        pull = pull * location_and_scatter(layout, designs, u, volume, own)[0]
+    by_law = layout.law.slopes(u[:n], volume.ravel())
+    slopes[:n] = by_law @ pull.ravel()
+    by_event = np.sum(pull, axis=1)
+    for place, design in designs:
+        slopes[place] = by_event @ design
+    slopes[layout.scatter] = np.sum(by_scatter)
+    if layout.scatter_slope is not None:
+        share = volume_share(volume, layout.reference_volume)
+        raw = u[layout.scatter] - u[layout.scatter_slope] * share
+        free = (raw > layout.slots[layout.scatter].low) & (raw < MOST_LOG_SCATTER)
+        slopes[layout.scatter] = np.sum(by_scatter[free])
+        slopes[layout.scatter_slope] = -np.sum((by_scatter * share)[free])
+    return slopes

@@ -165,6 +165,8 @@ class NodeGrid:
 
     def exact(self, u: Floats) -> Nodes:
         """Nodes from tables made for just these coordinates."""
+        if not self.varies:
+            return self.point(())
         speed = self.layout.speed_scatter
         nodes = build_nodes(
             self.observations,

@@ -99,9 +99,11 @@ def record_nodes(
     has_speed = np.zeros(observations.n_events, dtype=np.bool_)
     has_speed[[m.event for m in observations.speeds]] = True
     seen_limit = observations.limit if limit is None else limit
+    # Elevations are looked at where sight is limited, on profiles alone.
+    elevation = predicted.elevation if observations.sites else np.empty((len(has_speed), 0))
     built = fill_record_nodes(
         predicted.record,
-        np.nan_to_num(predicted.elevation, nan=0.0),
+        np.nan_to_num(elevation, nan=0.0),
         predicted.status == LEFT_PROFILE,
         observations.kind == LEFT,
         observations.observed,

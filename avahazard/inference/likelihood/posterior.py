@@ -17,12 +17,12 @@ from avahazard.inference.likelihood.event_terms import (
     summed_terms,
 )
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
-from avahazard.inference.likelihood.location_scatter import location_and_scatter
+from avahazard.inference.likelihood.location_scatter import location_and_scatter, pulled
 from avahazard.inference.likelihood.node_grid import NodeGrid, make_room
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
 from avahazard.inference.likelihood.side_by_side import side_by_side
-from avahazard.inference.likelihood.wrong_records import log_wrong
+from avahazard.inference.likelihood.wrong_records import by_wrong_share, log_wrong
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
 from avahazard.inference.model.observations import Observations
@@ -123,6 +123,35 @@ class Posterior:
         """Log likelihood at u, groups' offsets integrated out (Laplace's method)."""
         return self._log_likelihood(u, self._nodes(u))[0]
 
+    @property
+    def sloped(self) -> NDArray[np.int64]:
+        """Slots by which `density_and_slopes` has derivatives: all that shape no tables.
+
+        None where groups have offsets, integrated out by a method whose own error moves with all.
+        """
+        if self.plan:
+            return np.empty(0, dtype=np.int64)
+        held = {*self.layout.tables, self.layout.speed_scatter}
+        for effect in self.effects:
+            if effect.volume_scale is not None:
+                held |= set(range(len(self.layout.slots))[self.layout.places[effect.key]])
+        return np.array([k for k in range(len(self.layout.slots)) if k not in held], np.int64)
+
+    def density_and_slopes(self, u: Floats) -> tuple[float, Floats]:
+        """`log_density` at u, within the bounds, and its derivatives `[n_slots]` by `sloped`."""
+        nodes = self._nodes(u)
+        location, scatter = self.location_and_scatter(u)
+        terms = self.terms(nodes, location, scatter, self._keep)
+        value = terms.value if self._keep is None else terms.value[self._keep]
+        volume = self.volumes(u).volume
+        slopes = pulled(self.layout, self._designs, u, volume, terms.by_location, terms.by_scatter)
+        if self.layout.wrong_share is not None:
+            k = self.layout.wrong_share
+            by_share = by_wrong_share(nodes.log_wrong, terms.value, float(u[k]))
+            slopes[k] = np.sum(by_share if self._keep is None else by_share[self._keep])
+        slopes += self.layout.prior_slopes(u)
+        return float(np.sum(value)) + float(self.layout.log_prior(u)), slopes
+
     def exact_log_likelihood(self, u: Floats) -> float:
         """The same from tables made for just these coordinates, not interpolated."""
         return self._log_likelihood(u, self._or_wrong(self.nodes.exact(u), u))[0]
@@ -153,7 +182,7 @@ class Posterior:
         """Log likelihood with all that rests on u, offsets of groups integrated out."""
         tau = self.layout.spread_values(u)
         if not self.plan or not np.any(tau):
-            value = self._values(nodes, location, scatter)
+            value = self._values(nodes, location, scatter, self._keep)
             return float(np.sum(value if self._keep is None else value[self._keep])), None
         offsets, value_there = self._offsets(tau, nodes, location, scatter)
         spread = tau[self.plan.of]

@@ -99,6 +99,8 @@ def predict_records(
     `runs` may be given where the effects on the motion are those of an earlier call.
     """
     n = observations.n_events
+    if not observations.sites:
+        return _straight(observations, effects, values)
     x = np.full((n, len(MU)), np.nan)
     y = np.full((n, len(MU)), np.nan)
     status = np.full((n, len(MU)), STOPPED, dtype=np.int8)
@@ -122,12 +124,30 @@ def predict_records(
     y += _sum_of(observations, effects, values, "shift")[:, None]
     record = np.where(observations.kind[:, None] == PLACE, x, y)
     straight = observations.kind == LENGTH
-    # Without a profile the block runs on the energy line: L = H / μ.
-    record[straight] = observations.fall_height[straight, None] / MU
+    record[straight] = _lengths(observations.fall_height[straight])
     sigma = record_sigma(observations, effects, values)
     return Predicted(
         record=record, x=x, elevation=y, status=status, speeds=runs.speeds, sigma=sigma
     )
+
+
+def _straight(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Predicted:
+    """The same without any profile, where one number stands for all places."""
+    shape = observations.n_events, len(MU)
+    nowhere = np.broadcast_to(np.nan, shape)
+    return Predicted(
+        record=_lengths(observations.fall_height),
+        x=nowhere,
+        elevation=nowhere,
+        status=np.broadcast_to(np.int8(STOPPED), shape),
+        speeds=(),
+        sigma=record_sigma(observations, effects, values),
+    )
+
+
+def _lengths(fall_height: Floats) -> Floats:
+    """Without a profile the block runs on the energy line: L = H / μ."""
+    return np.asarray(fall_height[:, None] / MU)
 
 
 def record_sigma(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:

@@ -43,3 +43,13 @@ def log_wrong(observations: Observations) -> Floats:
     low, high = wrong_ranges(observations)
     density = -np.log(high - low)
     return np.where(np.isnan(density), -np.inf, density)
+
+
+def by_wrong_share(log_wrong: Floats, value: Floats, log_share: float) -> Floats:
+    """Derivative by the log of the share of wrong records of each event's `value` `[n_events]`.
+
+    `log_wrong` `[n_events]` has that share in it, as `value` has.
+    """
+    wrong = np.exp(np.minimum(log_wrong - value, 0.0))
+    odds = np.exp(log_share) / -np.expm1(log_share)
+    return np.where(np.isfinite(log_wrong), wrong - (1.0 - wrong) * odds, 0.0)

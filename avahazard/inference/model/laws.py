@@ -33,6 +33,13 @@ from avahazard.inference.model.law_curves import (
     rational_from_natural,
     rational_to_natural,
 )
+from avahazard.inference.model.law_slopes import (
+    asymptotic_slopes,
+    constant_slopes,
+    exponential_slopes,
+    power_slopes,
+    rational_slopes,
+)
 from avahazard.records.errors import AvahazardError
 
 Array = NDArray[np.float64]
@@ -43,7 +50,8 @@ class Law:
     """A law μ = G(V) and the coordinates in which it is sampled.
 
     `formula` is for tables, `words` for the report. `log_friction(u, volume)`: log μ,
-    [..., n_events], of coordinates [..., n_coordinates] and volumes [n_events] in m3. `to_natural`
+    [..., n_events], of coordinates [..., n_coordinates] and volumes [n_events] in m3; `slopes` are
+    its derivatives [n_coordinates, n_events] at one u. `to_natural`
     and `from_natural` convert between the two sets of parameters. `prior_mean` and `prior_sd` are
     independent normals on the coordinates. `begin` gives coordinates from volumes and log μ
     [n_events] of which all are known.
@@ -61,6 +69,7 @@ class Law:
     prior_mean: Array
     prior_sd: Array
     log_friction: Callable[[Array, Array], Array]
+    slopes: Callable[[Array, Array], Array]
     to_natural: Callable[[Array], Array]
     from_natural: Callable[[Array], Array]
     begin: Callable[[Array, Array], Array]
@@ -115,6 +124,7 @@ LAWS: dict[str, Law] = {
             prior_mean=np.array([np.log(0.5), 0.0]),
             prior_sd=np.array([0.5, 10.0]),
             log_friction=exponential,
+            slopes=exponential_slopes,
             to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1] * N_SCALE),
             from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1] / N_SCALE),
             begin=line_begin(in_millions),
@@ -131,6 +141,7 @@ LAWS: dict[str, Law] = {
             prior_mean=np.array([0.0, 0.0]),
             prior_sd=np.array([1.0, 0.2]),
             log_friction=power,
+            slopes=power_slopes,
             to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1]),
             from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1]),
             begin=line_begin(np.log),
@@ -150,6 +161,7 @@ LAWS: dict[str, Law] = {
             prior_mean=np.array([np.log(0.5), 0.0, 0.0]),
             prior_sd=np.array([0.5, 2.5, 0.7]),
             log_friction=rational,
+            slopes=rational_slopes,
             to_natural=rational_to_natural,
             from_natural=rational_from_natural,
             begin=rational_begin,
@@ -167,6 +179,7 @@ LAWS: dict[str, Law] = {
             prior_mean=np.array([np.log(0.5), -0.5, 0.0]),
             prior_sd=np.array([0.5, 0.5, 2.0]),
             log_friction=asymptotic,
+            slopes=asymptotic_slopes,
             to_natural=asymptotic_to_natural,
             from_natural=asymptotic_from_natural,
             begin=asymptotic_begin,
@@ -181,6 +194,7 @@ LAWS: dict[str, Law] = {
             prior_mean=np.array([np.log(0.5)]),
             prior_sd=np.array([0.5]),
             log_friction=constant,
+            slopes=constant_slopes,
             to_natural=lambda u: columns(bounded_exp(u[..., 0])),
             from_natural=lambda p: columns(np.log(p[..., 0])),
             begin=lambda _volume, log_mu: np.array([log_mu.mean()]),

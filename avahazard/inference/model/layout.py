@@ -94,6 +94,10 @@ class Layout:
             squares = squares + np.sum((of_law @ self._law_precision - of_law) * of_law, axis=-1)
         return np.asarray(-0.5 * squares)
 
+    def prior_slopes(self, u: Floats) -> Floats:
+        """Derivatives `[n_slots]` of `log_prior` at u `[n_slots]`."""
+        return np.asarray((self._mean - u) / self._sd**2)
+
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
         return np.asarray(u[..., self._spread_slots] * self._spread_scales)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import log_ndtr, ndtri_exp
 
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.volume_spread import MIN_SPREAD, variance_within
@@ -15,6 +16,8 @@ from avahazard.records.event import Event
 Floats = NDArray[np.float64]
 
 N_NODES = 5
+N_BOUNDED = 9
+"""Nodes where true volumes have an upper bound: their chances are cut there."""
 MOST_LOG = 700.0
 """Log volumes of the nodes are kept within ± this, where their exponentials are numbers."""
 
@@ -38,13 +41,14 @@ class VolumeNodes:
 
     `volume` (m3) is the volume itself.
 
-    Given its record, it is normal with `mean` and `sd` `[n_events]`.
+    Given its record, it is normal with `mean` and `sd` `[n_events]`, but for the bound.
 
     True volumes of a path are lognormal with mean `centre[path]` (log m3) and standard deviation
     `spread`; the record adds its own error, so large records are on average overestimates and
     are drawn towards the centre. `known` is False where no event has a volume. `records` are what
     they are read from, `reference` those that centre and spread come from, with `factor` times
-    their stated errors.
+    their stated errors. No true volume is over `largest` (m3): above it there is none of the
+    population.
     """
 
     log_volume: Floats
@@ -58,6 +62,7 @@ class VolumeNodes:
     records: VolumeRecords
     reference: VolumeRecords
     factor: float = 1.0
+    largest: float = np.inf
 
 
 def volume_nodes(
@@ -81,7 +86,12 @@ def rescaled(volumes: VolumeNodes, factor: float) -> VolumeNodes:
 
     The scatter of the records stays, so that what is error is not natural spread.
     """
-    return _nodes(volumes.records, volumes.reference, factor)
+    return _nodes(volumes.records, volumes.reference, factor, largest=volumes.largest)
+
+
+def bounded(volumes: VolumeNodes, largest: float) -> VolumeNodes:
+    """The same where no true volume is over `largest` (m3), whatever the records state."""
+    return _nodes(volumes.records, volumes.reference, volumes.factor, largest=largest)
 
 
 def _nodes(
@@ -89,6 +99,7 @@ def _nodes(
     reference: VolumeRecords,
     factor: float,
     alike: VolumeNodes | None = None,
+    largest: float = np.inf,
 ) -> VolumeNodes:
     """Nodes by the population of `reference`, which `alike` has already."""
     recorded, sigma = records.log_volume, factor * records.sigma
@@ -103,7 +114,7 @@ def _nodes(
     trust = np.where(have, spread2 / (spread2 + sigma**2), 0.0)
     mean = centre + trust * (np.where(have, recorded, centre) - centre)
     sd = np.sqrt(spread2 * (1.0 - trust))
-    z, w = np.polynomial.hermite_e.hermegauss(N_NODES)
+    z, w = _within(mean, sd, largest)
     log_volume = np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG)
     return VolumeNodes(
         log_volume=log_volume,
@@ -117,7 +128,18 @@ def _nodes(
         records=records,
         reference=reference,
         factor=factor,
+        largest=largest,
     )
+
+
+def _within(mean: Floats, sd: Floats, largest: float) -> tuple[Floats, Floats]:
+    """Nodes z `[..., n_nodes]` of a normal that is cut at log `largest`, and their weights."""
+    if np.isinf(largest):
+        return np.polynomial.hermite_e.hermegauss(N_NODES)
+    # Gauss's nodes of the chances up to the cut.
+    chance, weight = np.polynomial.legendre.leggauss(N_BOUNDED)
+    top = log_ndtr((np.log(largest) - mean) / np.maximum(sd, 1e-9))
+    return ndtri_exp(top[:, None] + np.log(0.5 * (chance + 1.0))), weight
 
 
 def _population(records: VolumeRecords, sigma: Floats) -> tuple[dict[str, float], float, bool]:

@@ -107,6 +107,14 @@ def look_up(
     Draws with μ ≤ 0 left. `broken` are the broken cells of the tables' curves, where many look-ups
     share them.
     """
+    straight = np.isnan(tables.elevation).all(axis=1)
+    # Without a profile the energy line holds exactly, for any friction: L = H / μ.
+    height = tables.record[straight, :1] * MU[0]
+    held = friction[straight]
+    lengths = height / np.where(held > 0.0, np.maximum(held, LEAST_FRICTION), MU[0])
+    if straight.all():
+        nowhere = np.broadcast_to(np.nan, friction.shape)
+        return lengths, nowhere, nowhere, np.zeros(friction.shape, np.bool_)
     curve = tables.curve
     broken = curve.broken if broken is None else broken
     cell, share = located((friction - MU[0]) / MU_STEP, broken)
@@ -114,10 +122,6 @@ def look_up(
         between(values, cell, share) for values in (tables.record, curve.x, curve.y)
     )
     left = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction <= 0.0)
-    straight = np.isnan(tables.elevation).all(axis=1)
-    # Without a profile the energy line holds exactly, for any friction: L = H / μ.
-    height = tables.record[:, 0] * MU[0]
-    held = np.where(friction > 0.0, np.maximum(friction, LEAST_FRICTION), MU[0])
-    record[straight] = height[straight, None] / held[straight]
+    record[straight] = lengths
     left[straight] = False
     return record, x, elevation, left

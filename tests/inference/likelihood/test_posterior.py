@@ -239,3 +239,32 @@ def test_densities_are_the_same_by_any_number_of_threads(
     assert np.isfinite(found[0]).all()
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
+
+
+@pytest.mark.parametrize("name", [*MODELS, "volume errors", "student power"])
+def test_exact_slopes_are_what_differences_go_to(name: str) -> None:
+    more = {"volume errors": (("volume-error",), {}), "student power": ((), MIXED)}
+    effects, settings = {**MODELS, **more}[name]
+    model = posterior(observations(), *effects, **settings)
+    part = model.restricted(np.arange(model.observations.n_events) % 3 > 0)
+    for whole in (model, part):
+        u = _place(model, 3)
+        value, slopes = whole.density_and_slopes(u)
+        assert value == whole.log_density(u)
+        for k in whole.sloped:
+            step = 1e-5 * np.eye(len(u))[k]
+            apart = whole.log_density(u + step) - whole.log_density(u - step)
+            assert slopes[k] == pytest.approx(apart / 2e-5, rel=1e-5, abs=1e-3)
+
+
+MIXED = {"law": "power", "tails": "student", "scatter": "volume"}
+
+
+def test_slots_of_tables_and_of_volumes_have_no_exact_slopes_nor_has_any_beside_groups() -> None:
+    model = posterior(observations(), "turbulent-drag", "snow-type", "volume-error")
+    held = [
+        model.layout.slots[k].name for k in set(range(len(model.layout.slots))) - set(model.sloped)
+    ]
+    assert {"turbulent-drag.drag", "volume-error.log_factor"} <= set(held)
+    assert not any(name.startswith("snow-type") for name in held)
+    assert len(posterior(observations(), "path-effect").sloped) == 0

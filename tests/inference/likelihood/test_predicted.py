@@ -10,6 +10,7 @@ import pytest
 from avahazard.effects.effect import Effect, Parameter
 from avahazard.inference.likelihood.predicted import predict_records, resistance_of
 from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.prediction.stops import look_up
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -147,3 +148,24 @@ def test_without_curvature_the_block_is_on_the_energy_line() -> None:
     stopped = (flat.status[0] == STOPPED) & (flat.record[0] > 10.0)
     mu = (top - flat.elevation[0, stopped]) / (flat.record[0, stopped] - site.release_x[0])
     assert mu == pytest.approx(MU[stopped], abs=1e-6)
+
+
+def test_without_any_profile_all_is_as_beside_one() -> None:
+    """There no table of places is made: one number stands for all of them."""
+    events = tuple(
+        Event(f"e{i}", fall_height_m=h, runout_length_m=2.5 * h)
+        for i, h in enumerate((150.0, 731.7, 2000.0))
+    )
+    path, profile = Path("P"), Profile("P", X, 1e3 - 0.8 * X + 2e-4 * X**2)
+    stop = Event("x", "P", runout_x_m=1200.0)
+    alone = predict_records(build_observations(Records(events=events)), (), {})
+    mixed = build_observations(Records((path,), (profile,), (*events, stop)))
+    beside = predict_records(mixed, (), {})
+    for name in ("record", "x", "elevation", "status", "sigma"):
+        np.testing.assert_array_equal(getattr(alone, name), getattr(beside, name)[:3])
+    assert alone.x.strides == alone.status.strides == (0, 0)
+    mu = np.array([[-0.1, 0.0, 0.0005, 0.019, 0.3, 1.2, 2.5]] * 3)
+    for found, other in zip(
+        look_up(alone, mu), look_up(beside, np.vstack([mu, mu[:1]])), strict=True
+    ):
+        np.testing.assert_array_equal(found, other[:3])

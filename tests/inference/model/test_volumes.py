@@ -6,9 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import truncnorm
 
 from avahazard.effects.columns import build_columns
-from avahazard.inference.model.volumes import MIN_SPREAD, VolumeNodes, rescaled, volume_nodes
+from avahazard.inference.model.volumes import (
+    MIN_SPREAD,
+    VolumeNodes,
+    bounded,
+    rescaled,
+    volume_nodes,
+)
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 
@@ -128,3 +135,26 @@ def test_errors_of_another_size_are_as_if_they_were_stated() -> None:
         # What is predicted sees the population of the past with the same factor.
         to_come = rescaled(_nodes(new, _nodes(events)), factor)
         assert np.array_equal(to_come.log_volume, _nodes(told(factor, new), past).log_volume)
+
+
+def test_no_true_volume_is_over_the_largest() -> None:
+    events, _ = _world(300, 4, 3)
+    free = _nodes(events)
+    largest = float(np.exp(np.quantile(free.records.log_volume, 0.9)))
+    cut = bounded(free, largest)
+    assert np.all(cut.volume < largest)
+    top = (np.log(largest) - free.mean) / free.sd
+    law = truncnorm(-np.inf, top, free.mean, free.sd)
+    np.testing.assert_allclose(_mean(cut), law.mean(), atol=0.01)
+    squares = np.sum(cut.weight * (cut.log_volume - _mean(cut)[:, None]) ** 2, axis=1)
+    np.testing.assert_allclose(squares, law.var(), rtol=0.1)
+    # Where the bound is far above, nothing is cut.
+    np.testing.assert_allclose(_mean(bounded(free, 1e30)), free.mean, atol=0.01)
+    assert rescaled(cut, 2.0).largest == largest
+
+
+def test_a_record_far_over_the_largest_is_next_to_it() -> None:
+    events, _ = _world(40, 2, 4)
+    cut = bounded(_nodes(events), 10.0)
+    assert np.all((cut.volume > 0.0) & (cut.volume < 10.0))
+    assert np.all(np.isfinite(cut.log_volume))
