@@ -1,0 +1,145 @@
+"""Mutation testing of what computes: which small changes of the code do the tests not see?"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.trust.code_changes import Change, changes_of
+
+ROOT = Path(__file__).resolve().parents[2]
+TESTED = {
+    "physics": ("avahazard/physics", "tests/physics"),
+    "likelihood": ("avahazard/inference/likelihood", "tests/inference/likelihood"),
+    "hazard": ("avahazard/hazard", "tests/hazard"),
+}
+"""The parts of the program whose code is changed, and the tests that mirror them."""
+MOST_TEST_S = 12.0
+"""CPU that one test may take; without the compiler some would take minutes."""
+MOST_S = 45.0
+"""CPU of all tests that one change is tried on; those of the module's own file come first."""
+_IMPORT = re.compile(r"^from (avahazard\.[\w.]+) import", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Covered:
+    """What the tests run of the true code: a test's CPU, and the tests of each line."""
+
+    seconds: dict[str, float]
+    lines: dict[str, dict[int, list[str]]]
+
+    def tests_of(self, change: Change) -> list[str]:
+        """The tests that run a changed line: the module's own first, then the quick ones."""
+        lines = self.lines.get(change.module, {})
+        # A line within a statement may have no code of its own; the statement begins above it.
+        above = [line for line in lines if line <= change.line]
+        contexts = lines[max(above)] if above else []
+        if (
+            contexts == [""] or not change.where
+        ):  # run on import: whatever runs the module may see it
+            contexts = [name for names in lines.values() for name in names]
+        wanted = set(contexts)
+        own = f"test_{Path(change.module).stem}.py"
+        found = [t for t in self.seconds if t in wanted or t.partition("::")[0] in wanted]
+        found.sort(key=lambda t: (f"/{own}::" not in t, self.seconds[t]))
+        total = np.cumsum([self.seconds[t] for t in found])
+        return [t for t, s in zip(found, total, strict=True) if s <= MOST_S or t == found[0]]
+
+
+def all_changes() -> list[Change]:
+    """Every change of the tested parts, module by module."""
+    modules = {
+        str(f.relative_to(ROOT)): f.read_text(encoding="utf-8")
+        for f in sorted((ROOT / "avahazard").rglob("*.py"))
+    }
+    compiled = {m for m, source in modules.items() if "\n@kernel" in source}
+    for module in tuple(compiled):
+        compiled |= {f"{n.replace('.', '/')}.py" for n in _IMPORT.findall(modules[module])}
+    return [
+        change
+        for folder, _ in TESTED.values()
+        for module, source in modules.items()
+        if module.startswith(f"{folder}/")
+        for change in changes_of(module, source, kernels_use=module in compiled)
+    ]
+
+
+def sampled(changes: Sequence[Change], n: int, rng: np.random.Generator) -> list[Change]:
+    """About n of the changes, each as likely as any other, spread evenly over the modules."""
+    n = min(n, len(changes))
+    shuffled = [changes[k] for k in rng.permutation(len(changes))]
+    in_order = sorted(shuffled, key=lambda change: change.module)
+    every = len(changes) / n
+    first = rng.uniform(0.0, every)
+    return [in_order[int(first + k * every)] for k in range(n)]
+
+
+def covered(*, compiled: bool) -> Covered:
+    """Run all tests of the parts on the true code, with the compiler or without it."""
+    given = {
+        "folders": [folder for folder, _ in TESTED.values()],
+        "tests": [tests for _, tests in TESTED.values()],
+        "most_s": MOST_TEST_S,
+    }
+    (found,) = _worker("cover", given, compiled=compiled)
+    failed = set(found["failed"])
+    return Covered(
+        {test: s for test, s in found["seconds"].items() if test not in failed},
+        {
+            module: {int(line): names for line, names in lines.items()}
+            for module, lines in found["lines"].items()
+        },
+    )
+
+
+def tried(
+    changes: Sequence[Change], tests: Covered, *, compiled: bool
+) -> Iterator[tuple[Change, str, float]]:
+    """How the tests of each change end, and their CPU: killed, too long, survived, no test."""
+    asked = {}
+    for change in changes:
+        mine = tests.tests_of(change)
+        if not mine:
+            yield change, "no test", 0.0
+            continue
+        asked[change.module, change.number] = (
+            change,
+            {
+                "module": change.module,
+                "number": change.number,
+                "tests": mine,
+                "seconds": sum(tests.seconds[t] for t in mine),
+            },
+        )
+    if asked:
+        for found in _worker("try", [one for _, one in asked.values()], compiled=compiled):
+            change, _ = asked[found["module"], found["number"]]
+            yield change, found["ended"], found["cpu"]
+
+
+def _worker(what: str, given: object, *, compiled: bool) -> Iterator[Any]:
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "0" if compiled else "1"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "benchmarks.trust.code_worker", what],
+        cwd=ROOT,
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.write(json.dumps(given))
+    process.stdin.close()
+    yield from map(json.loads, process.stdout)
+    if process.wait() != 0:
+        raise SystemExit(f"the worker ended with {process.returncode}")
