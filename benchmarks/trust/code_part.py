@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.trust.amounts import Amounts, Tell
+from benchmarks.trust.code_changes import Change
 from benchmarks.trust.code_mutants import TESTED, all_changes, covered, sampled, tried
 
 
@@ -25,6 +27,11 @@ def code(amounts: Amounts, _folder: Path, tell: Tell) -> dict[str, Any]:
         for change, ended, cpu in tried(mine, tests, compiled=compiled):
             tell(f"{ended} ({cpu:.0f} s): {change.module}:{change.line} {change.what}")
             found.append((change, ended))
+    return counted(changes, found)
+
+
+def counted(changes: Sequence[Change], found: Sequence[tuple[Change, str]]) -> dict[str, Any]:
+    """What is kept of changes that were tried, with how each ended."""
     rows = []
     for name, (folder, _) in TESTED.items():
         ends = [ended for change, ended in found if change.module.startswith(f"{folder}/")]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from benchmarks.trust.code_mutants import MOST_TEST_S
 from benchmarks.trust.markdown import Found, command, table
 
 READ = Path(__file__).with_name("survivors.json")
@@ -30,8 +31,8 @@ def code(found: Found) -> list[str]:
         "likelihood and of `hazard/`; words, types and messages of errors stay. Of these a sample, "
         "as dense in each module, is tried one by one on the tests under the mirrored folder that "
         "run the changed line, without those marked slow. Kernels are tried uncompiled, without "
-        "the tests that then take over 12 s. A change is killed when a test fails, or takes far "
-        "too long.",
+        f"the tests that then take over {MOST_TEST_S:g} s. A change is killed when a test fails, "
+        "or takes far too long.",
         "",
         *table(("part", "changes", "tried", "killed", "of these by time", "share"), lines),
         f"In all {killed} of {tried} are killed: {killed / tried:.1%}; {WANTED:.0%} are asked.",

@@ -46,7 +46,16 @@ class TooLongError(BaseException):
     """A test takes longer than it may."""
 
 
-class Watch:
+class Alone:
+    """One thread does all: a thread that is stopped amid a test would be waited for for ever."""
+
+    def pytest_configure(self) -> None:
+        from avahazard.workers import set_workers  # noqa: PLC0415 (only once a change is in place)
+
+        set_workers(1)
+
+
+class Watch(Alone):
     """Notes which lines each test runs and how long it takes; stops those over `most_s`."""
 
     def __init__(self, folders: list[str], most_s: float) -> None:
@@ -107,7 +116,7 @@ class Watch:
         }
 
 
-class Only:
+class Only(Alone):
     """Keeps these tests, in this order."""
 
     def __init__(self, tests: list[str]) -> None:

@@ -79,7 +79,7 @@ def disks(found: Found) -> list[str]:
         "years "
         "to and fro at every third reading. Each ended well, or with one message and its remedy; "
         "the "
-        f"database was whole, and the same command ended well afterwards.{missing}",
+        f"database was whole, and what had not ended well did so when it was run again.{missing}",
         "",
         *table(("fault", "commands", "ended by a message"), lines),
         *listed(found["faults"], "No traceback, no message without a remedy, nothing half stored."),
