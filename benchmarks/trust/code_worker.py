@@ -37,7 +37,7 @@ BEFORE_THE_FORK = (
 MOST_MEMORY = 12 * 2**30
 GRACE_S = 30
 """CPU that a child may take beyond thrice what its tests took before: imports, and a slow way."""
-OPTIONS = ["-q", "-p", "no:cacheprovider", "-m", "not slow"]
+OPTIONS = ["-q", "--tb=no", "-p", "no:cacheprovider", "-m", "not slow"]
 if os.environ.get("NUMBA_DISABLE_JIT") == "1":  # Python's numbers warn where compiled ones do not
     OPTIONS += ["-W", "ignore::RuntimeWarning"]
 
@@ -78,7 +78,7 @@ class Watch(Alone):
         try:
             yield
         except TooLongError:
-            pytest.fail("too long")
+            pytest.fail("too long", pytrace=False)
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
             self.cover.switch_context("")
