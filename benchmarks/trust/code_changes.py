@@ -29,6 +29,8 @@ NAMES = {
     "all": "any", "argmin": "argmax", "argmax": "argmin", "floor": "ceil", "ceil": "floor",
     "fmin": "fmax", "fmax": "fmin",
 }  # fmt: skip
+TRUE_CODE = -1
+"""In the place of a change's number: none is made."""
 WIDEST = 90
 """Characters of a piece of code that a change is told by."""
 

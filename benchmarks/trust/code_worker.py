@@ -27,7 +27,7 @@ from typing import Any, NoReturn
 import coverage
 import pytest
 
-from benchmarks.trust.code_changes import changed
+from benchmarks.trust.code_changes import TRUE_CODE, changed
 
 ROOT = Path(__file__).resolve().parents[2]
 BEFORE_THE_FORK = (
@@ -180,7 +180,7 @@ def _child(module: str, number: int, tests: list[str], seconds: float) -> int:
     most = int(3 * seconds) + GRACE_S
     resource.setrlimit(resource.RLIMIT_CPU, (most, most + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    if number >= 0:
+    if number != TRUE_CODE:
         source = (ROOT / module).read_text(encoding="utf-8")
         code = compile(changed(source, number), str(ROOT / module), "exec", dont_inherit=True)
         sys.meta_path.insert(0, Instead(module, code))
