@@ -23,7 +23,21 @@ TESTED = {
     "hazard": ("avahazard/hazard", "tests/hazard"),
 }
 """The parts of the program whose code is changed, and the tests that mirror them."""
-MOST_TEST_S = 6.0
+UNCOMPILED = (
+    *(f"tests/physics/test_{name}.py" for name in (
+        "block", "cell_step", "contact", "runout_curve", "speed", "stop_place",
+    )),
+    *(f"tests/inference/likelihood/test_{name}.py" for name in (
+        "event_terms", "exponentials", "gauss_quadrature", "group_offsets", "interpolation",
+        "nodes", "record_density", "speed_errors", "speed_nodes", "straight_density",
+    )),
+    *(f"tests/hazard/test_{name}.py" for name in (
+        "exceedance", "passing", "runout_bounds", "shape_grid",
+    )),
+    "tests/hazard/zones/test_exceeded_speeds.py",
+)  # fmt: skip
+"""The tests of kernels by themselves; those of all that stands on kernels would take hours."""
+MOST_TEST_S = 4.0
 """CPU that one test may take; without the compiler some would take minutes."""
 MOST_S = 45.0
 """CPU of all tests that one change is tried on; those of the module's own file come first."""
@@ -84,10 +98,10 @@ def sampled(changes: Sequence[Change], n: int, rng: np.random.Generator) -> list
 
 
 def covered(*, compiled: bool) -> Covered:
-    """Run all tests of the parts on the true code, with the compiler or without it."""
+    """Run the tests of the parts on the true code: all, or those of kernels without compiler."""
     given = {
         "folders": [folder for folder, _ in TESTED.values()],
-        "tests": [tests for _, tests in TESTED.values()],
+        "tests": [tests for _, tests in TESTED.values()] if compiled else UNCOMPILED,
         "most_s": MOST_TEST_S,
     }
     (found,) = _worker("cover", given, compiled=compiled)

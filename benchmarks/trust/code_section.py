@@ -30,9 +30,9 @@ def code(found: Found) -> list[str]:
         "1, signs, branches, calls left out) make every small change of `physics/`, of the "
         "likelihood and of `hazard/`; words, types and messages of errors stay. Of these a sample, "
         "as dense in each module, is tried one by one on the tests under the mirrored folder that "
-        "run the changed line, without those marked slow. Kernels are tried uncompiled, without "
-        f"the tests that then take over {MOST_TEST_S:g} s. A change is killed when a test fails, "
-        "or takes far too long.",
+        "run the changed line, without those marked slow. Kernels are tried uncompiled, on the "
+        f"tests of kernels by themselves, without those that then take over {MOST_TEST_S:g} s. A "
+        "change is killed when a test fails, or takes far too long.",
         "",
         *table(("part", "changes", "tried", "killed", "of these by time", "share"), lines),
         f"In all {killed} of {tried} are killed: {killed / tried:.1%}; {WANTED:.0%} are asked.",

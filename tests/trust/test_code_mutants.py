@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from benchmarks.trust.code_changes import Change, changed, changes_of
-from benchmarks.trust.code_mutants import Covered, all_changes, sampled, tried
+from benchmarks.trust.code_mutants import (
+    ROOT,
+    UNCOMPILED,
+    Covered,
+    all_changes,
+    sampled,
+    tried,
+)
 from benchmarks.trust.code_section import code, name_of
 
 SOURCE = '''
@@ -92,6 +99,10 @@ def test_the_tests_of_a_line_are_those_that_run_it_its_own_file_first() -> None:
     assert tests(9) == ["t/test_m.py::b"]
     assert set(tests(1)) == {"t/test_m.py::a", "t/test_m.py::b", "t/test_n.py::c"}
     assert covered.tests_of(Change("other.py", 0, 3, "f", "", False)) == []
+
+
+def test_the_tests_of_kernels_are_there() -> None:
+    assert [file for file in UNCOMPILED if not (ROOT / file).is_file()] == []
 
 
 @pytest.mark.slow
