@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,8 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class _Site:
-    """A node, where its parent holds it, and what may stand there instead."""
+    """A node, where its parent holds it, what may stand there instead, and which constants it is
+    a part of."""
 
     parent: ast.AST
     field: str
@@ -60,6 +61,7 @@ class _Site:
     other: ast.AST
     where: str
     compiled: bool
+    assigns: frozenset[str]
 
     @property
     def node(self) -> ast.AST:
@@ -67,8 +69,8 @@ class _Site:
         return held if self.place is None else held[self.place]  # type: ignore[no-any-return]
 
 
-def changes_of(module: str, source: str, *, kernels_use: bool) -> list[Change]:
-    """All changes of a module; `kernels_use` says that its constants stand in compiled code."""
+def changes_of(module: str, source: str, in_kernels: Set[str] = frozenset()) -> list[Change]:
+    """All changes of a module; of its constants those of these names stand in compiled code."""
     return [
         Change(
             module,
@@ -76,10 +78,36 @@ def changes_of(module: str, source: str, *, kernels_use: bool) -> list[Change]:
             getattr(site.node, "lineno", 0),
             site.where,
             f"{_short(site.node)} → {_short(site.other)}",
-            site.compiled or (kernels_use and not site.where),
+            site.compiled or not in_kernels.isdisjoint(site.assigns),
         )
         for k, site in enumerate(_sites(ast.parse(source)))
     ]
+
+
+def names_in_kernels(sources: Iterable[str]) -> set[str]:
+    """The names that kernels of these modules read, and those that such constants are made of."""
+    found: set[str] = set()
+    constants: list[ast.Assign] = []
+    for source in sources:
+        for node in ast.parse(source).body:
+            if isinstance(node, ast.FunctionDef) and _is_kernel(node):
+                found |= _names(node)
+            elif isinstance(node, ast.Assign):
+                constants.append(node)
+    more = found
+    while more:
+        used = [one for one in constants if not _names(*one.targets).isdisjoint(more)]
+        more = _names(*(one.value for one in used)) - found
+        found |= more
+    return found
+
+
+def _is_kernel(function: ast.FunctionDef) -> bool:
+    return any("kernel" in ast.unparse(one) for one in function.decorator_list)
+
+
+def _names(*nodes: ast.AST) -> set[str]:
+    return {one.id for node in nodes for one in ast.walk(node) if isinstance(one, ast.Name)}
 
 
 def changed(source: str, number: int) -> ast.Module:
@@ -104,10 +132,14 @@ def _sites(tree: ast.Module) -> Iterator[_Site]:
     yield from _within(tree, "", compiled=False)
 
 
-def _within(parent: ast.AST, where: str, *, compiled: bool) -> Iterator[_Site]:
+def _within(
+    parent: ast.AST, where: str, assigns: frozenset[str] = frozenset(), *, compiled: bool
+) -> Iterator[_Site]:
     if isinstance(parent, ast.FunctionDef):
         where = f"{where}.{parent.name}" if where else parent.name
-        compiled = compiled or any("kernel" in ast.unparse(one) for one in parent.decorator_list)
+        compiled = compiled or _is_kernel(parent)
+    elif isinstance(parent, ast.Assign) and not where:
+        assigns = frozenset(_names(*parent.targets))
     elif isinstance(parent, ast.ClassDef):
         where = f"{where}.{parent.name}" if where else parent.name
     for field, value in ast.iter_fields(parent):
@@ -118,8 +150,8 @@ def _within(parent: ast.AST, where: str, *, compiled: bool) -> Iterator[_Site]:
                 continue
             for other in _others(node, parent):
                 whole = ast.fix_missing_locations(ast.copy_location(other, node))
-                yield _Site(parent, field, place, whole, where, compiled)
-            yield from _within(node, where, compiled=compiled)
+                yield _Site(parent, field, place, whole, where, compiled, assigns)
+            yield from _within(node, where, assigns, compiled=compiled)
 
 
 def _only_checks(node: ast.AST) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -14,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.trust.code_changes import TRUE_CODE, Change, changes_of
+from benchmarks.trust.code_changes import TRUE_CODE, Change, changes_of, names_in_kernels
 
 ROOT = Path(__file__).resolve().parents[2]
 TESTED = {
@@ -41,7 +40,6 @@ MOST_TEST_S = 4.0
 """CPU that one test may take; without the compiler some would take minutes."""
 MOST_S = 25.0
 """CPU of all tests that one change is tried on; those of the module's own file come first."""
-_IMPORT = re.compile(r"^from (avahazard\.[\w.]+) import", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,15 +73,13 @@ def all_changes() -> list[Change]:
         str(f.relative_to(ROOT)): f.read_text(encoding="utf-8")
         for f in sorted((ROOT / "avahazard").rglob("*.py"))
     }
-    compiled = {m for m, source in modules.items() if "\n@kernel" in source}
-    for module in tuple(compiled):
-        compiled |= {f"{n.replace('.', '/')}.py" for n in _IMPORT.findall(modules[module])}
+    in_kernels = names_in_kernels(modules.values())
     return [
         change
         for folder, _ in TESTED.values()
         for module, source in modules.items()
         if module.startswith(f"{folder}/")
-        for change in changes_of(module, source, kernels_use=module in compiled)
+        for change in changes_of(module, source, in_kernels)
     ]
 
 

@@ -12,6 +12,8 @@ from benchmarks.trust.amounts import Amounts, Tell
 from benchmarks.trust.code_changes import Change
 from benchmarks.trust.code_mutants import TESTED, all_changes, covered, sampled, tried
 
+KILLED = ("killed", "too long", "died")
+
 
 def code(amounts: Amounts, _folder: Path, tell: Tell) -> dict[str, Any]:
     """Try a sample of all small changes of what computes."""
@@ -40,7 +42,7 @@ def counted(changes: Sequence[Change], found: Sequence[tuple[Change, str]]) -> d
                 "part": name,
                 "changes": sum(change.module.startswith(f"{folder}/") for change in changes),
                 "tried": len(ends),
-                "killed": sum(ended not in ("survived", "no test") for ended in ends),
+                "killed": sum(ended in KILLED for ended in ends),
                 "too long": ends.count("too long"),
             }
         )
@@ -52,6 +54,6 @@ def counted(changes: Sequence[Change], found: Sequence[tuple[Change, str]]) -> d
             "ended": ended,
         }
         for change, ended in found
-        if ended in ("survived", "no test")
+        if ended not in KILLED
     ]
     return {"rows": rows, "survivors": survivors}

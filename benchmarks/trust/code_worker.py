@@ -15,6 +15,7 @@ import resource
 import signal
 import sys
 import time
+import traceback
 import types
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -40,6 +41,12 @@ GRACE_S = 30
 OPTIONS = ["-q", "--tb=no", "-p", "no:cacheprovider", "-m", "not slow"]
 if os.environ.get("NUMBA_DISABLE_JIT") == "1":  # Python's numbers warn where compiled ones do not
     OPTIONS += ["-W", "ignore::RuntimeWarning"]
+
+
+BROKEN = 99
+ENDS = {0: "survived", 1: "killed", 2: "killed", 5: "no test"}
+"""By pytest's status: 2 is a module that cannot be imported. What else happens is no test's work,
+and does not count."""
 
 
 class TooLongError(BaseException):
@@ -164,7 +171,12 @@ def attempt(module: str, number: int, tests: list[str], seconds: float) -> dict[
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     child = os.fork()
     if child == 0:
-        os._exit(_child(module, number, tests, seconds))
+        code = BROKEN
+        try:
+            code = _child(module, number, tests, seconds)
+        except Exception:
+            traceback.print_exc()
+        os._exit(code)
     _, status = os.waitpid(child, 0)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -172,7 +184,7 @@ def attempt(module: str, number: int, tests: list[str], seconds: float) -> dict[
         ended = "too long" if os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL) else "died"
     else:
         code = os.WEXITSTATUS(status)
-        ended = {0: "survived", 5: "no test"}.get(code, "killed")
+        ended = ENDS.get(code, "broken")
     return {"module": module, "number": number, "ended": ended, "cpu": cpu}
 
 
