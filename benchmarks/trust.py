@@ -1,8 +1,8 @@
-"""Faults, many users, upgrades and bad input; writes docs/trust.md.
+"""Faults, many users, upgrades, bad input and changes of the code; writes docs/trust.md.
 
 make trust                                    all of it, hours long
 … benchmarks/trust.py power users             these parts; the page keeps what the others found
-… benchmarks/trust.py kills --kills 60        fewer
+… benchmarks/trust.py kills --kills 60        fewer; kills by another --seed are added to the page
 
 PostgreSQL takes part where AVAHAZARD_TEST_POSTGRES names a server on which databases may be made.
 """
@@ -25,7 +25,7 @@ sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.trust.amounts import Amounts  # noqa: E402
 from benchmarks.trust.page import page  # noqa: E402
-from benchmarks.trust.parts import PARTS  # noqa: E402
+from benchmarks.trust.parts import PARTS, added  # noqa: E402
 
 FOUND = HERE / "trust.json"
 PAGE = HERE.parent / "docs" / "trust.md"
@@ -49,7 +49,7 @@ def main() -> None:
         print(f"{name}: {time.monotonic() - began:.0f} s", flush=True)
         # Read again: another part may have been run beside this one.
         found = json.loads(FOUND.read_text(encoding="utf-8")) if FOUND.exists() else {}
-        found[name] = {"amounts": asdict(amounts), **result}
+        found[name] = added(name, found.get(name), {"amounts": asdict(amounts), **result})
         FOUND.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
         PAGE.write_text(page(found), encoding="utf-8")
 

@@ -13,6 +13,7 @@ from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
 from avahazard.effects.needs import named
 from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.model.observations import LEFT
 from avahazard.message import message
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
@@ -55,8 +56,8 @@ def diagnose_model(
 
     Raises:
         AvahazardError: there is no such model, it has an expected effect already or the data
-            cannot tell it, its records have changed, or its method has no
-            likelihood that effects could be tested in.
+            cannot tell it, its records have changed, none of them stopped on its profile, or its
+            method has no likelihood that effects could be tested in.
     """
     if plot is not None:
         require_picture(plot)
@@ -70,6 +71,7 @@ def diagnose_model(
             "Calibrate one with --method marginal.",
         )
     require_unchanged(stored)
+    _require_stops(stored)
     check_expected(stored, expect, own)
     found = diagnose(
         stored.model.observations,
@@ -94,6 +96,16 @@ def diagnose_model(
 
         draw_diagnosis(plot, told)
     return told
+
+
+def _require_stops(stored: StoredFit) -> None:
+    """Raise `AvahazardError` where all events left: whatever shifts their friction is unseen."""
+    if (stored.model.observations.kind == LEFT).all():
+        raise AvahazardError(
+            f"Every event of {stored.name} left its profile: no effect could be seen in them.",
+            "Import events whose runout was recorded, or profiles that reach beyond the stops; "
+            'a project goes on without: skip = ["diagnose"] in avahazard.toml.',
+        )
 
 
 def check_expected(stored: StoredFit, expect: Sequence[str], own: Sequence[Definition]) -> None:

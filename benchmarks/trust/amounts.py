@@ -20,6 +20,7 @@ class Amounts:
     rows: int = 50_000
     mutants: int = 20_000
     chains: int = 200
+    changes: int = 400
     seed: int = 15
 
 

@@ -8,7 +8,10 @@ STOOD = ("kills", "before", "between", "after")
 
 
 def kills(found: Found) -> list[str]:
-    rows = found["rows"]
+    runs = found["runs"]
+    rows = [row for run in runs for row in run["rows"]]
+    faults = [fault for run in runs for fault in run["faults"]]
+    notes = [line for run in runs if "note" in run for line in (run["note"], "")]
     total = sum(row["kills"] for row in rows)
     places = list(dict.fromkeys(row["place"] for row in rows))
     jobs = list(dict.fromkeys(row["job"] for row in rows))
@@ -19,8 +22,7 @@ def kills(found: Found) -> list[str]:
     return [
         "## kill -9",
         "",
-        command("kills", found, "kills"),
-        "",
+        *(line for run in runs for line in (command("kills", run, "kills"), "")),
         f"{total} kills on {' and '.join(places)}, half of those on files within 50 ms of the "
         "first "
         "write, the others at any moment. After each: the rows are those of before, those of the "
@@ -29,9 +31,8 @@ def kills(found: Found) -> list[str]:
         "same command, run again, ends as if nothing had happened; no file is half written.",
         "",
         *table(("command", "kills", "stood as before", "in between", "as after"), lines),
-        *listed(
-            found["faults"], "Nothing was lost, half stored or damaged; no command was refused."
-        ),
+        *listed(faults, "Nothing was lost, half stored or damaged; no command was refused."),
+        *notes,
     ]
 
 
@@ -78,7 +79,7 @@ def disks(found: Found) -> list[str]:
         "years "
         "to and fro at every third reading. Each ended well, or with one message and its remedy; "
         "the "
-        f"database was whole, and the same command ended well afterwards.{missing}",
+        f"database was whole, and what had not ended well did so when it was run again.{missing}",
         "",
         *table(("fault", "commands", "ended by a message"), lines),
         *listed(found["faults"], "No traceback, no message without a remedy, nothing half stored."),

@@ -39,9 +39,8 @@ def degenerate(found: Found) -> list[str]:
         "",
         command("degenerate", found),
         "",
-        "`fit`, `friction`, `volumes`, `alpha-beta`, `calibrate` by every method and law, "
-        "`compare`, "
-        "`diagnose`, `hazard`, `zones`, `model`, `ladder` on each set.",
+        "On each set: `fit`, `friction`, `volumes`, `alpha-beta`, `calibrate` by every method and "
+        "law, `compare`, `diagnose`, `hazard`, `zones`, `model`, `ladder`.",
         "",
         *table(("records", "commands that succeeded", "refused with a message"), lines),
         *listed(found["faults"], "No traceback, no NaN."),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from textwrap import fill
 
-from benchmarks.trust import fault_sections, input_sections
+from benchmarks.trust import code_section, fault_sections, input_sections
 from benchmarks.trust.markdown import Found
 
 WIDTH = 104
@@ -14,8 +14,9 @@ HEAD = """\
 # Faults, many users, upgrades, bad input
 
 What is lost when the program is killed, the power fails or the disk is full; what many users at
-once do to one another; what an upgrade keeps; what garbage does. Each table is written by the run
-that stands above it; `make trust` runs them all in full, `make test` a short version of each.
+once do to one another; what an upgrade keeps; what garbage does; what the tests see of a wrong
+line of code. Each table is written by the run that stands above it; `make trust` runs them all in
+full, `make test` a short version of each.
 """
 
 
@@ -29,6 +30,7 @@ def page(found: Found) -> str:
         "upgrades": fault_sections.upgrades,
         "mutants": input_sections.mutants,
         "degenerate": input_sections.degenerate,
+        "code": code_section.code,
     }
     lines = [HEAD]
     for name, write in parts.items():

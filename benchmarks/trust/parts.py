@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks.trust import fault_parts, input_parts
+from benchmarks.trust import code_part, fault_parts, input_parts
 from benchmarks.trust.amounts import Amounts, Tell
 
 PARTS: dict[str, Callable[[Amounts, Path, Tell], dict[str, Any]]] = {
@@ -17,4 +17,17 @@ PARTS: dict[str, Callable[[Amounts, Path, Tell], dict[str, Any]]] = {
     "upgrades": fault_parts.upgrades,
     "mutants": input_parts.mutants,
     "degenerate": input_parts.degenerate,
+    "code": code_part.code,
 }
+
+MORE = ("kills",)
+"""Parts of which runs by other seeds count too: more moments of the same commands."""
+
+
+def added(name: str, kept: dict[str, Any] | None, run: dict[str, Any]) -> dict[str, Any]:
+    """What is kept of a part after a run of it."""
+    if name not in MORE:
+        return run
+    runs = kept["runs"] if kept else []
+    others = [one for one in runs if one["amounts"]["seed"] != run["amounts"]["seed"]]
+    return {"runs": [*others, run]}

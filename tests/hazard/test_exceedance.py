@@ -129,3 +129,14 @@ def test_stops_that_scatter_in_metres_agree_with_the_paper_s_way() -> None:
         assert getattr(natural.runout_elevation_m, key) == pytest.approx(
             getattr(bounds.elevation, key), abs=3.0
         )
+
+
+def test_the_friction_of_a_volume_lies_between_that_of_its_neighbours() -> None:
+    volumes = EventVolumes(np.ones(3), np.log([1e4, 1e5]), np.full((3, 2), 0.5))
+    mixed = avalanches_of(draws(SIGMA, 3), volumes)
+    small, large = mixed.location[0, 0]
+    assert small > large
+    found = at_volume(mixed, np.log([1e4, 10**4.5, 1e6]))
+    assert found.location[:, 0, 0] == pytest.approx([small, 0.5 * (small + large), large])
+    assert found.scatter == pytest.approx(SIGMA)
+    assert found.volumes.share.shape == (3, 1)

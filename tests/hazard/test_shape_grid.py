@@ -43,6 +43,16 @@ def test_what_is_nought_may_be_left_out() -> None:
     np.testing.assert_array_equal(found, np.where(whole < -1e6, -np.inf, whole))
 
 
+def test_over_locations_sums_what_is_there_and_leaves_nought_nought() -> None:
+    rng = np.random.default_rng(6)
+    given = rng.normal(-50.0, 30.0, (4, 3, 5))
+    given[1, 2] = -np.inf
+    given[2, 1, :4] = -np.inf
+    expected = logsumexp(given, axis=2)
+    assert expected[1, 2] == -np.inf
+    np.testing.assert_allclose(over_locations(given), expected, rtol=1e-13)
+
+
 def test_the_pareto_grid_is_scipys_density() -> None:
     excess = stats.genpareto.rvs(-0.1, scale=0.8, size=20, random_state=2)
     found = gpd_likelihood(excess)

@@ -180,3 +180,9 @@ def test_the_others_are_all_but_the_path() -> None:
         near = expected > expected.max() - 100.0
         np.testing.assert_allclose(found.likelihood[near], expected[near], rtol=1e-9)
         assert np.all(found.likelihood[~near] < expected.max() - 99.0)
+
+
+def test_what_lies_at_the_threshold_is_not_over_it() -> None:
+    known = record("p", np.array([9.0, 10.0, 11.5]), 30)
+    assert region_of([known], "gpd").sample("p") == pytest.approx([1.5])
+    assert region_of([known], "gpd", float(np.exp(9.0))).sample("p") == pytest.approx([1.0, 2.5])

@@ -70,12 +70,14 @@ def test_stops_where_small_steps_stop(profile, effects) -> None:
     ],
     ids=["factor", "constant"],
 )
-def test_tables_over_speed(tables) -> None:
-    terrain = terrain_of(JUMP, max_cell=5.0)
+@pytest.mark.parametrize("profile", [BOWL, JUMP], ids=["bowl", "jump"])
+def test_tables_over_speed(profile, tables) -> None:
+    terrain = terrain_of(profile, max_cell=5.0)
     stops = run(cells_of(terrain, **tables), np.array([terrain.node(RELEASE_M)]), MU)
     resistance = replace(no_resistance(terrain), **tables)
-    expected, _, _ = small_steps(JUMP, RELEASE_M, MU, terrain, resistance, step=0.2)
+    expected, _, _ = small_steps(profile, RELEASE_M, MU, terrain, resistance, step=0.2)
     np.testing.assert_array_equal(stops.status[0] == LEFT_PROFILE, np.isnan(expected))
+    assert profile is JUMP or np.count_nonzero(stops.status == STOPPED) > 8
     np.testing.assert_allclose(stops.x[0], expected, atol=0.5)
 
 

@@ -45,6 +45,15 @@ def test_polynomials_up_to_degree_8_come_back(coefficients: list[float]) -> None
         np.testing.assert_allclose(value, exact(at), atol=1e-4)
 
 
+def test_a_cubic_through_four_points_and_no_error_of_a_bare_polynomial() -> None:
+    x = X[[0, 20, 50, 89]]
+    f = Legendre([1500.0, -500.0, 60.0, -10.0], domain=[X[0], X[-1]])
+    fitted = legendre_profile(x, f(x), penalty=1e-13)
+    assert fitted.degree == 3
+    np.testing.assert_allclose(fitted.height(X), f(X), atol=1e-4)
+    assert (fitted.sigma_m, fitted.sigma_source, fitted.posterior) == (0.0, None, None)
+
+
 @pytest.mark.parametrize(("sigma", "method"), [(1.001, "legendre"), (0.999, "spline")])
 def test_auto_turns_to_the_spline_where_the_polynomial_misses_by_more_than_the_error(
     sigma: float, method: str

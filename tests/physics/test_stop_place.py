@@ -53,3 +53,8 @@ def test_a_dip_below_zero_is_found_though_the_end_is_above() -> None:
     t = first_zero(1.0, -10.0, 1.0, 10.0)
     assert t == pytest.approx(0.5 - np.sqrt(0.15), abs=1e-9)
     assert first_zero(1.0, -1.0, 1.0, 1.0) == -1.0
+
+
+def test_a_block_released_where_nothing_pulls_yet_is_no_stop() -> None:
+    assert first_zero(0.0, 0.0, 5.0, 2.0) == -1.0
+    assert first_zero(0.0, -0.0, 5.0, 14.0) == -1.0

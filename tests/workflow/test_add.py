@@ -15,6 +15,7 @@ from avahazard.store.session import reading, writing
 from avahazard.workflow.add import add
 from avahazard.workflow.ladder import ladder
 from avahazard.workflow.predict import predict
+from avahazard.workflow.runout import run_model
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.own_effects import own_effects
 
@@ -113,16 +114,20 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     with reading(snow_database) as session:
         model = load_model(session, "own")
     assert model.effect_file == file.read_text()
-    draws = {}
+    draws: dict[str, list[float | None]] = {}
     for name, files in (("built-in", []), ("own", [file])):
         rows = predict(
             snow_database, name, snow_world / "world" / "events.csv", effect_files=files
         ).events
         draws[name] = [row.mean_m for row in rows]
+        run = run_model(snow_database, "P01", name, volume_m3=2e4, effect_files=files)
+        draws[name].append(run.runout_x_m)
     # The same posterior to the last bit, and so the same predictions.
     assert draws["own"] == draws["built-in"]
     with pytest.raises(AvahazardError, match="from a file"):
         predict(snow_database, "own", snow_world / "world" / "events.csv")
+    with pytest.raises(AvahazardError, match="from a file"):
+        run_model(snow_database, "P01", "own", volume_m3=2e4)
     with pytest.raises(AvahazardError, match="from a file"):
         add(snow_database, "own", ["season"], "child")
     child = add(snow_database, "own", ["season"], "child", effect_files=[file])

@@ -7,9 +7,12 @@ from dataclasses import replace
 
 import pytest
 
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
 from avahazard.store.save_records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.hazard import hazard
 from tests.workflow.worlds import bowl, known_stops
@@ -44,3 +47,13 @@ def test_least_squares_of_equal_volumes_say_so(database: str) -> None:
     for row in found.rows:
         assert all(math.isfinite(p.value) and abs(p.value) < 10 for p in row.parameters.values())
     assert any("all volumes are equal" in note for note in found.notes)
+
+
+def test_effects_are_not_sought_where_nothing_stopped(database: str) -> None:
+    events = tuple(Event(f"e{k}", "B", left_profile=True) for k in range(3))
+    with writing(database) as session:
+        save_records(session, bowl(events=events))
+    calibrate(database, "m", law="constant", chains=2, draws=50)
+    with pytest.raises(AvahazardError, match="Every event of m left its profile") as told:
+        diagnose_model(database, "m", n_worlds=39)
+    assert "skip" in (told.value.hint or "")

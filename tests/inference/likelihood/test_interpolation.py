@@ -7,7 +7,7 @@ import pytest
 
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.refinement import refined
-from avahazard.inference.likelihood.interpolation import line_weights
+from avahazard.inference.likelihood.interpolation import _mix, line_weights
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
@@ -115,3 +115,15 @@ def test_about_the_mode_the_blend_is_close(key: str, tolerance: float) -> None:
         u = np.clip(u, fine.layout.low, fine.layout.high)
         errors.append(np.sum(fine.event_log_likelihood(u) - _afresh(fine, u)))
     assert np.max(np.abs(errors)) < tolerance
+
+
+@pytest.mark.parametrize("plain", [False, True])
+def test_equal_corners_give_themselves(plain: bool) -> None:
+    rng = np.random.default_rng(1)
+    place, weight = rng.normal(-0.7, 0.2, (1, 3, 4)), rng.random((1, 3, 4))
+    weight /= weight.sum(axis=2, keepdims=True)
+    cubic, linear = np.array([-0.1, 0.6, 0.5]), np.array([0.0, 0.4, 0.6])
+    corners = (np.repeat(place, 3, axis=0), np.repeat(weight, 3, axis=0))
+    found = _mix(cubic, linear, *corners, np.full(3, plain))
+    np.testing.assert_allclose(found[0], place[0], rtol=1e-12)
+    np.testing.assert_allclose(found[1], weight[0], rtol=1e-12)

@@ -13,7 +13,7 @@ from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
-from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, SpeedRecord
 from avahazard.physics.runout_curve import MU
 from tests.inference import naive_nodes
 
@@ -39,6 +39,7 @@ def _nodes(
     speeds: tuple[SpeedRecord, np.ndarray] | None = None,
     left: np.ndarray = LEAVES,
     in_log: bool = True,
+    fall_height: float = np.nan,
 ) -> Nodes:
     """Nodes of one event whose block stops on `curve`."""
     observations: Any = SimpleNamespace(
@@ -47,7 +48,7 @@ def _nodes(
         kind=np.array([kind]),
         observed=np.array([observed]),
         sigma=np.array([sigma]),
-        fall_height=np.array([np.nan]),
+        fall_height=np.array([fall_height]),
         limit=np.array([limit]),
     )
     predicted = Predicted(
@@ -226,3 +227,14 @@ def test_weights_of_a_record_sum_to_one() -> None:
         nodes = _nodes(curve, observed=1300.0)
         assert nodes.weight.sum() == pytest.approx(1.0)
         assert np.all(nodes.weight >= 0.0)
+
+
+def test_a_runout_length_needs_no_table_of_frictions() -> None:
+    # H/L = 0.068 lies off the table; what the curve says must not matter.
+    nodes = _nodes(PLAIN, LENGTH, 11065.0, 100.0, fall_height=754.0)
+    length = np.linspace(10_000.0, 12_000.0, 20_001)
+    density = stats.norm.pdf(length, 11065.0, 100.0)
+    for m, s in ((np.log(0.07), 0.2), (np.log(0.1), 0.3)):
+        along = density * stats.norm.pdf(np.log(754.0 / length), m, s) / length
+        expected = np.log(np.sum(along) * (length[1] - length[0]))
+        assert _log_likelihood(nodes, m, s) == pytest.approx(expected, abs=1e-3)

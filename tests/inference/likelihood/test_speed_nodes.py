@@ -9,7 +9,7 @@ from scipy import stats
 from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_nodes import SPLIT, between
+from avahazard.inference.likelihood.speed_nodes import SPLIT, _bound, between
 from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
 from avahazard.physics.runout_curve import MU
 from tests.inference.studies import observations, posterior
@@ -113,3 +113,16 @@ def test_events_without_speeds_are_untouched() -> None:
     assert with_speeds.event_log_likelihood(u)[silent] == pytest.approx(
         without.event_log_likelihood(u[:3])[silent], abs=1e-9
     )
+
+
+def test_the_bound_of_a_cell_by_hand() -> None:
+    ends, record = np.array([-3.0, -1.0, -2.0, -5.0]), np.array([100.0, 200.0, 300.0, 400.0])
+    left = np.array([True, True, False, False])
+    # Nobody stops in the first cell; the second misses the record by a standard deviation.
+    stopped = _bound(ends, record, left, False, 350.0, 50.0)
+    np.testing.assert_allclose(stopped, [-np.inf, -1.5, -2.0])
+    np.testing.assert_allclose(
+        _bound(ends, record, left, True, np.nan, 50.0), [-1.0, -1.0, -np.inf]
+    )
+    # What no cell can explain is looked for in all of them.
+    np.testing.assert_array_equal(_bound(ends, record, ~left & False, True, np.nan, 50.0), 0.0)

@@ -1,0 +1,37 @@
+"""A path without volumes: its rate alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.hazard.frequencies import Frequencies, VolumeSource
+from avahazard.hazard.volume_record import VolumeRecord
+from avahazard.hazard.volume_region import region_of
+from avahazard.records.errors import AvahazardError
+
+
+@pytest.fixture
+def frequencies() -> Frequencies:
+    """Twelve events in thirty years of path p, and no volume."""
+    none = np.empty(0)
+    record = VolumeRecord("p", 1971, 2000, "a test", 12, 9, 0, none, none, none, none)
+    refused = {"p": AvahazardError("There are no volumes.", "Measure some.")}
+    return Frequencies(region_of([record]), refused, 5, VolumeSource(), None, None, {})
+
+
+def test_its_rate_is_that_of_a_poisson_process(frequencies: Frequencies) -> None:
+    with pytest.raises(AvahazardError, match="no volumes"):
+        frequencies.of("p")
+    found = frequencies.rate_alone("p")
+    assert found is not None
+    # Jeffreys' prior: gamma of shape n + 1/2.
+    assert np.mean(found.rate) == pytest.approx(12.5 / 30.0, rel=0.02)
+    assert np.std(found.rate) == pytest.approx(12.5**0.5 / 30.0, rel=0.05)
+    assert (found.share == 1.0).all()
+    assert frequencies.rate_alone("nobody") is None
+
+
+def test_it_is_trusted_for_twice_the_observed_years(frequencies: Frequencies) -> None:
+    assert not frequencies.extrapolated("p", 60.0)
+    assert frequencies.extrapolated("p", 60.5)
