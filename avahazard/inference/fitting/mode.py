@@ -18,6 +18,8 @@ Indices = NDArray[np.int64]
 STEP, GRADIENT_STEP = 1e-3, 1e-6
 """Steps of the differences for curvature and gradient, in coordinates of order one."""
 ITERATIONS = 200
+LEAST_CURVATURE = 0.05
+"""Curvature that is taken where the density hardly bends down."""
 REFUSED = 1e10
 """Cost where the density is nought."""
 FIRST_SPREAD = 0.5
@@ -80,7 +82,7 @@ def find_mode(
     for _ in range(2):
         u, cost = climb(posterior, u, np.arange(len(u)), ITERATIONS)
     if covariance is None:
-        covariance = _covariance(posterior, u)
+        covariance = covariance_at(posterior, u)
     return Mode(u, -cost, covariance)
 
 
@@ -128,7 +130,7 @@ def costs(posterior: Posterior, u: Floats) -> Floats:
     return np.where(np.isfinite(values), values, REFUSED)
 
 
-def _covariance(posterior: Posterior, u: Floats) -> Floats:
+def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     """Inverse of the Hessian of the cost, kept positive and finite."""
     n = len(u)
     # At a bound the differences are taken one step inside.
@@ -147,5 +149,11 @@ def _covariance(posterior: Posterior, u: Floats) -> Floats:
     hessian[i, j] = hessian[j, i] = 0.5 * (forth + back - alone[i] - alone[j]) + middle
     hessian /= STEP * STEP
     values, vectors = np.linalg.eigh(hessian)
-    values = np.clip(values, 0.05, 1e8)
+    if values[0] < LEAST_CURVATURE:
+        # Against a bound the density need not bend down, but falls as an exponential, whose
+        # standard deviation is one over its rate.
+        against = (u < low + 2 * STEP * unit) | (u > high - 2 * STEP * unit)
+        rate = (ahead - behind) / (2.0 * STEP)
+        values, vectors = np.linalg.eigh(hessian + np.diag(np.where(against, rate**2, 0.0)))
+    values = np.clip(values, LEAST_CURVATURE, 1e8)
     return np.asarray(np.outer(unit, unit) * ((vectors / values) @ vectors.T))

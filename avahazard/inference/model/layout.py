@@ -96,7 +96,11 @@ class Layout:
 
     def prior_slopes(self, u: Floats) -> Floats:
         """Derivatives `[n_slots]` of `log_prior` at u `[n_slots]`."""
-        return np.asarray((self._mean - u) / self._sd**2)
+        z = (u - self._mean) / self._sd
+        if self._law_precision is not None:
+            n = len(self._law_precision)
+            z[:n] = self._law_precision @ z[:n]
+        return np.asarray(-z / self._sd)
 
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""

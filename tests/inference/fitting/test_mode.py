@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from avahazard.inference.fitting.mode import find_mode, likely_friction, start_coordinates
+from avahazard.inference.fitting.mode import (
+    covariance_at,
+    find_mode,
+    likely_friction,
+    start_coordinates,
+)
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.event import Event
 from tests.inference.studies import one_path, posterior
@@ -73,3 +81,25 @@ def test_the_likely_friction_is_the_mean_of_the_record() -> None:
     left = model.nodes.point(()).is_probability
     assert np.all(np.isnan(friction[left]))
     assert np.all((friction[~left] > 0.15) & (friction[~left] < 0.8))
+
+
+def test_a_density_that_bends_up_against_a_bound_is_an_exponential_there() -> None:
+    """As the share of wrong records does: else its width would be that of no curvature at all."""
+    bend = np.array([[100.0, -6.0], [-6.0, -30.0]])
+    rate = 20.0
+
+    def log_densities(u: np.ndarray) -> np.ndarray:
+        return rate * u[:, 1] - 0.5 * np.einsum("ni,ij,nj->n", u, bend, u)
+
+    layout = SimpleNamespace(
+        low=np.array([-9.0, -1.0]),
+        high=np.array([9.0, 0.0]),
+        slots=(None, None),
+        law=SimpleNamespace(uses_volume=False),
+    )
+    volumes = SimpleNamespace(known=False)
+    model: Any = SimpleNamespace(
+        layout=layout, observations=SimpleNamespace(volumes=volumes), log_densities=log_densities
+    )
+    found = covariance_at(model, np.zeros(2))
+    assert found == pytest.approx(np.linalg.inv(bend + np.diag([0.0, rate**2])), rel=0.02)

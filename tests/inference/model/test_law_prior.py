@@ -49,6 +49,14 @@ def test_the_prior_is_the_joint_normal() -> None:
     assert layout.log_prior(u[3]) == pytest.approx(expected[3])
 
 
+def test_its_slopes_are_those_of_the_joint_normal() -> None:
+    for prior in (PRIOR, None):
+        layout = posterior(Specification(prior=prior)).layout
+        u, steps = np.array([-0.4, 0.9, -2.2]), 1e-5 * np.eye(3)
+        apart = layout.log_prior(u + steps) - layout.log_prior(u - steps)
+        assert layout.prior_slopes(u) == pytest.approx(apart / 2e-5, rel=1e-6)
+
+
 def test_evidence_counts_its_whole_mass() -> None:
     """∫ exp(log_prior) of the law's coordinates by a sum over a grid."""
     told, plain = posterior(Specification(prior=PRIOR)), posterior(Specification())
