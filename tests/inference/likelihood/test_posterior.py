@@ -96,11 +96,11 @@ def test_out_of_bounds_there_is_no_density() -> None:
 @pytest.mark.parametrize(
     ("settings", "tau", "tolerance"),
     [
-        ({}, 0.1, 0.01),
+        ({}, 0.1, 0.004),
         pytest.param({}, 1.5, 0.03, marks=pytest.mark.slow),
         # Laplace's method knows nothing of heavy tails.
         pytest.param({"tails": "student"}, 0.5, 0.15, marks=pytest.mark.slow),
-        ({"distribution": "normal"}, 0.5, 0.1),
+        ({"distribution": "normal"}, 0.5, 0.06),
     ],
 )
 def test_path_offsets_are_integrated_out(
