@@ -47,11 +47,11 @@ def _survivors(found: Found) -> list[str]:
     for one in found["survivors"]:
         said = read.get(name_of(one), "not read yet")
         place = one["place"].removeprefix("avahazard/")
-        what = one["what"].replace("|", "\\|").replace("`", "'")
-        lines.append((f"`{place}` `{what}`", said))
+        what = one["what"].replace("`", "'")
+        lines.append(f"- `{place}` `{what}`: {said}")
     if not lines:
         return ["None survived.", ""]
-    return ["Those that survived, each read:", "", *table(("change", "what it is"), lines)]
+    return ["Those that survived, each read:", "", *lines, ""]
 
 
 def name_of(survivor: dict[str, str]) -> str:

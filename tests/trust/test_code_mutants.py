@@ -124,4 +124,4 @@ def test_the_page_counts_and_says_what_reading_them_gave() -> None:
     row = {"part": "physics", "changes": 90, "tried": 20, "killed": 18, "too long": 1}
     lines = code({"amounts": {"changes": 20, "seed": 1}, "rows": [row], "survivors": [survivor]})
     assert "| physics | 90 | 20 | 18 | 1 | 90% |" in lines
-    assert "| `physics/x.py:7` `a \\| b → a` | not read yet |" in lines
+    assert "- `physics/x.py:7` `a | b → a`: not read yet" in lines

@@ -44,6 +44,7 @@ def _nodes(
     """Nodes of one event whose block stops on `curve`."""
     observations: Any = SimpleNamespace(
         n_events=1,
+        sites=(None,),
         speeds=() if speeds is None else (speeds[0],),
         kind=np.array([kind]),
         observed=np.array([observed]),
