@@ -17,6 +17,8 @@ Indices = NDArray[np.int64]
 
 STEP, GRADIENT_STEP = 1e-3, 1e-6
 """Steps of the differences for curvature and gradient, in coordinates of order one."""
+STEEPEST = 1e100
+"""Slope (nats a unit) whose square a climb can bear: volumes off any scale have steeper ones."""
 ITERATIONS = 200
 LEAST_CURVATURE = 0.05
 """Curvature that is taken where the density hardly bends down."""
@@ -105,7 +107,7 @@ def climb(posterior: Posterior, u: Floats, free: Indices, iterations: int) -> tu
         if exact.any():
             value, slopes = posterior.density_and_slopes(at)
         gradient, moved = -slopes[free], ~exact
-        if not np.isfinite(value):
+        if not (np.isfinite(value) and np.all(np.abs(slopes * unit) < STEEPEST)):
             # Where there is no density there are no slopes of it.
             value, moved = -float(costs(posterior, at[None])[0]), np.full(len(free), True)
         if moved.any():

@@ -34,6 +34,7 @@ MEANINGS: dict[str, Meaning] = {
     "section": _text("channelled or open"),
     "catchment_ha": Meaning("catchment area", "ha"),
     "release_elevation_m": Meaning("elevation of the release", ELEVATION),
+    "release_sigma_m": Meaning("error of the release elevation (sd)", "m"),
     "observed_from": Meaning("first year of observation"),
     "observed_to": Meaning("last year of observation"),
     "observed_below_m": Meaning("stops above are not seen", ELEVATION),

@@ -27,6 +27,8 @@ from avahazard.workflow.stored.record_notes import record_notes
 Floats = NDArray[np.float64]
 
 KDE_DRAWS, KDE_POINTS = 4000, 401
+NARROWEST = 1e-9
+"""Width of the middle half of draws, over their sd, below which it counts as one value."""
 STILL_PRIOR = 0.75
 """Posterior over prior standard deviation where the records tell less than the prior (with
 independent normals they tell as much at 0.71)."""
@@ -161,12 +163,16 @@ def mode(draws: Floats) -> float:
     from scipy.stats import gaussian_kde  # noqa: PLC0415 (slow)
 
     draws = draws[:: max(1, len(draws) // KDE_DRAWS)]
-    sd = float(np.std(draws, ddof=1))
-    quartiles = np.quantile(draws, [0.25, 0.75])
-    width = min(sd, float(np.ptp(quartiles)) / 1.349)
-    if width <= 0.0 or np.ptp(draws) <= 1e-12 * float(np.max(np.abs(draws))):
-        return float(np.median(draws))
-    density = gaussian_kde(draws / sd, bw_method=0.9 * width / sd * len(draws) ** -0.2)
+    middle, width = float(np.median(draws)), float(np.ptp(draws))
+    if not 1e-12 * float(np.max(np.abs(draws))) < width < np.inf:
+        return middle
+    z = (draws - middle) / width  # whose squares neither vanish nor overflow
+    sd = float(np.std(z, ddof=1))
+    kernel = min(sd, float(np.ptp(np.quantile(z, [0.25, 0.75]))) / 1.349)
+    # Where half of the draws are all but one value, that is it.
+    if kernel <= NARROWEST * sd:
+        return middle
+    density = gaussian_kde(z / sd, bw_method=0.9 * kernel / sd * len(z) ** -0.2)
     # Places close together where the draws are dense.
-    x = np.quantile(draws, np.linspace(0.005, 0.995, KDE_POINTS))
-    return float(x[np.argmax(density(x / sd))])
+    x = np.quantile(z, np.linspace(0.005, 0.995, KDE_POINTS))
+    return float(middle + width * x[np.argmax(density(x / sd))])

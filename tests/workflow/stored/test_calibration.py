@@ -65,6 +65,14 @@ def test_the_mode_of_a_constant() -> None:
     assert mode(np.full(100, 0.1)) == 0.1
 
 
+@pytest.mark.parametrize("scale", [1e-300, 1e300])
+def test_the_mode_at_the_ends_of_what_a_float_holds(scale: float) -> None:
+    draws = np.random.default_rng(1).gamma(4.0, 1.0, 40_000)
+    assert mode(draws * scale) == pytest.approx(mode(draws) * scale, rel=1e-9)
+    far = np.concatenate([np.full(90, 2.0) + 1e-12 * np.arange(90), np.full(10, 1e300)])
+    assert mode(far) == pytest.approx(2.0)
+
+
 def test_parameters_offsets_and_settings() -> None:
     draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
     found = _found(draws, {"B": draws[..., 0].ravel() - 0.5}, left_out={"have no volume": 2})
