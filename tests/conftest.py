@@ -165,7 +165,7 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
     def make(folder: Path) -> None:
-        write_world(folder / "world", *make_world(3, 84, 4, {"snow-type": 1.5}))
+        write_world(folder / "world", *make_world(3, 120, 6, {"snow-type": 1.5}))
         database = str(folder / "base.db")
         upkeep.create(database)
         import_files(database, [folder / "world"])

@@ -23,7 +23,7 @@ LEVELS = """
 from avahazard.effects.effect import Parameter
 KEY, MEANING, NEEDS = "snow", "Snow types rub differently.", ["snow_type"]
 LEVELS = {levels}
-PARAMETERS = [Parameter(k, "log friction", 0.0, 0.0, 0.2) for k in LEVELS]
+PARAMETERS = [Parameter(k, "log friction", 0.0, 0.0, {sd!r}) for k in LEVELS]
 def friction(columns):
     return [columns.texts["snow_type"] == k for k in LEVELS]
 """
@@ -72,7 +72,7 @@ def test_a_child_whose_comparison_cannot_be_stored_is_not_stored_either(
 def test_a_changed_effect_file_is_not_run(
     snow_database: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = LEVELS.format(levels=["wet", "dry"])
+    text = LEVELS.format(levels=["wet", "dry"], sd=0.2)
     file = tmp_path / "own.py"
     file.write_text(text, encoding="utf-8")
     with writing(snow_database) as session:
@@ -107,8 +107,9 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     add(snow_database, "base", ["snow-type"], "built-in")
     built_in = load_stored(snow_database, "built-in")
     file = tmp_path / "snow.py"
-    levels = built_in.facts["snow-type"]["levels"]
-    file.write_text(LEVELS.format(levels=levels), encoding="utf-8")
+    facts = built_in.facts["snow-type"]
+    text = LEVELS.format(levels=facts["levels"], sd=facts["prior_sd"])
+    file.write_text(text, encoding="utf-8")
     child = add(snow_database, "base", ["snow"], "own", effect_files=[file])
     assert child.effects == ("snow",)
     with reading(snow_database) as session:

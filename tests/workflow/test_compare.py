@@ -32,7 +32,7 @@ def test_what_it_holds(document: Comparison) -> None:
     assert Comparison.from_dict(document.to_dict()) == document
     assert scores.speed is None
     assert document.held_out.by == "path"
-    assert document.held_out.runout.n == scores.runout.n == 84
+    assert document.held_out.runout.n == scores.runout.n == 120
     assert document.measured_force is None
 
 

@@ -46,7 +46,7 @@ def test_its_own_runout_only_scores(snow_database: str, write: Write) -> None:
 def test_the_records_themselves_are_covered(snow_world: Path) -> None:
     file = snow_world / "world" / "events.csv"
     found = predict(str(snow_world / "base.db"), "base", file)
-    assert len(found.events) == found.scores.runout.n == 84
+    assert len(found.events) == found.scores.runout.n == 120
     assert abs(found.scores.runout.coverage_90 - 0.9) < 0.08
 
 

@@ -17,7 +17,7 @@ def test_rows_or_rows_with_scores(snow_database: str, snow_world: Path, write: A
     known = snow_world / "world" / "events.csv"
     found = document(snow_database, "predict", "base", str(known))
     assert set(found) == {"events", "scores"}
-    assert found["scores"]["runout"]["n"] == len(found["events"]) == 84
+    assert found["scores"]["runout"]["n"] == len(found["events"]) == 120
     table = run(snow_database, "predict", "base", str(known)).stdout
     assert "P01-001" in table
     assert "Against the file's own runouts" in table
