@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,6 +10,11 @@ from avahazard.effects.site import Site
 from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.contradictions import place_fault, unseen_elevation, volume_fault
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+
+Paths = Mapping[str, Path]
+Profiles = Mapping[str, Profile]
 
 MISFIT_M = 10.0
 """Deviation of the regularised path from its points from which a reader is told."""
@@ -38,11 +43,16 @@ def record_notes(records: Records, sites: Sequence[Site]) -> tuple[str, ...]:
 
     An import refuses the second; a database of an earlier version may hold them.
     """
-    return (*_misfits(records, sites), *_contradictions(records), *_unseen(records))
-
-
-def _misfits(records: Records, sites: Sequence[Site]) -> list[str]:
     profiles = {profile.path_id: profile for profile in records.profiles}
+    paths = {path.path_id: path for path in records.paths}
+    return (
+        *_misfits(profiles, sites),
+        *_contradictions(records.events, paths, profiles),
+        *_unseen(records.events, paths, profiles),
+    )
+
+
+def _misfits(profiles: Profiles, sites: Sequence[Site]) -> list[str]:
     found = []
     for site in {site.path.path_id: site for site in sites}.values():
         profile, smooth = profiles.get(site.path.path_id), site.smooth
@@ -56,11 +66,9 @@ def _misfits(records: Records, sites: Sequence[Site]) -> list[str]:
     return _first(found, MORE_MISS)
 
 
-def _contradictions(records: Records) -> list[str]:
-    profiles = {profile.path_id: profile for profile in records.profiles}
-    paths = {path.path_id: path for path in records.paths}
+def _contradictions(events: Sequence[Event], paths: Paths, profiles: Profiles) -> list[str]:
     found = []
-    for event in records.events:
+    for event in events:
         fault = volume_fault(event)
         profile = profiles.get(event.path_id or "")
         if fault is None and profile is not None:
@@ -75,11 +83,9 @@ def _contradictions(records: Records) -> list[str]:
     return _first(found, MORE_CONTRADICT)
 
 
-def _unseen(records: Records) -> list[str]:
-    profiles = {profile.path_id: profile for profile in records.profiles}
-    paths = {path.path_id: path for path in records.paths}
+def _unseen(events: Sequence[Event], paths: Paths, profiles: Profiles) -> list[str]:
     over: dict[str, list[tuple[float, str]]] = {}
-    for event in records.events:
+    for event in events:
         path = paths.get(event.path_id or "")
         if path is None:
             continue
