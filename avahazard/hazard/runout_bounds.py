@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_curve import RunoutCurve, piece_at, pieces
+from avahazard.physics.runout_curve import RunoutCurve, grid_of, piece_at, pieces
 from avahazard.results.hazard import Spread
 
 Floats = NDArray[np.float64]
@@ -100,17 +100,17 @@ def draw_runouts(
     kernel = _draw_lognormal if distribution == "lognormal" else _draw_normal
     sd = np.asarray(scatter, np.float64)
     counts = np.zeros(3, dtype=np.int64)
-    n = kernel(rng, rows, status, location, sd, ends, curve.mu_min, 1 / curve.mu_step, x, y, counts)
+    n = kernel(rng, rows, status, location, sd, ends, grid_of(curve.mu), x, y, counts)
     return x[:n], y[:n], counts
 
 
 @kernel
-def _draw_lognormal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, counts):  # type: ignore[no-untyped-def]
+def _draw_lognormal(rng, rows, status, location, sd, ends, grid, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     for p in range(len(location)):
         while i < ends[p]:
             mu = np.exp(location[p] + sd[p] * rng.standard_normal())
-            k, t = piece_at(rows, mu, mu_min, per_step)
+            k, t = piece_at(rows, grid, mu)
             x[i] = rows[k, 0] + rows[k, 1] * t
             y[i] = rows[k, 2] + rows[k, 3] * t
             counts[status[k]] += 1
@@ -119,7 +119,7 @@ def _draw_lognormal(rng, rows, status, location, sd, ends, mu_min, per_step, x, 
 
 
 @kernel
-def _draw_normal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, counts):  # type: ignore[no-untyped-def]
+def _draw_normal(rng, rows, status, location, sd, ends, grid, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0
     for p in range(len(location)):
@@ -127,7 +127,7 @@ def _draw_normal(rng, rows, status, location, sd, ends, mu_min, per_step, x, y, 
             mu = location[p] + sd[p] * rng.standard_normal()
             i += 1
             if mu > 0.0:
-                k, t = piece_at(rows, mu, mu_min, per_step)
+                k, t = piece_at(rows, grid, mu)
                 x[n] = rows[k, 0] + rows[k, 1] * t
                 y[n] = rows[k, 2] + rows[k, 3] * t
                 counts[status[k]] += 1

@@ -16,8 +16,8 @@ evenly over a jump, on purpose, since real terrain and real avalanches have no s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +30,24 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 MU_STEP = 0.0025
-"""Spacing of the friction grid, as in the paper."""
-MU = np.arange(0.02, 1.6 + MU_STEP / 2, MU_STEP)
+"""Spacing of the friction grid where it is even, as in the paper."""
+N_BELOW, N_ABOVE, GROWTH = 24, 40, 1.104967598682188
+"""Cells below and above those: from 0.001 to 0.02 and from 1.6 to 3, each wider or narrower than
+the next by one factor, so that F is as straight within as it is beside. All numbers of cells are
+multiples of 4: every fourth friction makes a grid of the same kind."""
+
+
+def _frictions() -> Floats:
+    even = np.arange(0.02, 1.6 + MU_STEP / 2, MU_STEP)
+    below = np.geomspace(0.001, even[0], N_BELOW, endpoint=False)
+    above = even[-1] + MU_STEP * np.cumsum(GROWTH ** np.arange(1, N_ABOVE + 1))
+    return np.concatenate([below, even, above])
+
+
+MU = _frictions()
 """Frictions at which runouts are tabulated, `[n_friction]`."""
-MU_MIN = float(MU[0])
+EVEN = slice(N_BELOW, len(MU) - N_ABOVE)
+"""Those with one spacing."""
 JUMP_FACTOR = 5.0
 """A cell is a jump where the stop moves this many times as far as in the wider cell beside it."""
 
@@ -42,19 +56,18 @@ JUMP_FACTOR = 5.0
 class RunoutCurve:
     """F(μ) of one run, `[n_friction]`, or of several, `[n_rows, n_friction]`.
 
-    Friction of node j is `mu_min + j * mu_step`, which is `MU` if nothing else is said. `x`, `y`
-    are in m, `status` as in `physics.block`; where the block left the profile they are no stops.
+    `mu` `[n_friction]` are the frictions of the nodes, which rise. `x`, `y` are in m, `status` as
+    in `physics.block`; where the block left the profile they are no stops.
     """
 
     x: Floats
     y: Floats
     status: NDArray[np.int8]
-    mu_min: float = float(MU[0])
-    mu_step: float = MU_STEP
+    mu: Floats = field(default_factory=lambda: MU)
 
     def __getitem__(self, rows: Any) -> RunoutCurve:
         """The curves of these rows, or the curve of one."""
-        return RunoutCurve(self.x[rows], self.y[rows], self.status[rows], self.mu_min, self.mu_step)
+        return RunoutCurve(self.x[rows], self.y[rows], self.status[rows], self.mu)
 
     @property
     def left(self) -> Bools:
@@ -79,10 +92,10 @@ class RunoutCurve:
 
     def at(self, mu: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
         """x, y and status at frictions `mu` `[(n_rows,) n]`; beyond the grid its end counts."""
-        return self.at_steps((mu - self.mu_min) / self.mu_step)
+        return self.at_steps(steps_of(mu, self.mu))
 
     def at_steps(self, steps: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
-        """The same at frictions in steps from the first node."""
+        """The same at frictions in steps of the grid, as `steps_of` gives them."""
         cell, share = located(steps, self.broken)
         return (
             between(self.x, cell, share),
@@ -95,8 +108,8 @@ class RunoutCurve:
 
         nan where there is none: within jumps, where the block left, where it was held.
         """
-        broken = self.broken
-        return _slope(self.x, broken) / self.mu_step, _slope(self.y, broken) / self.mu_step
+        broken, width = self.broken, np.diff(self.mu)
+        return _slope(self.x, broken, width), _slope(self.y, broken, width)
 
 
 def tabulate(cells: Cells, starts: NDArray[np.int64], stride: int = 1) -> RunoutCurve:
@@ -105,13 +118,18 @@ def tabulate(cells: Cells, starts: NDArray[np.int64], stride: int = 1) -> Runout
     Where the block left the profile, x and y are nan; where it was not released, the release.
     """
     stops = run(cells, starts, MU[::stride])
-    return RunoutCurve(stops.x, stops.y, stops.status, float(MU[0]), MU_STEP * stride)
+    return RunoutCurve(stops.x, stops.y, stops.status, MU[::stride])
 
 
 def filled(coarse: RunoutCurve, stride: int) -> RunoutCurve:
     """The curves over `MU` from those over every `stride`-th friction of it."""
     steps = np.broadcast_to(np.arange(len(MU)) / stride, (len(coarse.x), len(MU)))
     return RunoutCurve(*coarse.at_steps(steps))
+
+
+def steps_of(mu: Floats, grid: Floats = MU) -> Floats:
+    """Frictions `mu` in steps from the first node of `grid`; beyond the grid its end counts."""
+    return np.asarray(np.interp(mu, grid, np.arange(len(grid))))
 
 
 def broken_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
@@ -130,7 +148,6 @@ def broken_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
 def located(steps: Floats, broken: Bools) -> tuple[NDArray[np.int64], Floats]:
     """Cell of each place `[…, n]` on the grid, and the share of its upper end: 0 or 1 if broken."""
     n_cells = broken.shape[-1]
-    steps = np.clip(steps, 0.0, float(n_cells))
     cell = np.minimum(steps.astype(np.int64), n_cells - 1)
     share = steps - cell
     flat = np.take_along_axis(broken, cell, axis=-1)
@@ -173,7 +190,7 @@ def inverse(values, broken, level):  # type: ignore[no-untyped-def]
     part = (above - level) / (above - under)
     if broken[first - 1] or not np.isfinite(part):
         part = 0.5
-    return MU_MIN + MU_STEP * (first - 1 + part)
+    return MU[first - 1] + part * (MU[first] - MU[first - 1])
 
 
 def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
@@ -199,18 +216,47 @@ def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
     return rows, curve.status[node]
 
 
-@kernel(inline="always")
-def piece_at(rows, mu, mu_min, per_step):  # type: ignore[no-untyped-def]
+class Grid(NamedTuple):
+    """Frictions `[n_friction]`, and those between `low` and `high`, which are even.
+
+    The first of these has number `first`, and there are `per_step` of them to a unit of friction.
+    """
+
+    mu: Floats
+    low: float
+    high: float
+    first: int
+    per_step: float
+
+
+def grid_of(mu: Floats) -> Grid:
+    """The grid with these frictions, its longest even stretch found."""
+    width = np.diff(mu)
+    edges = np.flatnonzero(~np.isclose(width[1:], width[:-1], rtol=1e-9)) + 1
+    starts, ends = np.append(0, edges), np.append(edges, len(width))
+    longest = int(np.argmax(ends - starts))
+    first, last = int(starts[longest]), int(ends[longest])
+    per_step = float((last - first) / (mu[last] - mu[first]))
+    return Grid(np.ascontiguousarray(mu), float(mu[first]), float(mu[last]), first, per_step)
+
+
+@kernel(forceinline=True)
+def piece_at(rows, grid, mu):  # type: ignore[no-untyped-def]
     """Row of the piece that holds μ, and μ in steps of the grid."""
-    t = (mu - mu_min) * per_step
+    if grid.low <= mu <= grid.high:
+        t = grid.first + (mu - grid.low) * grid.per_step
+    else:
+        j = min(max(np.searchsorted(grid.mu, mu) - 1, 0), len(grid.mu) - 2)
+        t = j + (mu - grid.mu[j]) / (grid.mu[j + 1] - grid.mu[j])
     return int(min(max(2.0 * t + 1.0, 0.0), len(rows) - 1.0)), t
 
 
-def _slope(values: Floats, broken: Bools) -> Floats:
-    """Mean step of the straight cells beside each node, `[…, n_friction]`; nan where none is."""
+def _slope(values: Floats, broken: Bools, width: Floats) -> Floats:
+    """Mean slope of the straight cells beside each node, `[…, n_friction]`; nan where none is."""
     whole = (~broken).astype(float)
     # What a broken cell holds may be nan.
-    step = np.where(broken, 0.0, np.diff(np.where(np.isfinite(values), values, 0.0), axis=-1))
+    step = np.diff(np.where(np.isfinite(values), values, 0.0), axis=-1)
+    step = np.where(broken, 0.0, step / width)
     none = np.zeros((*step.shape[:-1], 1))
 
     def both(of_cells: Floats) -> Floats:

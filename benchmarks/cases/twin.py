@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_curve import MU, MU_STEP, tabulate
+from avahazard.physics.runout_curve import EVEN, MU, MU_STEP, tabulate
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain
 
@@ -37,7 +37,7 @@ def twin() -> Twin:
     profiles = pd.read_csv(DATA / "profiles.csv")
     events = pd.read_csv(DATA / "events.csv")
     names = list(paths.index)
-    stop_y = np.empty((len(names), len(MU)))
+    stop_y = np.empty((len(names), len(MU[EVEN])))
     ends = np.empty(len(names))
     for k, name in enumerate(names):
         rows = profiles[profiles.path_id == name]
@@ -48,10 +48,10 @@ def twin() -> Twin:
         table = tabulate(
             build_cells(terrain, no_resistance(terrain)), np.array([terrain.node(release)])
         )
-        stop_y[k] = np.where(table.left[0], terrain.y[-1], table.y[0])
+        stop_y[k] = np.where(table.left[0], terrain.y[-1], table.y[0])[EVEN]
         ends[k] = terrain.y[-1]
     which = events.path_id.map({name: k for k, name in enumerate(names)}).to_numpy(np.int64)
     runout = events.runout_elevation_m.fillna(pd.Series(ends[which])).to_numpy(float)
     volume = events.volume_m3.to_numpy(float)
     near = [np.argmin(np.abs(stop_y[k] - y)) for k, y in zip(which, runout, strict=True)]
-    return Twin(volume, runout, which, stop_y, float(MU[0]), MU_STEP, MU[near])
+    return Twin(volume, runout, which, stop_y, float(MU[EVEN][0]), MU_STEP, MU[EVEN][near])

@@ -17,4 +17,4 @@ def curve() -> RunoutCurve:
     status = np.zeros(60, dtype=np.int8)
     status[:10], x[:10], y[:10] = 1, np.nan, np.nan
     status[55:], x[55:], y[55:] = 2, 0.0, 2000.0
-    return RunoutCurve(x, y, status, 0.1, 0.01)
+    return RunoutCurve(x, y, status, mu)

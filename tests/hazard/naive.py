@@ -5,13 +5,13 @@ from collections.abc import Callable
 import numpy as np
 
 from avahazard.hazard.avalanches import Avalanches, friction_below, yearly_rate
-from avahazard.physics.runout_curve import MU, MU_STEP, RunoutCurve
+from avahazard.physics.runout_curve import MU, RunoutCurve
 
 
 def naive_stop(curve: RunoutCurve, mu: float, jumps: set[int]) -> tuple[float, float]:
     """Stop (x, y) of one friction; `jumps` are the cells over which the stop jumps."""
-    t = (mu - curve.mu_min) / curve.mu_step
     last = len(curve.status) - 1
+    t = float(np.interp(mu, curve.mu, np.arange(last + 1)))
     nearest = min(max(round(t), 0), last)
     cell = int(np.floor(t))
     if 0 <= cell < last and cell not in jumps and curve.status[cell : cell + 2].tolist() == [0, 0]:
@@ -36,7 +36,7 @@ def naive_inverse(curve: RunoutCurve, level: float) -> float:
     part = 0.5
     if not curve.broken[k] and np.isfinite(x[k]) and x[k] != x[k + 1]:
         part = (x[k] - level) / (x[k] - x[k + 1])
-    return float(MU[k] + MU_STEP * part)
+    return float(MU[k] + (MU[k + 1] - MU[k]) * part)
 
 
 def rate_below(avalanches: Avalanches, mu: np.ndarray) -> np.ndarray:

@@ -109,8 +109,11 @@ def naive_broken(x: np.ndarray, status: np.ndarray, cell: int) -> bool:
 def naive_stop(curve: RunoutCurve, mu: float) -> tuple[float, float, int]:
     """Stop (x, y) and status of one friction on one curve."""
     last = len(curve.x) - 1
-    t = min(max((mu - curve.mu_min) / curve.mu_step, 0.0), float(last))
-    cell = min(int(t), last - 1)
+    cell = last - 1
+    while cell > 0 and curve.mu[cell] > mu:
+        cell -= 1
+    width = curve.mu[cell + 1] - curve.mu[cell]
+    t = cell + min(max((mu - curve.mu[cell]) / width, 0.0), 1.0)
     if naive_broken(curve.x, curve.status, cell):
         node = cell if t - cell < 0.5 else cell + 1
         return curve.x[node], curve.y[node], int(curve.status[node])

@@ -7,20 +7,27 @@ import pytest
 
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
 from avahazard.physics.runout_curve import (
+    EVEN,
     MU,
     MU_STEP,
     RunoutCurve,
     broken_cells,
     filled,
+    grid_of,
     inverse,
     piece_at,
     pieces,
+    steps_of,
     tabulate,
 )
 from tests.physics.naive import naive_broken, naive_stop
 from tests.physics.paths import bowl, cells_of, terrain_of
 
 N = 60
+UNEVEN = np.concatenate(
+    [[0.02, 0.05, 0.07, 0.09], 0.1 + 0.01 * np.arange(N - 8), [0.63, 0.66, 0.71, 0.8]]
+)
+"""Frictions that are even from 0.1 to 0.61 alone."""
 
 
 def curve_of(jump_m: float = 400.0) -> RunoutCurve:
@@ -32,7 +39,7 @@ def curve_of(jump_m: float = 400.0) -> RunoutCurve:
     status = np.full(N, STOPPED, dtype=np.int8)
     status[:10], x[:10], y[:10] = LEFT_PROFILE, np.nan, np.nan
     status[55:], x[55:], y[55:] = NOT_RELEASED, 0.0, 2000.0
-    return RunoutCurve(x, y, status, 0.1, 0.01)
+    return RunoutCurve(x, y, status, mu)
 
 
 def random_curves(n: int) -> RunoutCurve:
@@ -42,13 +49,33 @@ def random_curves(n: int) -> RunoutCurve:
     x = 3000.0 - np.cumsum(step, axis=1)
     status = np.where(rng.random((n, N)) < 0.1, rng.integers(1, 3, (n, N)), 0).astype(np.int8)
     x[status == LEFT_PROFILE] = np.nan
-    return RunoutCurve(x, 2000.0 - 0.3 * x, status, 0.1, 0.01)
+    return RunoutCurve(x, 2000.0 - 0.3 * x, status, UNEVEN)
 
 
-def test_the_grid_is_uniform_and_covers_avalanches() -> None:
-    np.testing.assert_allclose(np.diff(MU), MU_STEP)
-    assert MU[0] <= 0.05
-    assert MU[-1] >= 1.2
+def test_the_grid_is_even_for_avalanches_and_covers_all_that_flows() -> None:
+    np.testing.assert_allclose(np.diff(MU[EVEN]), MU_STEP)
+    assert (MU[EVEN][0], MU[EVEN][-1]) == (0.02, pytest.approx(1.6))
+    assert (MU[0], MU[-1]) == (pytest.approx(0.001), pytest.approx(3.0))
+    width = np.diff(MU)
+    growth = width[1:] / width[:-1]
+    # Never near the factor that makes a jump of a cell, nor wider than an eighth of its friction.
+    assert growth.min() > 0.85
+    assert growth.max() < 1.2
+    assert np.all(width / MU[:-1] < 0.14)
+    assert (len(MU) - 1) % 4 == 0
+    assert EVEN.start % 4 == 0
+
+
+def test_frictions_are_counted_in_steps_of_the_grid() -> None:
+    steps = np.array([0.0, 0.5, 23.25, 24.0, 300.75, 656.0, 670.5, len(MU) - 1.0])
+    cell = np.minimum(steps.astype(int), len(MU) - 2)
+    mu = MU[cell] + (steps - cell) * (MU[cell + 1] - MU[cell])
+    np.testing.assert_allclose(steps_of(mu), steps, atol=1e-9)
+    np.testing.assert_array_equal(steps_of(np.array([1e-9, -1.0, 99.0])), [0, 0, len(MU) - 1])
+    rows = np.zeros((2 * len(MU), 4))
+    for m, step in zip(mu, steps, strict=True):
+        assert piece_at.py_func(rows, grid_of(MU), m)[1] == pytest.approx(step, abs=1e-9)
+    assert grid_of(MU)[1:4] == (MU[EVEN][0], MU[EVEN][-1], EVEN.start)
 
 
 def test_the_table_is_the_runs() -> None:
@@ -64,6 +91,7 @@ def test_the_table_is_the_runs() -> None:
     assert table.left.any()
     assert held.any()
     coarse = tabulate(cells, starts, 4)
+    np.testing.assert_array_equal(coarse.mu, MU[::4])
     np.testing.assert_array_equal(coarse.x, table.x[:, ::4])
     np.testing.assert_allclose(coarse.at(MU[None, 8:9].repeat(3, 0))[0][:, 0], table.x[:, 8])
 
@@ -84,7 +112,7 @@ def test_cells_are_broken_as_the_twin_says() -> None:
 
 def test_what_is_looked_up_is_the_twins() -> None:
     curves = random_curves(8)
-    mu = np.random.default_rng(1).uniform(0.05, 0.75, (8, 300))
+    mu = np.random.default_rng(1).uniform(0.01, 0.85, (8, 300))
     x, y, status = curves.at(mu)
     for k in range(8):
         one = [naive_stop(curves[k], m) for m in mu[k]]
@@ -94,7 +122,7 @@ def test_what_is_looked_up_is_the_twins() -> None:
         # And so are the pieces, of which the draws of hazard are made.
         rows, of_piece = pieces(curves[k])
         for m, (stop_x, stop_y, code) in zip(mu[k], one, strict=True):
-            p, t = piece_at.py_func(rows, m, 0.1, 1.0 / 0.01)
+            p, t = piece_at.py_func(rows, grid_of(UNEVEN), m)
             assert of_piece[p] == code
             if code != LEFT_PROFILE:
                 assert rows[p, 0] + rows[p, 1] * t == pytest.approx(stop_x, abs=1e-6)
@@ -124,7 +152,7 @@ def test_coarse_runs_are_filled_straight_but_for_jumps() -> None:
     x[50:] -= 300.0
     status = np.zeros((1, len(x)), dtype=np.int8)
     status[0, :9] = LEFT_PROFILE
-    coarse = RunoutCurve(x[None], -x[None], status, float(MU[0]), 4 * MU_STEP)
+    coarse = RunoutCurve(x[None], -x[None], status, MU[::4])
     fine = filled(coarse, 4)
     np.testing.assert_allclose(fine.x[:, : len(MU) : 4], x[None, : len(MU[::4])])
     np.testing.assert_allclose(fine.x[0, 36:197], 2000.0 - 1000.0 * MU[36:197])
@@ -146,7 +174,7 @@ def test_the_inverse_gives_back_the_friction() -> None:
     # Only what leaves goes so far: the edge is midway to the first that stops.
     last_left = np.flatnonzero(curve.left)[-1]
     found = inverse(values, curve.broken, highest)
-    assert found == pytest.approx(MU[last_left] + 0.5 * MU_STEP)
+    assert found == pytest.approx(0.5 * (MU[last_left] + MU[last_left + 1]))
     assert inverse(-MU, curve.broken, 0.0) == 0.0
 
 

@@ -18,7 +18,7 @@ from avahazard.inference.likelihood.speed_errors import covariance_root
 from avahazard.inference.model.observations import Observations, SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
-from avahazard.physics.runout_curve import MU, MU_STEP, between, located
+from avahazard.physics.runout_curve import between, located, steps_of
 from avahazard.results.base import Rows
 from avahazard.results.comparison import MeasuredForce, SpeedMisfit
 
@@ -99,7 +99,7 @@ def _speeds_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
     profile's end: then the block that came that far counts, not the one that stopped before.
     """
     broken = table.curve[event].broken
-    cell, share = located((mu - MU[0]) / MU_STEP, broken)
+    cell, share = located(steps_of(mu), broken)
     share = np.where(broken[cell], 0.0, share)
     return np.asarray([between(speeds, cell, share) for speeds in table.speeds[track].T])
 

@@ -17,7 +17,7 @@ from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_curve import MU, MU_STEP
+from avahazard.physics.runout_curve import MU
 
 LOG_MU = np.log(MU)
 SPEED_STRIDE = 4
@@ -48,9 +48,8 @@ def make_tables(
     left = predicted.status == LEFT_PROFILE
     n = len(left)
     last_left = np.where(left.any(axis=1), left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), -1)
-    leave = np.where(
-        last_left >= 0, LOG_MU[np.clip(last_left, 0, None)] + 0.5 * MU_STEP / MU[last_left], -9.0
-    )
+    middle = 0.5 * (LOG_MU[1:] + LOG_MU[:-1])
+    leave = np.where(last_left >= 0, middle[np.clip(last_left, 0, len(middle) - 1)], -9.0)
     has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
     seen, seen_sd = np.full(n, 9.0), np.zeros(n)
     for i in np.flatnonzero(has_limit):
@@ -62,7 +61,6 @@ def make_tables(
         if total < 1e-6:
             has_limit[i] = False
             continue
-        middle = 0.5 * (LOG_MU[1:] + LOG_MU[:-1])
         seen[i] = float(np.sum(drop * middle)) / total
         seen_sd[i] = np.sqrt(max(float(np.sum(drop * (middle - seen[i]) ** 2)) / total, 0.0))
     # Without any profile nobody looks a record up.

@@ -11,7 +11,7 @@ from avahazard.effects.site import Site
 from avahazard.hazard.avalanches import Avalanches, annual_rate
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
 from avahazard.kernels import kernel
-from avahazard.physics.runout_curve import MU, MU_STEP
+from avahazard.physics.runout_curve import MU
 
 Floats = NDArray[np.float64]
 
@@ -73,13 +73,13 @@ def _of_group(
     squares: Floats, curves: RateCurves, mine: NDArray[np.int64], rates: Floats
 ) -> Floats:
     found = _exceeded(
-        squares, curves.low[mine], curves.step[mine], curves.log_rate[mine], rates, MU[0], MU_STEP
+        squares, curves.low[mine], curves.step[mine], curves.log_rate[mine], rates, MU
     )
     return np.asarray(found)
 
 
 @kernel
-def _exceeded(squares, low, step, log_rate, rates, mu_min, mu_step):  # type: ignore[no-untyped-def]
+def _exceeded(squares, low, step, log_rate, rates, mu):  # type: ignore[no-untyped-def]
     n_parameters, n_places = len(low), squares.shape[1]
     result = np.zeros((len(rates), n_parameters, n_places))
     for p in range(n_parameters):
@@ -89,16 +89,12 @@ def _exceeded(squares, low, step, log_rate, rates, mu_min, mu_step):  # type: ig
             for t in range(len(rates)):
                 # Longer periods, higher speeds: each starts from the one before.
                 top = fastest
-                if (
-                    _rate_over(squares, i, 0.0, low[p], step[p], log_rate[p], mu_min, mu_step)
-                    < (rates[t])
-                ):
+                passing = _rate_over(squares, i, 0.0, low[p], step[p], log_rate[p], mu)
+                if passing < rates[t]:
                     continue
                 for _ in range(HALVINGS):
                     middle = 0.5 * (bottom + top)
-                    rate = _rate_over(
-                        squares, i, middle, low[p], step[p], log_rate[p], mu_min, mu_step
-                    )
+                    rate = _rate_over(squares, i, middle, low[p], step[p], log_rate[p], mu)
                     if rate >= rates[t]:
                         bottom = middle
                     else:
@@ -108,7 +104,7 @@ def _exceeded(squares, low, step, log_rate, rates, mu_min, mu_step):  # type: ig
 
 
 @kernel
-def _rate_over(squares, i, square, low, step, log_rate, mu_min, mu_step):  # type: ignore[no-untyped-def]
+def _rate_over(squares, i, square, low, step, log_rate, mu):  # type: ignore[no-untyped-def]
     """Yearly rate of avalanches whose squared speed at place i is over `square`."""
     total = 0.0
     last = log_rate.shape[1] - 1
@@ -131,7 +127,8 @@ def _rate_over(squares, i, square, low, step, log_rate, mu_min, mu_step):  # typ
                 # The block stops on the way to that friction: carried on from the cell before.
                 below = min(2.0 * above - falling[first - 2], 0.0)
             part = (above - square) / (above - below)
-            t = (np.log(mu_min + mu_step * (first - 1 + part)) - low[c]) / step[c]
+            friction = mu[first - 1] + part * (mu[first] - mu[first - 1])
+            t = (np.log(friction) - low[c]) / step[c]
         if t > 0.0:
             k = min(int(t), last - 1)
             part = min(t - k, 1.0)

@@ -64,9 +64,7 @@ def apparent_friction(
     for k in np.unique(table):
         stopped, broken = curves.status[k] == STOPPED, curves[k].broken
         for i in np.flatnonzero(np.asarray(table) == k):
-            low, high, code = bracket(
-                runout[i], stop_y[k], stopped, broken, curves.mu_min, curves.mu_step
-            )
+            low, high, code = bracket(runout[i], stop_y[k], stopped, broken, curves.mu)
             mu_low[i], mu_high[i], status[i] = low, high, code
             if code <= SEVERAL:
                 mu[i] = 0.5 * (low + high)
@@ -79,12 +77,11 @@ def bracket(
     stop_y: Array,
     stopped: NDArray[np.bool_],
     broken: NDArray[np.bool_],
-    mu_min: float,
-    mu_step: float,
+    mu: Array,
 ) -> tuple[float, float, int]:
     """Smallest and largest μ whose block stops at y, m, and the status code, of one table.
 
-    `stopped` [n_mu]; `broken` [n_mu - 1] are the cells of jumps.
+    `stopped`, `mu` [n_mu]; `broken` [n_mu - 1] are the cells of jumps.
     """
     if np.isnan(y):
         return np.nan, np.nan, NO_RECORD
@@ -104,12 +101,12 @@ def bracket(
             or (last == first and y == stop_y[first])
         ):
             below = stop_y[last]
-            left, right = mu_min + last * mu_step, mu_min + j * mu_step
+            left, right = mu[last], mu[j]
             crossings += 1
             if j > last + 1 or broken[last]:
                 jumped = True
             elif above != below:
-                left = right = left + mu_step * (y - below) / (above - below)
+                left = right = left + (right - left) * (y - below) / (above - below)
             low, high = min(low, left), max(high, right)
         last = j
     if crossings > 1:
@@ -119,5 +116,5 @@ def bracket(
     if first < 0:
         return -np.inf, np.inf, BELOW
     if y <= least:
-        return -np.inf, mu_min + first * mu_step, BELOW
-    return mu_min + last * mu_step, np.inf, ABOVE
+        return -np.inf, mu[first], BELOW
+    return mu[last], np.inf, ABOVE

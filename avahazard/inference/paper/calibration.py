@@ -20,7 +20,7 @@ from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import Chains
 from avahazard.message import message
-from avahazard.physics.runout_curve import MU, MU_STEP
+from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
 from avahazard.records.errors import AvahazardError
 
 Floats = NDArray[np.float64]
@@ -94,7 +94,7 @@ def calibrate_paper(
             recorded_elevation(observations)[keep],
             table,
             stop_y,
-            float(MU[0]),
+            float(MU[EVEN][0]),
             MU_STEP,
             chosen.start(volume, mu[keep]),
             seed=seed,
@@ -153,6 +153,10 @@ def _usable(
         "stopped where no friction stops the block": ~np.isfinite(mu)
         if method == "gibbs"
         else none,
+        f"ask for friction outside {MU[EVEN][0]:.3g} to {MU[EVEN][-1]:.3g}": (mu < MU[EVEN][0])
+        | (mu > MU[EVEN][-1])
+        if method == "metropolis"
+        else none,
     }
     keep = ~none
     left_out = {}
@@ -176,11 +180,12 @@ def _tables(
 ) -> tuple[NDArray[np.int64], Floats]:
     """Row `[n_kept]` of each event's table, and the tables `[n_tables, n_friction]`.
 
-    One for each path and release.
+    One for each path and release, over the frictions with one spacing, for which the method's loops
+    are made.
     """
     places = np.column_stack([observations.columns.path_index, observations.release])[keep]
     _, first, row = np.unique(places, axis=0, return_index=True, return_inverse=True)
-    return row.ravel(), predicted.elevation[keep][first]
+    return row.ravel(), predicted.elevation[keep][first][:, EVEN]
 
 
 def _coordinates(chosen: Law, chains: Chains) -> Floats:

@@ -57,8 +57,7 @@ def perturb(
     noise = generator(seed, "perturbation").standard_normal((n_replicates, runout.size))
     moved = runout + runout_sigma * noise
     stopped = curves.status == STOPPED
-    grid = (curves.mu_min, curves.mu_step)
-    mu = _invert(moved, np.asarray(table), stop_y, stopped, curves.broken, *grid)
+    mu = _invert(moved, np.asarray(table), stop_y, stopped, curves.broken, curves.mu)
     mu_sd = np.full(runout.size, np.nan)
     for i in range(runout.size):
         found = mu[np.isfinite(mu[:, i]), i]
@@ -74,16 +73,13 @@ def _invert(
     stop_y: Array,
     stopped: NDArray[np.bool_],
     broken: NDArray[np.bool_],
-    mu_min: float,
-    mu_step: float,
+    grid: Array,
 ) -> Array:
     mu = np.full(runout.shape, np.nan)
     for r in range(runout.shape[0]):
         for i in range(runout.shape[1]):
             k = table[i]
-            low, high, code = bracket(
-                runout[r, i], stop_y[k], stopped[k], broken[k], mu_min, mu_step
-            )
+            low, high, code = bracket(runout[r, i], stop_y[k], stopped[k], broken[k], grid)
             if code <= SEVERAL:
                 mu[r, i] = 0.5 * (low + high)
     return mu

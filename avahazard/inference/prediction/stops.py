@@ -14,7 +14,7 @@ from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_curve import MU, MU_STEP, between, located, nearest
+from avahazard.physics.runout_curve import MU, between, located, nearest, steps_of
 
 Floats = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ def look_up(
         return lengths, nowhere, nowhere, np.zeros(friction.shape, np.bool_)
     curve = tables.curve
     broken = curve.broken if broken is None else broken
-    cell, share = located((friction - MU[0]) / MU_STEP, broken)
+    cell, share = located(steps_of(friction), broken)
     record, x, elevation = (
         between(values, cell, share) for values in (tables.record, curve.x, curve.y)
     )

@@ -122,7 +122,9 @@ def test_beyond_its_curve_a_rate_is_that_of_the_last_node() -> None:
     log_rate, low, step = np.log([[0.1, 0.2, 0.4]]), np.log([0.2]), np.array([0.2])
 
     def rate(square: float, mu_step: float) -> float:
-        return float(_rate_over(squares, 0, square, low, step, log_rate, 0.2, mu_step))
+        return float(
+            _rate_over(squares, 0, square, low, step, log_rate, 0.2 + mu_step * np.arange(5))
+        )
 
     # Over 400 are frictions up to the second: 0.21, a quarter of a step along the curve.
     t = np.log(0.21 / 0.2) / 0.2

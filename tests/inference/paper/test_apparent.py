@@ -22,7 +22,7 @@ def _invert(runout, stop_y, status=None):
 
 
 def _curves(stop_y, status):
-    return RunoutCurve(-stop_y, stop_y, status.astype(np.int8), MU_MIN, MU_STEP)
+    return RunoutCurve(-stop_y, stop_y, status.astype(np.int8), MU)
 
 
 @settings(deadline=None)  # the first call compiles

@@ -12,7 +12,7 @@ from avahazard.physics.runout_curve import RunoutCurve
 
 MU = 0.1 + 0.01 * np.arange(91)
 STOP_Y = np.array([400 + 1000 * MU, 200 + 2000 * MU])
-CURVES = RunoutCurve(-STOP_Y, STOP_Y, np.zeros(STOP_Y.shape, np.int8), 0.1, 0.01)
+CURVES = RunoutCurve(-STOP_Y, STOP_Y, np.zeros(STOP_Y.shape, np.int8), MU)
 TABLE = np.array([0, 1, 0, 1] * 5)
 VOLUME = np.geomspace(2e3, 3e5, 20)
 
