@@ -115,7 +115,7 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, s
         place, weight = nodes.place[i, :used], nodes.weight[i, :used]
         if nodes.is_probability[i]:
             for q in range(n_volumes):
-                _probability(place, weight, location[i, q], scatter[i, q], student, part[q])
+                _probability(place, weight, location[i, q], scatter[i, q], student, slopes, part[q])
         elif student:
             student_sums(place, weight, location[i], scatter[i], slopes, memory, part)
         else:
@@ -146,6 +146,7 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, s
                     location[i, q],
                     scatter[i, q],
                     student,
+                    slopes,
                     part[q],
                 )
             seen_location = np.zeros(n_volumes)
@@ -228,20 +229,20 @@ def _tails(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-de
 
 
 @kernel
-def _probability(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
-    """Σ w P(ν < ν_k | m, σ) and its derivatives in m, log σ, and twice in m."""
+def _probability(place, weight, m, sigma, student, slopes, out):  # type: ignore[no-untyped-def]
+    """Σ w P(ν < ν_k | m, σ) and, with `slopes`, its derivatives in m, log σ, and twice in m."""
     value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
     for k in range(len(place)):
         if weight[k] == 0.0:
             continue
         z = (place[k] - m) / sigma
+        value += weight[k] * (student_below(z) if student else normal_below(z))
+        if not slopes:
+            continue
         if student:
-            cdf = student_below(z)
             pdf, pull, _ = student_density(z)
         else:
-            cdf = normal_below(z)
             pdf, pull = normal_density(z), z
-        value += weight[k] * cdf
         first -= weight[k] * pdf
         second -= weight[k] * pull * pdf
         by_scatter -= weight[k] * z * pdf

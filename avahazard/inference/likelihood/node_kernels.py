@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.panels import A_PANEL, N_NODES, panel_nodes
 from avahazard.inference.likelihood.record_density import record_density_nodes
 from avahazard.inference.likelihood.straight_density import straight_density_nodes
 from avahazard.inference.model.friction_scatter import normal_below
 from avahazard.kernels import kernel
+
+FEW = 4
+"""Nodes of an edge of sight no wider than the least scatter: they err by less than 2 % even for
+that (0.01 % for twice it), and each costs a normal probability wherever the model is asked."""
 
 
 @kernel
@@ -78,6 +83,7 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
                 sigma[i],
                 grid,
                 panels[i],
+                most_apart,
                 seen_place[i],
                 seen_weight[i],
             )
@@ -110,7 +116,7 @@ def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def
 
 
 @kernel
-def _edges_of_sight(elevation, left, limit, sigma, grid, panels, place, weight):  # type: ignore[no-untyped-def]
+def _edges_of_sight(elevation, left, limit, sigma, grid, panels, finest, place, weight):  # type: ignore[no-untyped-def]
     """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀.
 
     Seen is what stops below the limit, and all that goes further than such a stop: what runs up
@@ -134,6 +140,11 @@ def _edges_of_sight(elevation, left, limit, sigma, grid, panels, place, weight):
             level = chance[j]
             count += 1
     if count:
-        panel_nodes(points[:count], drops[:count], panels, place, weight)
+        edges, chances = points[:count], drops[:count] / (1.0 - level)
+        away = edges - np.sum(chances * edges)
+        if np.sqrt(np.sum(chances * away * away)) <= 2.0 * finest:
+            gauss_nodes(edges, chances, place[:FEW], weight[:FEW])
+        else:
+            panel_nodes(edges, chances, panels, place, weight)
         weight *= 1.0 - level
     return level
