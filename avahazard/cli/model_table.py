@@ -7,6 +7,8 @@ import math
 from rich.console import Console
 
 from avahazard.cli.output import number, table
+from avahazard.inference.model.given_prior import GIVEN
+from avahazard.message import counted
 from avahazard.results.calibration import Calibration
 
 SHOWN = ("mean", "sd", "q05", "q95", "mode")
@@ -21,9 +23,13 @@ def show_calibration(console: Console, model: Calibration) -> None:
         for name, p in parameters.items()
     ]
     console.print(table(_title(model), COLUMNS, rows))
+    given = model.given_priors or {}
+    if given:
+        told = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())
+        console.print(f"Priors as given: {', '.join(told)}.")
     checks = model.diagnostics
     console.print(
-        f"{model.n_events} events; {model.chains} chains of {model.draws} "
+        f"{counted(model.n_events, 'event')}; {model.chains} chains of {model.draws} "
         f"draws, seed {model.seed}; {checks.acceptance:.0%} accepted."
     )
     console.print(
@@ -45,7 +51,7 @@ def _title(model: Calibration) -> str:
         parts.append("without centrifugal")
     if model.effects:
         parts.append("with " + ", ".join(model.effects))
-    if model.prior is not None:
+    if model.prior is not None and not model.prior.source.startswith(GIVEN):
         parts.append(f"prior from {model.prior.source}")
     return f"{model.model}: {', '.join(parts)}"
 
