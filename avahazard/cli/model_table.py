@@ -13,6 +13,8 @@ from avahazard.results.calibration import Calibration
 
 SHOWN = ("mean", "sd", "q05", "q95", "mode")
 COLUMNS = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
+LONGEST_NAME = 26
+"""Names of parameters up to here stand on one line."""
 
 
 def show_calibration(console: Console, model: Calibration) -> None:
@@ -22,7 +24,10 @@ def show_calibration(console: Console, model: Calibration) -> None:
         (name, *(_as_sure_as(p.sd, getattr(p, key)) for key in SHOWN), p.unit or "–")
         for name, p in parameters.items()
     ]
-    console.print(table(_title(model), COLUMNS, rows))
+    made = table(_title(model), COLUMNS, rows)
+    # Units are folded before names are.
+    made.columns[0].no_wrap = max(map(len, parameters), default=0) <= LONGEST_NAME
+    console.print(made)
     given = model.given_priors or {}
     if given:
         told = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())

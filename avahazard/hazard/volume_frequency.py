@@ -163,7 +163,7 @@ def _words(region: Region, record: VolumeRecord, own: Floats, others: Together) 
     if others.n_paths:
         text += (
             f"; scale and shape with a prior from {counted(others.n_paths, 'other path')} "
-            f"({others.n_values})"
+            f"({counted(others.n_values, 'volume')})"
         )
     n = record.n_unobserved
     unobserved = f", {counted(n, 'year')} not observed" if n else ""

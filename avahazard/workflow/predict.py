@@ -19,7 +19,8 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.prediction.uncertain_release import stops_over_releases, told
 from avahazard.inference.seeds import generator
-from avahazard.records.errors import AvahazardError
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.results.amounts import RATIO
@@ -54,7 +55,7 @@ def predict(
     """
     stored = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
-    new = read_records([file], known=stored.records, need_runout=False)
+    new = _new_events(file, stored)
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
     notes = _extrapolated(stored, new.events)
@@ -88,6 +89,15 @@ def predict(
         scores = _scores(model if len(measured) == len(new.events) else stored.on(measured))
     rows = (_row(e, v, left) for e, v, left in zip(new.events, values, left, strict=True))
     return Prediction(Rows(rows), scores, tuple(notes))
+
+
+def _new_events(file: Path, stored: StoredFit) -> Records:
+    try:
+        return read_records([file], known=stored.records, need_runout=False)
+    except RejectedRows as error:
+        error.message = error.message.replace("imported", "predicted")
+        error.hint = "Mend the rows above and predict again."
+        raise
 
 
 def _extrapolated(stored: StoredFit, events: Sequence[Event]) -> list[str]:

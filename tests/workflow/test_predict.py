@@ -90,8 +90,9 @@ def test_normal_friction_tells_of_draws_below_zero(snow_database: str, write: Wr
 
 
 def test_what_cannot_be_predicted(snow_database: str, write: Write) -> None:
-    with pytest.raises(RejectedRows):
+    with pytest.raises(RejectedRows) as told:
         predict(snow_database, "base", write("bad.csv", "event_id,path_id,volume_m3\na,P01,-4\n"))
+    assert "nothing was predicted" in told.value.message
     with pytest.raises(RejectedRows):
         predict(snow_database, "base", write("lost.csv", "event_id,path_id\na,nowhere\n"))
     with pytest.raises(AvahazardError, match="There is no model"):
