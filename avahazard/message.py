@@ -9,3 +9,8 @@ def message(text: str) -> str:
     Results keep the English sentence; `avahazard.report.language` finds it again by its places.
     """
     return text
+
+
+def counted(n: int, thing: str, many: str = "") -> str:
+    """A number of things in English: `1 event`, `3 events`."""
+    return f"{n} {thing if n == 1 else many or thing + 's'}"

@@ -190,7 +190,8 @@ class Region:
         """Calibrate a model and store it as `name`.
 
         `options` are those of the command: `law`, `scatter`, `distribution`, `tails`, `method`,
-        `with_`, `without`, `paths`, `chains`, `draws`, `seed`.
+        `with_`, `without`, `paths`, `prior_from`, `chains`, `draws`, `seed`, and `prior`: mean and
+        standard deviation by parameter, such as `{"a": (0.5, 0.05)}`.
 
         Raises:
             AvahazardError: the name is taken, or the records or the method do not allow it.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from avahazard.message import counted
 from avahazard.results.amounts import RATIO, amount, bare, unit_of
 from avahazard.results.comparison import Comparison, HeldOutScores, Scores
 from avahazard.results.ladder import BeforeAndAfter
@@ -87,7 +88,7 @@ def failures(comparison: Comparison) -> Iterator[str]:
         yield "nowhere that chance could not explain (corrected p > 0.05 on every axis)."
     for row in worst[:MOST_LINES]:
         yield (
-            f"{row.axis}, {row.level} ({row.n} events): recorded "
+            f"{row.axis}, {row.level} ({counted(row.n, 'event')}): recorded "
             f"{_direction(comparison.coordinate, row.bias_m)}, {_chance(row.p_value)}."
         )
     if len(worst) > MOST_LINES:

@@ -7,10 +7,14 @@ import math
 from rich.console import Console
 
 from avahazard.cli.output import number, table
+from avahazard.inference.model.given_prior import GIVEN
+from avahazard.message import counted
 from avahazard.results.calibration import Calibration
 
 SHOWN = ("mean", "sd", "q05", "q95", "mode")
 COLUMNS = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
+LONGEST_NAME = 26
+"""Names of parameters up to here stand on one line."""
 
 
 def show_calibration(console: Console, model: Calibration) -> None:
@@ -20,10 +24,17 @@ def show_calibration(console: Console, model: Calibration) -> None:
         (name, *(_as_sure_as(p.sd, getattr(p, key)) for key in SHOWN), p.unit or "–")
         for name, p in parameters.items()
     ]
-    console.print(table(_title(model), COLUMNS, rows))
+    made = table(_title(model), COLUMNS, rows)
+    # Units are folded before names are.
+    made.columns[0].no_wrap = max(map(len, parameters), default=0) <= LONGEST_NAME
+    console.print(made)
+    given = model.given_priors or {}
+    if given:
+        told = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())
+        console.print(f"Priors as given: {', '.join(told)}.")
     checks = model.diagnostics
     console.print(
-        f"{model.n_events} events; {model.chains} chains of {model.draws} "
+        f"{counted(model.n_events, 'event')}; {model.chains} chains of {model.draws} "
         f"draws, seed {model.seed}; {checks.acceptance:.0%} accepted."
     )
     console.print(
@@ -45,7 +56,7 @@ def _title(model: Calibration) -> str:
         parts.append("without centrifugal")
     if model.effects:
         parts.append("with " + ", ".join(model.effects))
-    if model.prior is not None:
+    if model.prior is not None and not model.prior.source.startswith(GIVEN):
         parts.append(f"prior from {model.prior.source}")
     return f"{model.model}: {', '.join(parts)}"
 

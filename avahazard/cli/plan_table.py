@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from rich.console import Console
 
+from avahazard.message import counted
 from avahazard.results.hazard import HazardPlan
 
 
 def show_plan(console: Console, plan: HazardPlan) -> None:
     """Print what a run of `hazard` will take."""
     done = f", {plan.n_done} of them done already" if plan.n_done else ""
-    console.print(f"{plan.n_paths} paths{done}, {plan.n_rows} rows, {plan.n_runs:.3g} runs.")
+    size = f"{counted(plan.n_paths, 'path')}{done}, {counted(plan.n_rows, 'row')}"
+    console.print(f"{size}, {plan.n_runs:.3g} runs.")
     console.print(
         f"About {_duration(plan.seconds)} by {plan.engine} with {plan.workers} workers "
         f"({plan.seconds_per_path:.2g} s a path, measured on {plan.measured_paths})."

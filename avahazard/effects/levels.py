@@ -20,6 +20,7 @@ MOST_LEVELS = 5
 
 OF_PATH = message("{column} is a matter of the path: {parts}.")
 OF_EVENTS = message("{column} of the {n} events: {parts}.")
+OF_EVENTS_AND_ONE = message("{column} of the {n} events: {parts} and 1 other level.")
 OF_EVENTS_AND_MORE = message("{column} of the {n} events: {parts} and {rest} other levels.")
 
 
@@ -81,7 +82,8 @@ def level_words(columns: EventColumns, name: str) -> str | None:
         return OF_PATH.format(column=name, parts="; ".join(parts))
     parts = [f"{counts[k]} {k}" for k in ranked[:MOST_LEVELS]]
     rest = len(ranked) - MOST_LEVELS
-    text = OF_EVENTS_AND_MORE if rest > 0 else OF_EVENTS
+    more = OF_EVENTS_AND_ONE if rest == 1 else OF_EVENTS_AND_MORE
+    text = more if rest > 0 else OF_EVENTS
     return text.format(column=name, n=len(columns), parts=", ".join(parts), rest=rest)
 
 

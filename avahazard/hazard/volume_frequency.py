@@ -13,6 +13,7 @@ from avahazard.hazard.frequency_draws import FrequencyDraws, GevDraws, Threshold
 from avahazard.hazard.shape_grid import gev_draws, gpd_draws, regional_prior, shape_prior
 from avahazard.hazard.volume_record import VolumeRecord
 from avahazard.hazard.volume_region import FEWEST_TELLING, Region, Together
+from avahazard.message import counted
 from avahazard.records.errors import AvahazardError
 from avahazard.results.volumes import ReturnLevel
 
@@ -161,12 +162,15 @@ def _words(region: Region, record: VolumeRecord, own: Floats, others: Together) 
     text += ", posterior"
     if others.n_paths:
         text += (
-            f"; scale and shape with a prior from {others.n_paths} other paths ({others.n_values})"
+            f"; scale and shape with a prior from {counted(others.n_paths, 'other path')} "
+            f"({counted(others.n_values, 'volume')})"
         )
+    n = record.n_unobserved
+    unobserved = f", {counted(n, 'year')} not observed" if n else ""
     text += (
-        f"; {record.n_events} records over {record.window} "
+        f"; {counted(record.n_events, 'record')} over {record.window} "
         f"({record.first_year} to {record.last_year}"
-        f"{f', {record.n_unobserved} years not observed' if record.n_unobserved else ''}): "
+        f"{unobserved}): "
         f"{record.events_per_year:.3g} a year"
     )
     if record.n_left_out:

@@ -20,6 +20,8 @@ PRIOR_SPEAKS = message(
     "the records say little of {parameter}: in {model} the prior speaks (moved by {moved} of its "
     "standard deviations, {width} as wide)."
 )
+PRIOR_GIVEN = message("the prior of {parameter} in {model} is {mean} ± {sd}, as it was given.")
+PRIOR_FROM = message("the law of {model} has its prior from {source}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,10 +108,28 @@ class PriorCoordinate(Result):
 
 @dataclass(frozen=True, slots=True)
 class PriorTold(Result):
-    """The prior of the law that other records gave: its `source`, and its coordinates."""
+    """The prior of the law from elsewhere: its `source`, and its coordinates.
+
+    The source is a model, `fit:` and paths, or `given:` and the parameters of the numbers.
+    """
 
     source: str
     coordinates: dict[str, PriorCoordinate]
+
+
+@dataclass(frozen=True, slots=True)
+class GivenTold(Result):
+    """The prior of a parameter as it was given: mean and standard deviation in its own `unit`."""
+
+    mean: float
+    sd: float
+    unit: str
+
+    def note(self, model: str, parameter: str) -> str:
+        """The sentence for people."""
+        return PRIOR_GIVEN.format(
+            parameter=parameter, model=model, mean=f"{self.mean:g}", sd=f"{self.sd:g}"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +138,8 @@ class Calibration(Result):
 
     `left_out` counts events that the method cannot use, by the reason; path offsets are
     `path:PATH_ID` among the parameters. Of a child made by `add`, `comparison` holds the scores
-    before and after. `prior` is there where the law's came from other records, `path_spread`
+    before and after. `prior` is there where the law's came from elsewhere, `given_priors` where
+    some were given as numbers (by parameter), `path_spread`
     where paths differ and the model does not know it, `prior_dominated` where the records hardly
     narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its terrain
     or a record contradicts itself.
@@ -147,4 +168,5 @@ class Calibration(Result):
     prior_dominated: dict[str, PriorDominated] | None = field(default=None, metadata=ABSENT)
     of_records: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
     prior: PriorTold | None = field(default=None, metadata=ABSENT)
+    given_priors: dict[str, GivenTold] | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)

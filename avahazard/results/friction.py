@@ -27,7 +27,10 @@ class ApparentEvent(Result):
 
 @dataclass(frozen=True, slots=True)
 class FrictionDensity(Result):
-    """Holy's density of the frictions of one path, or of `all`, on a grid."""
+    """Holy's density of the frictions of one path, or of `all`, on a grid.
+
+    `mean` and `sd` are those of the frictions: the normal that the paper draws beside it.
+    """
 
     path_id: str
     n: int
@@ -35,6 +38,8 @@ class FrictionDensity(Result):
     mu: tuple[float, ...]
     pdf: tuple[float, ...]
     extrapolated: tuple[bool, ...]
+    mean: float
+    sd: float
 
 
 @dataclass(frozen=True, slots=True)

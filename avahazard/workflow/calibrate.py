@@ -24,7 +24,8 @@ from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
-from avahazard.workflow.prior_from import prior_from
+from avahazard.workflow.given_prior import Numbers, with_given_priors
+from avahazard.workflow.prior_from import find_prior
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import save_calibrated
 
@@ -41,7 +42,8 @@ def calibrate(
     with_: Sequence[str] = (),
     without: Sequence[str] = (),
     paths: Sequence[str] = (),
-    prior: str | None = None,
+    prior_from: str | None = None,
+    prior: Numbers | None = None,
     chains: int = N_CHAINS,
     draws: int | None = None,
     seed: int = 0,
@@ -49,13 +51,14 @@ def calibrate(
 ) -> Calibration:
     """Calibrate a model on the records (of `paths`, if any are named) and store it as `name`.
 
-    `prior` names what gives the law its prior, as `prior_from` takes it: a stored model, or a fit
-    to other paths. All is stored at the end, or nothing.
+    `prior_from` names what gives the law its prior: a stored model, or `fit:PATH,PATH`. `prior`
+    are mean and standard deviation of parameters, such as `{"a": (0.5, 0.05)}`. All is stored at
+    the end, or nothing.
 
     Raises:
         AvahazardError: the name is taken, a path or effect is unknown or cannot be told from
-            the data, the method cannot do it, or the prior is not that of this model's friction
-            or comes from the same events.
+            the data, the method cannot do it, or a prior is not that of this model's friction,
+            comes from the same events, or cannot be.
     """
     left_out = [definition(key) for key in without]
     keys = _kept_effects(with_, left_out)
@@ -71,11 +74,13 @@ def calibrate(
         if not entry.in_base and asked.has(entry):
             require(entry, observations.columns, observations.sites)
     specification, facts = with_effects(observations, asked, keys)
-    if prior is not None:
-        effects = build_effects(specification, facts)
-        given = prior_from(database, prior, specification, effects, records)
-        specification = replace(specification, prior=given)
-        check_method(method, specification)
+    effects = build_effects(specification, facts)
+    if prior_from is not None:
+        found_prior = find_prior(database, prior_from, specification, effects, records)
+        specification = replace(specification, prior=found_prior)
+    if prior:
+        specification = with_given_priors(specification, prior, effects, observations)
+    check_method(method, specification)
     report(f"Calibrating {name}", 0.0, 1.0)
     found = calibrate_model(
         observations,

@@ -62,8 +62,8 @@ def fit_laws_of(observations: Observations, mu: Floats) -> tuple[Fits, Floats, F
     fits, notes = fit_every_law(volume, mu)
     if n_events < observations.n_events:
         notes.append(
-            f"{observations.n_events - n_events} of {observations.n_events} events are left out: "
-            "they have no volume, or no friction stops the block where they did (see "
+            f"left out of {observations.n_events} events: {observations.n_events - n_events}, "
+            "without a volume, or stopped where no friction stops the block (see "
             "`avahazard friction`)."
         )
     return Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes)), *usable(volume, mu)

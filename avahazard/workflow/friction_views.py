@@ -61,6 +61,8 @@ def friction_densities(
                 mu=tuple(x.tolist()),
                 pdf=tuple(density.pdf(x).tolist()),
                 extrapolated=tuple(density.extrapolated(x).tolist()),
+                mean=float(np.mean(mu[members])),
+                sd=float(np.std(mu[members], ddof=1)),
             )
         )
     return Rows(densities)

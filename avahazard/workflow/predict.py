@@ -13,11 +13,14 @@ from avahazard.criticism.scoring.error_budget import error_budget
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import record_pit, runout_scores
 from avahazard.inference.model.observations import LENGTH
+from avahazard.inference.model.release_error import stated_release_sigma
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
+from avahazard.inference.prediction.uncertain_release import stops_over_releases, told
 from avahazard.inference.seeds import generator
-from avahazard.records.errors import AvahazardError
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.results.amounts import RATIO
@@ -42,9 +45,9 @@ def predict(
     """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
 
     Numbers are elevations of the stop in m, of the avalanche itself and not of a record with its
-    error; for events without a profile they are runout lengths, or H/L where that alone is known,
-    and `coordinate` says so. A draw
-    that leaves the profile counts as reaching its end.
+    error; that of a release (`release_sigma_m`) is in them. For events without a profile they are
+    runout lengths, or H/L where that alone is known, and `coordinate` says so. A draw that leaves
+    the profile counts as reaching its end.
 
     Raises:
         AvahazardError: there is no such model, or it cannot predict these events.
@@ -52,16 +55,24 @@ def predict(
     """
     stored = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
-    new = read_records([file], known=stored.records, need_runout=False)
+    new = _new_events(file, stored)
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
     notes = _extrapolated(stored, new.events)
     notes += notes_of_fit(stored)
     model = stored.on(new.events)
     stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
-    lengths = model.observations.kind == LENGTH
-    records = model.observations.as_recorded(stops.record)
-    values = np.where(lengths[:, None], records, stops.elevation)
+    values, left = told(model.observations, stops.record, stops.elevation), stops.left
+    sigma = stated_release_sigma(new.events, {p.path_id: p for p in stored.records.paths})
+    unsure = np.flatnonzero(sigma > 0.0)
+    if len(unsure):
+        values[unsure], left[unsure] = stops_over_releases(
+            stored.on,
+            [new.events[i] for i in unsure],
+            sigma[unsure],
+            STOP_DRAWS,
+            generator(0, "predict release"),
+        )
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
         notes.append(
@@ -70,14 +81,23 @@ def predict(
         )
     if model.observations.in_ratio:
         notes.append("events without a profile, of which H/L alone is known, have H/L")
-    elif np.any(lengths):
+    elif np.any(model.observations.kind == LENGTH):
         notes.append("events without a profile have runout lengths, not elevations")
     measured = tuple(e for e in new.events if _has_runout(e))
     scores = None
     if measured:
         scores = _scores(model if len(measured) == len(new.events) else stored.on(measured))
-    rows = (_row(e, v, left) for e, v, left in zip(new.events, values, stops.left, strict=True))
+    rows = (_row(e, v, left) for e, v, left in zip(new.events, values, left, strict=True))
     return Prediction(Rows(rows), scores, tuple(notes))
+
+
+def _new_events(file: Path, stored: StoredFit) -> Records:
+    try:
+        return read_records([file], known=stored.records, need_runout=False)
+    except RejectedRows as error:
+        error.message = error.message.replace("imported", "predicted")
+        error.hint = "Mend the rows above and predict again."
+        raise
 
 
 def _extrapolated(stored: StoredFit, events: Sequence[Event]) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.given_prior import GIVEN
 from avahazard.inference.model.law_prior import LawPrior, law_prior, prior_of_fit
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import build_observations
@@ -36,7 +37,7 @@ class PriorFrom:
     events: frozenset[str]
 
 
-def prior_from(
+def find_prior(
     database: str,
     source: str,
     specification: Specification,
@@ -118,6 +119,8 @@ def _events_behind(database: str, stored: StoredFit) -> set[str]:
     events = {event.event_id for event in stored.training.events}
     prior = stored.specification.prior
     if prior is None:
+        return events
+    if prior.source.startswith(GIVEN):
         return events
     if prior.source.startswith(FIT):
         return events | {e.event_id for e in _paths_of(stored.records, prior.source).events}

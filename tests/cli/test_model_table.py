@@ -8,7 +8,7 @@ from io import StringIO
 from rich.console import Console
 
 from avahazard.cli.model_table import show_calibration
-from avahazard.results.calibration import Calibration, Convergence, ParameterSummary
+from avahazard.results.calibration import Calibration, Convergence, GivenTold, ParameterSummary
 from tests.results.samples import CALIBRATION
 from tests.telling import untold
 
@@ -53,3 +53,17 @@ def test_stuck_chains() -> None:
     checks = Convergence(None, 0.0, 0.0, 0.0, 4, False)
     text = _text(replace(MODEL, diagnostics=checks))
     assert untold(text, "Not converged", "infinite") == []
+
+
+def test_names_stay_on_a_line_and_units_are_folded() -> None:
+    summary = ParameterSummary(0.149, 0.057, 0.151, 0.053, 0.244, "log friction against dry")
+    text = _text(replace(MODEL, parameters={"snow-type.mixed": summary}))
+    assert any(line.split()[:1] == ["snow-type.mixed"] for line in text.splitlines())
+    assert max(map(len, text.splitlines())) <= 80
+    assert untold(text, "log friction", "against dry") == []
+
+
+def test_given_priors_are_told_with_their_units() -> None:
+    told = {"n": GivenTold(2e-6, 1e-6, "1/m3"), "a": GivenTold(0.5, 0.05, "")}
+    text = _text(replace(MODEL, given_priors=told))
+    assert "Priors as given: n 2e-06 ± 1e-06 1/m3, a 0.5 ± 0.05." in text

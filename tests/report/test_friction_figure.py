@@ -14,7 +14,8 @@ def test_each_density_is_a_line_dashed_beyond_the_records(tmp_path: Path) -> Non
     mu = np.linspace(0.2, 0.8, 61)
     curve = (tuple(mu), tuple(np.exp(-mu)), tuple(mu > 0.6))
     draw_densities(
-        tmp_path / "a.svg", [FrictionDensity(name, 9, 5.0, *curve) for name in ("all", "B")]
+        tmp_path / "a.svg",
+        [FrictionDensity(name, 9, 5.0, *curve, 0.5, 0.1) for name in ("all", "B")],
     )
     drawn = (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert drawn.count("stroke-dasharray") == 2

@@ -42,7 +42,9 @@ def test_every_parameter_has_the_normal_of_its_draws(tmp_path: Path) -> None:
 
 def test_densities_have_normals_and_the_band_of_moved_records(tmp_path: Path) -> None:
     x = np.linspace(0.2, 0.8, 61)
-    density = FrictionDensity("all", 40, 5.0, tuple(x), tuple(np.exp(-x)), tuple(x > 0.7))
+    density = FrictionDensity(
+        "all", 40, 5.0, tuple(x), tuple(np.exp(-x)), tuple(x > 0.7), 0.5, 0.05
+    )
     mu = {"all": RNG.normal(0.5, 0.05, 40)}
     band = {"all": np.stack([0.9 * np.exp(-x), 1.1 * np.exp(-x)])}
     draw_with_normals(tmp_path / "a.svg", "Friction", [density], mu, band)

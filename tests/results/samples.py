@@ -86,7 +86,11 @@ CALIBRATION = Calibration(
 FRICTIONS = Frictions(
     events=Rows(),
     density=Rows(
-        [FrictionDensity("all", 3, 40.0, (0.2, 0.3, 0.4), (1.0, 5.0, 1.0), (True, False, True))]
+        [
+            FrictionDensity(
+                "all", 3, 40.0, (0.2, 0.3, 0.4), (1.0, 5.0, 1.0), (True, False, True), 0.3, 0.05
+            )
+        ]
     ),
     perturbation=PerturbationCheck(0, 0, None, None, None, {}),
     jumps=Rows(),

@@ -43,6 +43,24 @@ def test_its_own_runout_only_scores(snow_database: str, write: Write) -> None:
     assert scored.scores.runout.coverage_50 == 1.0
 
 
+def test_an_unsure_release_widens_what_has_no_runout(snow_database: str, write: Write) -> None:
+    text = (
+        "event_id,path_id,fall_height_m,volume_m3,release_sigma_m\n"
+        "sure,P01,,3000,\nunsure,P01,,3000,80\nline,,1000,3000,\nloose,,1000,3000,300\n"
+    )
+    plain = predict(snow_database, "base", write("new.csv", NEW)).events[0]
+    sure, unsure, line, loose = predict(snow_database, "base", write("release.csv", text)).events
+    assert sure.mean_m == pytest.approx(plain.mean_m, abs=0.1 * plain.sd_m)
+    assert unsure.sd_m != pytest.approx(sure.sd_m, rel=1e-6)
+    assert unsure.sd_m == pytest.approx(sure.sd_m, rel=0.1)
+    # L = H / μ: a fall that is off by 30 % is a length that is.
+    share = np.hypot(line.sd_m / line.mean_m, 0.3 * np.hypot(1.0, line.sd_m / line.mean_m))
+    assert loose.sd_m / loose.mean_m == pytest.approx(share, rel=0.1)
+    bad = write("bad.csv", text.replace(",80", ",far"))
+    with pytest.raises(AvahazardError, match="release_sigma_m of event unsure"):
+        predict(snow_database, "base", bad)
+
+
 def test_the_records_themselves_are_covered(snow_world: Path) -> None:
     file = snow_world / "world" / "events.csv"
     found = predict(str(snow_world / "base.db"), "base", file)
@@ -72,8 +90,9 @@ def test_normal_friction_tells_of_draws_below_zero(snow_database: str, write: Wr
 
 
 def test_what_cannot_be_predicted(snow_database: str, write: Write) -> None:
-    with pytest.raises(RejectedRows):
+    with pytest.raises(RejectedRows) as told:
         predict(snow_database, "base", write("bad.csv", "event_id,path_id,volume_m3\na,P01,-4\n"))
+    assert "nothing was predicted" in told.value.message
     with pytest.raises(RejectedRows):
         predict(snow_database, "base", write("lost.csv", "event_id,path_id\na,nowhere\n"))
     with pytest.raises(AvahazardError, match="There is no model"):

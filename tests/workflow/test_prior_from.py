@@ -41,7 +41,7 @@ def law_of(database: str, name: str) -> np.ndarray:
 
 def test_what_two_paths_say_adds_up(database: str) -> None:
     """With normals the posterior's precision is the sum of both, less the weak prior's once."""
-    found = calibrate(database, "both", paths=["scey"], prior="elsewhere", chains=2, draws=600)
+    found = calibrate(database, "both", paths=["scey"], prior_from="elsewhere", chains=2, draws=600)
     assert found.prior is not None
     assert found.prior.source == "elsewhere"
     source, alone, both = (law_of(database, name) for name in ("elsewhere", "alone", "both"))
@@ -66,17 +66,17 @@ def test_what_two_paths_say_adds_up(database: str) -> None:
 
 def test_the_same_events_never_count_twice(database: str) -> None:
     with pytest.raises(AvahazardError, match=r"19 of 19 events already speak through elsewhere"):
-        calibrate(database, "x", paths=["saugy"], prior="elsewhere", **QUICK)
+        calibrate(database, "x", paths=["saugy"], prior_from="elsewhere", **QUICK)
     with pytest.raises(AvahazardError, match="would count twice"):
-        calibrate(database, "x", paths=["scey"], prior="fit:nants, scey", **QUICK)
+        calibrate(database, "x", paths=["scey"], prior_from="fit:nants, scey", **QUICK)
     # Through a model whose own prior had them.
-    calibrate(database, "second", paths=["scey"], prior="elsewhere", **QUICK)
+    calibrate(database, "second", paths=["scey"], prior_from="elsewhere", **QUICK)
     with pytest.raises(AvahazardError, match="through second"):
-        calibrate(database, "x", paths=["saugy"], prior="second", **QUICK)
+        calibrate(database, "x", paths=["saugy"], prior_from="second", **QUICK)
 
 
 def test_a_fit_to_other_paths(database: str) -> None:
-    found = calibrate(database, "fitted", paths=["scey"], prior="fit:saint-clement", **QUICK)
+    found = calibrate(database, "fitted", paths=["scey"], prior_from="fit:saint-clement", **QUICK)
     assert found.prior is not None
     assert found.prior.coordinates["log a"].sd < 0.1
     assert law_of(database, "fitted")[:, 1].std() < 0.5 * law_of(database, "alone")[:, 1].std()
@@ -85,18 +85,18 @@ def test_a_fit_to_other_paths(database: str) -> None:
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"prior": "elsewhere", "law": "power"}, "another law"),
-        ({"prior": "elsewhere", "distribution": "normal"}, "another distribution"),
-        ({"prior": "elsewhere", "without": ["centrifugal"]}, "another curvature"),
+        ({"prior_from": "elsewhere", "law": "power"}, "another law"),
+        ({"prior_from": "elsewhere", "distribution": "normal"}, "another distribution"),
+        ({"prior_from": "elsewhere", "without": ["centrifugal"]}, "another curvature"),
         (
-            {"prior": "elsewhere", "with_": ["turbulent-drag"]},
+            {"prior_from": "elsewhere", "with_": ["turbulent-drag"]},
             "another set of effects on the motion",
         ),
-        ({"prior": "fit:nants", "with_": ["turbulent-drag"]}, "A fit knows no turbulent-drag"),
-        ({"prior": "elsewhere", "method": "gibbs"}, "does not work with a prior"),
-        ({"prior": "nothing"}, "model nothing"),
-        ({"prior": "fit:nowhere"}, "'nowhere'"),
-        ({"prior": "fit:"}, "names no path"),
+        ({"prior_from": "fit:nants", "with_": ["turbulent-drag"]}, "A fit knows no turbulent-drag"),
+        ({"prior_from": "elsewhere", "method": "gibbs"}, "does not work with a prior"),
+        ({"prior_from": "nothing"}, "model nothing"),
+        ({"prior_from": "fit:nowhere"}, "'nowhere'"),
+        ({"prior_from": "fit:"}, "names no path"),
     ],
 )
 def test_what_is_no_prior_of_this_model(database: str, asked, message: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Annotated
 
@@ -19,6 +20,7 @@ from avahazard.inference.model.specification import (
     ScatterName,
     TailsName,
 )
+from avahazard.records.errors import AvahazardError
 
 LawName = StrEnum("LawName", {name: name for name in LAWS})  # type: ignore[misc]
 EXPONENTIAL = LawName("exponential")
@@ -62,6 +64,15 @@ def calibrate(
             show_default=False,
         ),
     ] = None,
+    prior: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=MEAN,SD",
+            help="The prior of a parameter, in its unit, as `model` lists them (lognormal where it "
+            "is positive); may be given again.",
+            show_default=False,
+        ),
+    ] = None,
     chains: Annotated[int, typer.Option(min=2, max=64, help="How many chains.")] = 4,
     draws: Annotated[
         int | None,
@@ -81,6 +92,7 @@ def calibrate(
       avahazard calibrate voellmy --with turbulent-drag
       avahazard calibrate paper --method metropolis --path P01 --draws 10000
       avahazard calibrate here --path P01 --prior-from elsewhere
+      avahazard calibrate told --prior a=0.5,0.05 --prior n=2e-6,1e-6
     """
     from avahazard.workflow.calibrate import calibrate as run  # noqa: PLC0415
 
@@ -96,7 +108,8 @@ def calibrate(
             with_=with_ or (),
             without=without or (),
             paths=path or (),
-            prior=prior_from,
+            prior_from=prior_from,
+            prior=_numbers(prior or ()),
             chains=chains,
             draws=draws,
             seed=seed,
@@ -106,3 +119,21 @@ def calibrate(
     emit(context, found, lambda console: show_calibration(console, found))
     for note in found.notes:
         warn(note)
+
+
+def _numbers(told: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation by parameter."""
+    result: dict[str, tuple[float, float]] = {}
+    for text in told:
+        name, _, pair = text.partition("=")
+        try:
+            mean, sd = (float(number) for number in pair.split(","))
+        except ValueError:
+            raise AvahazardError(
+                f"'{text}' is no prior.",
+                "Give a parameter, its mean and its standard deviation: --prior a=0.5,0.05.",
+            ) from None
+        if name.strip() in result:
+            raise AvahazardError(f"There are two priors of '{name.strip()}'.", "Give one.")
+        result[name.strip()] = mean, sd
+    return result

@@ -83,4 +83,5 @@ def compare(
         warn(note)
     unsure = scores.pareto_k_bad - scores.pareto_k_refitted
     if unsure > 0:
-        warn(f"{unsure} records weigh so much that the left-out density is rough (Pareto k > 0.7).")
+        weigh = "record weighs" if unsure == 1 else "records weigh"
+        warn(f"{unsure} {weigh} so much that the left-out density is rough (Pareto k > 0.7).")

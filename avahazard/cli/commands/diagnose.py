@@ -85,8 +85,10 @@ def diagnose(
             for c in found.candidates[:SHOWN]
         ]
         unit = unit_of(found.coordinate)
-        columns = ("effect", ">gain, nats", ">p", f">own CRPS {unit}", "looks like")
-        title = f"Candidates (CRPS on the records of the calibration now {_before(found)} {unit})"
+        columns = ("effect", ">gain, nats", ">p", f">CRPS then {unit}", "looks like")
+        title = (
+            f"Candidates (CRPS at best fit on records of the calibration: {_before(found)} {unit})"
+        )
         console.print(table(title, columns, rows))
         console.print(NATS_WORDS, soft_wrap=True)
         best = found.candidates[0] if found.candidates else None

@@ -36,7 +36,11 @@ def fit(
     def render(console: Console) -> None:
         rows = []
         for entry in found.rows:
-            law, r2, aic = LAWS[entry.law].formula, f"{entry.r2:.3f}", f"{entry.aic:.1f}"
+            law, r2, aic = (
+                LAWS[entry.law].formula,
+                f"{round(entry.r2, 3) + 0.0:.3f}",
+                f"{entry.aic:.1f}",
+            )
             for name, parameter in entry.parameters.items():
                 value = f"{number(parameter.value)} {parameter.unit}".rstrip()
                 rows.append((law, name, value, parameter.se, r2, aic))

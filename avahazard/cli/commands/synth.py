@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.output import emit
+from avahazard.message import counted
 
 
 def synth(
@@ -55,7 +56,7 @@ def synth(
     def render(console: Console) -> None:
         hidden = ", ".join(found.effects) or "none"
         console.print(
-            f"{found.n_events} events on {found.n_paths} paths, "
+            f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}, "
             f"{found.n_left_profile} beyond the profile, {found.n_speeds} speeds."
         )
         console.print(f"Hidden effects: {hidden}.")

@@ -11,6 +11,7 @@ from avahazard.effects.catalogue import definition, require
 from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.given_prior import free_parameters
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -94,9 +95,14 @@ def assemble(
 def _other_law(
     observations: Observations, specification: Specification, own: Sequence[Definition]
 ) -> Specification:
-    """The specification with the most likely of the other laws (by its posterior mode)."""
+    """The specification with the most likely of the other laws (by its posterior mode).
+
+    Priors that it was given for its own law are none of another's.
+    """
+    own_names = free_parameters(law(specification.law))
+    given = tuple(g for g in specification.given if g.name not in own_names)
     others = [
-        replace(specification, law=name, prior=None)
+        replace(specification, law=name, prior=None, given=given)
         for name, item in LAWS.items()
         if name != specification.law and item.uses_volume
     ]

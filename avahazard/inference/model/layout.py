@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect, Parameter
+from avahazard.inference.model.given_prior import with_given
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -237,7 +238,7 @@ def build_layout(
         )
     layout = Layout(
         law=chosen,
-        slots=tuple(slots),
+        slots=tuple(with_given(slots, specification.given)),
         scatter=scatter,
         scatter_slope=slope,
         reference_volume=specification.reference_volume_m3,

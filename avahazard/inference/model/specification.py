@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from avahazard.effects.effect import Definition, Setting
+from avahazard.inference.model.given_prior import GivenPrior
 from avahazard.inference.model.law_prior import LawPrior
 
 ScatterName = Literal["constant", "volume"]
@@ -22,7 +23,8 @@ class Specification:
     Student's t with 4 degrees of freedom, which bears wrong records. `centrifugal` keeps the
     load of curvature on the bed. `reference_volume_m3` scales the coordinate of a scatter that
     changes with volume; it is taken from the data of the calibration. `prior` is that of the law,
-    from other records; None for the law's own weak one.
+    from other records or from numbers; None for the law's own weak one. `given` are the numbers,
+    of parameters of the law and others.
     """
 
     law: str = "exponential"
@@ -33,6 +35,7 @@ class Specification:
     centrifugal: bool = True
     reference_volume_m3: float = 1e5
     prior: LawPrior | None = None
+    given: tuple[GivenPrior, ...] = ()
 
     def has(self, effect: Definition) -> bool:
         """Whether the effect is there, added or as a setting."""

@@ -45,7 +45,8 @@ def check_method(method: MethodName, specification: Specification) -> None:
         "normal friction": specification.distribution != BASE.distribution,
         "Student's tails": specification.tails != BASE.tails,
         f"the effect {', '.join(specification.effects)}": bool(specification.effects),
-        "a prior from other records": specification.prior is not None,
+        "a prior from other records": specification.prior is not None and not specification.given,
+        "priors as numbers": bool(specification.given),
         f"the {specification.law} law": law(specification.law).form not in FORMS[method],
     }
     for what, wanted in asked.items():
@@ -146,10 +147,10 @@ def _usable(
     none = np.zeros(observations.n_events, dtype=np.bool_)
     reasons = {
         "left the profile": observations.kind == LEFT,
-        "have no volume": none
+        "without a volume": none
         if not chosen.uses_volume
         else ~np.isfinite(observations.columns.log_volume),
-        "have no profile": observations.kind == LENGTH if method == "metropolis" else none,
+        "without a profile": observations.kind == LENGTH if method == "metropolis" else none,
         "stopped where no friction stops the block": ~np.isfinite(mu)
         if method == "gibbs"
         else none,

@@ -77,9 +77,9 @@ class Extrapolation:
         volume = f"{self.volume_m3:.3g} m3"
         told = {
             "volume": volume,
-            "times_path": f"{self.times_path or 0.0:.2g}",
+            "times_path": _rounded(self.times_path or 0.0),
             "largest_of_path": f"{self.largest_of_path_m3 or 0.0:.3g} m3",
-            "times": f"{self.times_all or 0.0:.2g}",
+            "times": _rounded(self.times_all or 0.0),
             "largest": f"{self.largest_m3:.3g} m3",
         }
         notes = []
@@ -151,6 +151,11 @@ def _frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Flo
 def _largest(volume: Floats) -> float | None:
     known = volume[np.isfinite(volume)]
     return float(known.max()) if len(known) else None
+
+
+def _rounded(times: float) -> str:
+    """Two digits, as 1.4 or 140."""
+    return f"{float(f'{times:.2g}'):g}"
 
 
 def _times(volume: float, largest: float | None) -> float | None:

@@ -49,7 +49,11 @@ def budget_figure(content: ReportContent) -> Figure | None:
     return Figure(
         "budget",
         say("Where the error comes from"),
-        say("Stacked bars of the error budget of {n} models.", n=len(found)),
+        language.plural(
+            "Stacked bars of the error budget of {n} model.",
+            "Stacked bars of the error budget of {n} models.",
+            len(found),
+        ),
         say(
             "Errors from sources that know nothing of each other add up by their squares, so the "
             "bars are squares, and the figures in them are {unit}, on the records of the "

@@ -8,9 +8,10 @@ import numpy as np
 
 from avahazard.report.html.content import Document
 from avahazard.report.html.figure import Figure, Trace, label
-from avahazard.report.html.style import BLACK, COLORS, axis, layout
+from avahazard.report.html.style import BLACK, COLORS, VERMILION, axis, layout
 from avahazard.report.language import ENGLISH, Language
 
+NORMAL_POINTS, REACH = 61, 4.0
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 
@@ -59,16 +60,20 @@ def density_figure(
                 "hoverinfo": "skip",
             }
         )
+        if density["sd"] > 0.0:
+            data.append(_normal(density, common, whole, color, say("normal of all events")))
     return Figure(
         "density",
         say("How apparent friction is spread"),
-        say(
+        language.plural(
+            "Probability density of apparent friction of all events and of {n} path.",
             "Probability density of apparent friction of all events and of {n} paths.",
-            n=len(densities) - 1,
+            len(densities) - 1,
         ),
         say(
             "The area under each curve is 1; the number of events is in brackets. Dotted parts "
-            "lie beyond the records: they are an assumption of the method (Holy 1997)."
+            "lie beyond the records: they are an assumption of the method (Holy 1997). Thin lines "
+            "are normal distributions of the same mean and standard deviation."
         )
         + (" " + say("Tap a name in the legend to show its path.") if many else ""),
         data,
@@ -77,6 +82,22 @@ def density_figure(
             axis(say("probability density"), rangemode="tozero"),
         ),
     )
+
+
+def _normal(density: Document, common: Trace, whole: bool, color: str, name: str) -> Trace:
+    """The normal of the same mean and sd, within four of these and friction over 0."""
+    mean, sd = density["mean"], density["sd"]
+    mu = np.linspace(max(0.0, mean - REACH * sd), mean + REACH * sd, NORMAL_POINTS)
+    own = {"name": label(name)} if whole else {"showlegend": False}
+    return {
+        **common,
+        "x": mu,
+        "y": np.exp(-0.5 * ((mu - mean) / sd) ** 2) / (sd * np.sqrt(2.0 * np.pi)),
+        "line": {"color": VERMILION if whole else color, "width": 1.6 if whole else 0.7},
+        "opacity": 1.0 if whole else 0.6,
+        "hoverinfo": "skip",
+        **own,
+    }
 
 
 def _gap(beyond: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Html
         for c in diagnosis.candidates
     ]
     columns = (
-        say("effect"), ">" + say("records likelier"), ">p", ">" + say("own CRPS before"),
+        say("effect"), ">" + say("records likelier"), ">p", ">" + say("CRPS at best fit before"),
         ">" + say("after"), say("looks like"), say("meaning"),
     )  # fmt: skip
     shown = sum(c.effect in named or c.p_value <= SIGNIFICANT for c in diagnosis.candidates)

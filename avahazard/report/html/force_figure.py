@@ -42,7 +42,11 @@ def force_figure(force: Sequence[MeasuredForce], language: Language = ENGLISH) -
     return Figure(
         "force",
         say("Force measured along the tracks"),
-        say("Resisting force per mass against speed, measured on {n} events.", n=len(events)),
+        language.plural(
+            "Resisting force per mass against speed, measured on {n} event.",
+            "Resisting force per mass against speed, measured on {n} events.",
+            len(events),
+        ),
         say("Flat: Coulomb friction, as in the base model. Rising with the square of speed: drag."),
         data,
         layout(

@@ -79,10 +79,12 @@ def friction_figure(
     return Figure(
         "friction",
         say("Friction against volume"),
-        say(
+        language.plural(
+            "Apparent friction of {n} event against its volume, with the calibrated median and the "
+            "bands that hold 50 and 90 % of avalanches.",
             "Apparent friction of {n} events against their volume, with the calibrated median and "
             "the bands that hold 50 and 90 % of avalanches.",
-            n=len(shown),
+            len(shown),
         ),
         say(
             "Apparent friction is the one whose block, with the model’s effects on its motion, "
@@ -93,10 +95,12 @@ def friction_figure(
         + inside
         + (
             " "
-            + say(
+            + language.plural(
+                "{n} event has no volume, or no friction stops the block at its record, and is "
+                "not shown.",
                 "{n} events have no volume, or no friction stops the block at their record, and "
                 "are not shown.",
-                n=lacking,
+                lacking,
             )
             if lacking
             else ""

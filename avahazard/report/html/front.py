@@ -84,7 +84,12 @@ def _sentence(content: ReportContent, view: PathView, period: float | None) -> s
             )
         past, n = design["records_beyond"], design["n_records"]
         if past is not None and n:
-            words += " " + say("{n} of {total} records lie past it.", n=past, total=n)
+            words += " " + language.plural(
+                "{n} of {total} records lies past it.",
+                "{n} of {total} records lie past it.",
+                past,
+                total=n,
+            )
     return " ".join([words, *_trust(content, view)])
 
 

@@ -74,10 +74,12 @@ def ladder_figure(content: ReportContent) -> Figure | None:
     return Figure(
         "ladder",
         say("Error of each model on what it had not seen"),
-        say(
+        language.plural(
+            "Bar of the held-out error of {n} model, with the floor that the errors of the records "
+            "leave.",
             "Bars of the held-out error of {n} models, with the floor that the errors of the "
             "records leave.",
-            n=len(rows),
+            len(rows),
         ),
         say(
             "The CRPS is a mean error in {unit} that counts the width of the forecast too; for a "

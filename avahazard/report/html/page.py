@@ -59,6 +59,7 @@ def render(content: ReportContent) -> str:
     model, comparison, diagnosis = content.model, content.comparison, content.diagnosis
     language, loop = content.language, content.loop
     names = {view.path.path_id: view.name for view in content.paths if view.events}
+    answers = path_answers(content)
     return (
         _environment(language)
         .get_template("report.html.j2")
@@ -83,7 +84,8 @@ def render(content: ReportContent) -> str:
             predicted=predicted_figures(content.events, names, loop, language),
             reading_words=reading_words(content.paths, stops=bool(loop.models), language=language),
             chapters=chapters(content),
-            answers=path_answers(content),
+            answers=answers,
+            more_answers=language.plural("{n} more path", "{n} more paths", len(answers) - 12),
             period=shown_period(content),
             switch=switch_json(content),
             sections=list(_sections(content)),

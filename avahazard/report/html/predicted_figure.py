@@ -119,7 +119,12 @@ def _figure(
             inside=inside,
         )
         + (
-            " " + say("{n} events that left their profile have no stop to show.", n=left)
+            " "
+            + language.plural(
+                "{n} event that left its profile has no stop to show.",
+                "{n} events that left their profile have no stop to show.",
+                left,
+            )
             if left
             else ""
         ),

@@ -82,7 +82,8 @@ def record_figure(
         "record",
         say("The record through the years"),
         say(
-            "{n} dated events of {paths} paths by year; the mark grows with the volume.",
+            "Dated events ({n}) by year, a row for each path ({paths}); the mark grows with the "
+            "volume.",
             n=len(dated),
             paths=len(rows),
         ),
@@ -90,7 +91,16 @@ def record_figure(
             "Each mark is an event; larger marks are larger volumes. Empty stretches are years "
             "without events, or years in which nobody looked."
         )
-        + (" " + say("{n} events without a date are not shown.", n=undated) if undated else ""),
+        + (
+            " "
+            + language.plural(
+                "{n} event without a date is not shown.",
+                "{n} events without a date are not shown.",
+                undated,
+            )
+            if undated
+            else ""
+        ),
         data,
         layout(
             axis(say("year")),

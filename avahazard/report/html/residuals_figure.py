@@ -74,7 +74,16 @@ def residuals_figure(
             "unit of what was recorded. A model that lacks nothing scatters evenly about the "
             "dashed line."
         )
-        + (" " + say("{n} events without a volume are left out.", n=lost) if lost else ""),
+        + (
+            " "
+            + language.plural(
+                "{n} event without a volume is left out.",
+                "{n} events without a volume are left out.",
+                lost,
+            )
+            if lost
+            else ""
+        ),
         data,
         places,
         states=changes,

@@ -90,7 +90,7 @@ def _named(names: Sequence[str], language: Language) -> str:
 
 def unknown_words(content: ReportContent) -> list[str]:
     """What the records do not say, by count."""
-    events, say = content.events, content.language.say
+    events, say, plural = content.events, content.language.say, content.language.plural
     total = len(events)
     no_volume = sum(e.volume_m3 is None for e in events)
     no_date = sum(e.year is None for e in events)
@@ -98,23 +98,40 @@ def unknown_words(content: ReportContent) -> list[str]:
     no_path = sum(e.path_id is None for e in events)
     words = []
     if no_volume:
-        words.append(say("{n} of {total} events have no volume.", n=no_volume, total=total))
+        words.append(
+            plural(
+                "{n} of {total} events has no volume.",
+                "{n} of {total} events have no volume.",
+                no_volume,
+                total=total,
+            )
+        )
     if no_date:
-        words.append(say("{n} of {total} events have no date.", n=no_date, total=total))
+        words.append(
+            plural(
+                "{n} of {total} events has no date.",
+                "{n} of {total} events have no date.",
+                no_date,
+                total=total,
+            )
+        )
     if left:
         words.append(
-            say(
+            plural(
+                "{n} of {total} events left its profile, so that only a least runout is known.",
                 "{n} of {total} events left their profile, so that only a least runout is known.",
-                n=left,
+                left,
                 total=total,
             )
         )
     if no_path:
         words.append(
-            say(
+            plural(
+                "{n} of {total} events has no path, and so no profile: it is judged by height over "
+                "length.",
                 "{n} of {total} events have no path, and so no profile: they are judged by height "
                 "over length.",
-                n=no_path,
+                no_path,
                 total=total,
             )
         )

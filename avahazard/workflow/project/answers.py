@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
+from avahazard.message import counted
 from avahazard.report.html.content import Cover
 from avahazard.results.project import Step
 from avahazard.store.path_results import BOUNDS, ZONES, RunKind, latest_documents
@@ -62,7 +63,7 @@ def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     }
     paths = {row["path_id"] for row in rows or ()}
     if rows and there == asked and (not wanted.paths or paths == set(wanted.paths)):
-        return Step("hazard", UP_TO_DATE, f"{len(paths)} paths"), [], []
+        return Step("hazard", UP_TO_DATE, counted(len(paths), "path")), [], []
     found = hazard(
         run.database,
         model,
@@ -74,7 +75,7 @@ def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     )
     run.fresh = True
     n = len({row.path_id for row in found.rows})
-    return Step("hazard", DONE, f"{n} paths"), list(found.notes), []
+    return Step("hazard", DONE, counted(n, "path")), list(found.notes), []
 
 
 def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
@@ -83,10 +84,10 @@ def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     name = str(file) if file.is_file() else limits
     stored = _found(run, ZONES, model)
     if stored and not run.fresh and all(path["limits"] == name for path in stored):
-        return Step("zones", UP_TO_DATE, f"{len(stored)} paths"), [], []
+        return Step("zones", UP_TO_DATE, counted(len(stored), "path")), [], []
     found = zones(run.database, model, limits=name, paths=run.project.hazard.paths)
     run.fresh = True
-    return Step("zones", DONE, f"{len(found.rows)} paths"), list(found.notes), []
+    return Step("zones", DONE, counted(len(found.rows), "path")), list(found.notes), []
 
 
 def _found(run: ProjectState, kind: RunKind, model: str) -> list[dict[str, Any]] | None:

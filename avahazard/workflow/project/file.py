@@ -25,6 +25,7 @@ EXAMPLE = (
 StepName = Literal["compare", "diagnose", "hazard", "zones", "report", "export"]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Years = Annotated[float, Field(gt=1.0, allow_inf_nan=False)]
+MeanSd = Annotated[list[float], Field(min_length=2, max_length=2)]
 Name = Annotated[str, Field(min_length=1, max_length=150)]
 
 
@@ -51,6 +52,7 @@ class ModelSection(Strict):
     without: list[str] = Field(default=[])
     paths: list[str] = Field(default=[])
     prior_from: str = ""
+    prior: dict[str, MeanSd] = Field(default={})
     chains: Annotated[int, Field(ge=2, le=64)] | None = None
     draws: Annotated[int, Field(ge=100)] | None = None
     seed: Annotated[int, Field(ge=0)] = 0

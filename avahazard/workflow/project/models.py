@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from avahazard.effects.catalogue import definition
+from avahazard.inference.model.given_prior import GIVEN
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import N_CHAINS
+from avahazard.message import counted
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
 from avahazard.results.calibration import Calibration
@@ -58,7 +60,8 @@ def _calibrated(run: ProjectState) -> tuple[str, Step]:
             and (stored.method, stored.seed) == (wanted.method, wanted.seed)
             and set(stored.effects) == set(wanted.with_) - set(wanted.without)
             and stored.centrifugal == asked.centrifugal
-            and ("" if stored.prior is None else stored.prior.source) == wanted.prior_from
+            and _prior_source(stored) == wanted.prior_from
+            and {k: [p.mean, p.sd] for k, p in (stored.given_priors or {}).items()} == wanted.prior
             and wanted.chains in (None, stored.chains)
             and wanted.draws in (None, stored.draws)
         )
@@ -77,7 +80,8 @@ def _calibrated(run: ProjectState) -> tuple[str, Step]:
         with_=wanted.with_,
         without=wanted.without,
         paths=wanted.paths,
-        prior=wanted.prior_from or None,
+        prior_from=wanted.prior_from or None,
+        prior=wanted.prior,
         chains=wanted.chains or N_CHAINS,
         draws=wanted.draws,
         seed=wanted.seed,
@@ -85,6 +89,12 @@ def _calibrated(run: ProjectState) -> tuple[str, Step]:
     )
     run.fresh = True
     return free, Step(f"calibrate {free}", DONE, _converged(found))
+
+
+def _prior_source(stored: Calibration) -> str:
+    """The model or paths that the law's prior is from, as `prior_from` names them."""
+    source = "" if stored.prior is None else stored.prior.source
+    return "" if source.startswith(GIVEN) else source
 
 
 def _added(run: ProjectState, parent: str, effects: tuple[str, ...]) -> tuple[str, Step]:
@@ -123,7 +133,7 @@ def _known(
 
 
 def _converged(found: Calibration) -> str:
-    words = f"{found.n_events} events"
+    words = counted(found.n_events, "event")
     return words if found.diagnostics.converged else f"{words}; its chains have NOT converged"
 
 

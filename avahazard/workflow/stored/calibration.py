@@ -16,6 +16,7 @@ from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results.calibration import (
     Calibration,
     Convergence,
+    GivenTold,
     ParameterSummary,
     PathSpread,
     PriorCoordinate,
@@ -91,6 +92,7 @@ def calibration_result(
         prior_dominated=dominated or None,
         of_records=of_records or None,
         prior=_prior_told(found.model),
+        given_priors=_given_told(found) or None,
     )
 
 
@@ -101,6 +103,13 @@ def _prior_told(model: FittedModel) -> PriorTold | None:
         return None
     each = zip(law.coordinates, prior.mean, prior.sd.tolist(), strict=True)
     return PriorTold(prior.source, {name: PriorCoordinate(m, s) for name, m, s in each})
+
+
+def _given_told(found: Calibrated) -> dict[str, GivenTold]:
+    """The priors that were given as numbers, with the units of their parameters."""
+    units = dict(zip(found.chains.names, found.chains.units, strict=True))
+    given = found.model.specification.given
+    return {g.name: GivenTold(g.mean, g.sd, units[g.name]) for g in given}
 
 
 def _path_spread(found: Calibrated) -> PathSpread | None:

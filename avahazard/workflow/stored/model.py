@@ -13,6 +13,7 @@ from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitting.refinement import refined_grids
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.given_prior import GivenPrior
 from avahazard.inference.model.law_prior import prior_from_document
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import MethodName, Specification
@@ -147,8 +148,14 @@ def load_stored(database: str, name: str, own: Sequence[Definition] = ()) -> Sto
         records = load_records(session)
     kept = model.specification
     fields = kept["specification"]
-    prior = prior_from_document(fields.get("prior"))
-    specification = Specification(**{**fields, "effects": tuple(fields["effects"]), "prior": prior})
+    specification = Specification(
+        **{
+            **fields,
+            "effects": tuple(fields["effects"]),
+            "prior": prior_from_document(fields.get("prior")),
+            "given": tuple(GivenPrior(**told) for told in fields.get("given", ())),
+        }
+    )
     _require_own(model, specification, own)
     paths = tuple(kept["paths"])
     training = only_paths(records, paths)

@@ -10,12 +10,13 @@ from collections.abc import Sequence
 
 import avahazard
 from avahazard.hazard.notes import stale_words, unconverged_words
+from avahazard.inference.model.given_prior import GIVEN
 from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
-from avahazard.results.calibration import Calibration
+from avahazard.results.calibration import PRIOR_FROM, Calibration
 from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import load_model
 from avahazard.store.session import Session
@@ -65,8 +66,17 @@ def model_notes(result: Calibration, records_changed: bool, version: str | None)
     if result.n_events < FEW_EVENTS:
         words = FEW_ONE if result.n_events == 1 else FEW
         notes.append(words.format(model=name, n=result.n_events))
-    notes += [told.note(name, key) for key, told in (result.prior_dominated or {}).items()]
+    notes += prior_notes(result)
     notes += result.of_records or ()
     if version is not None and version != avahazard.__version__:
         notes.append(OLDER.format(model=name, version=version, now=avahazard.__version__))
     return tuple(notes)
+
+
+def prior_notes(result: Calibration) -> list[str]:
+    """Where the priors are not the program's own, and where they speak rather than the records."""
+    name, given = result.model, result.given_priors or {}
+    notes = [told.note(name, key) for key, told in given.items()]
+    if result.prior is not None and not result.prior.source.startswith(GIVEN):
+        notes.append(PRIOR_FROM.format(model=name, source=result.prior.source))
+    return notes + [told.note(name, key) for key, told in (result.prior_dominated or {}).items()]

@@ -29,12 +29,19 @@ CONTRADICTS = message(
     "the record of event {event} contradicts itself: {column} is {value}; accepted would be "
     "{accepted}."
 )
+UNSEEN_ONE = message(
+    "a record of path {path} stops over its observed_below_m ({limit} m), where none is said to be "
+    "seen: event {event} at {elevation} m. Correct the limit, or this record."
+)
 UNSEEN = message(
     "{n} records of path {path} stop over its observed_below_m ({limit} m), where none is said to "
     "be seen; that of event {event} at {elevation} m. Correct the limit, or these records."
 )
+ONE_MISSES = message("1 more path misses the points of its profile.")
 MORE_MISS = message("{n} more paths miss the points of their profiles.")
+ONE_CONTRADICTS = message("1 more record contradicts itself.")
 MORE_CONTRADICT = message("{n} more records contradict themselves.")
+ONE_UNSEEN = message("1 more path has records over its observed_below_m.")
 MORE_UNSEEN = message("{n} more paths have records over their observed_below_m.")
 
 
@@ -63,7 +70,7 @@ def _misfits(profiles: Profiles, sites: Sequence[Site]) -> list[str]:
         if away[farthest] > max(MISFIT_M, MISFIT_SIGMAS * smooth.sigma_m):
             off, x = (f"{value:.0f} m" for value in (away[farthest], profile.x_m[farthest]))
             found.append(MISSES.format(path=site.path.path_id, away=off, x=x))
-    return _first(found, MORE_MISS)
+    return _first(found, ONE_MISSES, MORE_MISS)
 
 
 def _contradictions(events: Sequence[Event], paths: Paths, profiles: Profiles) -> list[str]:
@@ -80,7 +87,7 @@ def _contradictions(events: Sequence[Event], paths: Paths, profiles: Profiles) -
                     event=event.event_id, column=column, value=f"{value:g}", accepted=accepted
                 )
             )
-    return _first(found, MORE_CONTRADICT)
+    return _first(found, ONE_CONTRADICTS, MORE_CONTRADICT)
 
 
 def _unseen(events: Sequence[Event], paths: Paths, profiles: Profiles) -> list[str]:
@@ -96,7 +103,7 @@ def _unseen(events: Sequence[Event], paths: Paths, profiles: Profiles) -> list[s
     for path_id, stops in over.items():
         elevation, event_id = max(stops)
         found.append(
-            UNSEEN.format(
+            (UNSEEN if len(stops) > 1 else UNSEEN_ONE).format(
                 n=len(stops),
                 path=path_id,
                 limit=f"{paths[path_id].observed_below_m:g}",
@@ -104,10 +111,12 @@ def _unseen(events: Sequence[Event], paths: Paths, profiles: Profiles) -> list[s
                 elevation=f"{elevation:.0f}",
             )
         )
-    return _first(found, MORE_UNSEEN)
+    return _first(found, ONE_UNSEEN, MORE_UNSEEN)
 
 
-def _first(found: Sequence[str], more: str) -> list[str]:
+def _first(found: Sequence[str], one: str, more: str) -> list[str]:
     """The first of the notes, and how many others there are."""
     rest = len(found) - SHOWN
-    return [*found[:SHOWN], *([more.format(n=rest)] if rest > 0 else [])]
+    if rest <= 0:
+        return [*found]
+    return [*found[:SHOWN], one if rest == 1 else more.format(n=rest)]

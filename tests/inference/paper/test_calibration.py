@@ -114,7 +114,7 @@ def test_events_without_a_volume_are_left_out_but_by_the_constant_law(method) ->
     observations = _bowl_study([1e4, None, 1e5, 2e4, 5e4], [0.45, 0.5, 0.55, 0.47, 0.53])
     run = {"method": method, "n_chains": 2, "n_draws": 100, "seed": 0}
     found = calibrate_paper(observations, Specification(), **run)
-    assert (found.n_events, found.left_out) == (4, {"have no volume": 1})
+    assert (found.n_events, found.left_out) == (4, {"without a volume": 1})
     found = calibrate_paper(observations, Specification(law="constant"), **run)
     assert (found.n_events, found.left_out, found.notes) == (5, {}, ())
 
@@ -131,7 +131,7 @@ def test_gibbs_takes_events_without_a_profile_and_metropolis_does_not() -> None:
     mu = 500.0 / observations.observed
     assert found.chains.draws[..., 0].mean() == pytest.approx(np.exp(np.log(mu).mean()), rel=1e-3)
     assert found.chains.draws[..., 1].mean() == pytest.approx(np.log(mu).std(), rel=0.02)
-    with pytest.raises(AvahazardError, match=r"0 of 400 events.*400 have no profile") as error:
+    with pytest.raises(AvahazardError, match=r"0 of 400 events.*400 without a profile") as error:
         calibrate_paper(observations, law, "metropolis", n_chains=2, n_draws=100, seed=0)
     assert "--method marginal" in error.value.hint
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,8 @@ def test_how_far_beyond_the_path_and_all_paths() -> None:
     unknown = extrapolation(model, "elsewhere", 3.0 * all_paths)
     assert unknown.largest_of_path_m3 is None
     assert "3 times the largest recorded" in unknown.notes()[0]
+    far = replace(unknown, volume_m3=1.36e2 * (unknown.largest_m3 or 0.0))
+    assert "is 140 times the largest recorded" in far.notes()[0]
 
 
 @pytest.mark.parametrize(("n", "side"), [(1.0, "under 0.1"), (-1.0, "over 1.5")])

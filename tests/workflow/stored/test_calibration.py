@@ -75,7 +75,7 @@ def test_the_mode_at_the_ends_of_what_a_float_holds(scale: float) -> None:
 
 def test_parameters_offsets_and_settings() -> None:
     draws = np.random.default_rng(3).normal(0.5, 0.1, (4, 500, 2))
-    found = _found(draws, {"B": draws[..., 0].ravel() - 0.5}, left_out={"have no volume": 2})
+    found = _found(draws, {"B": draws[..., 0].ravel() - 0.5}, left_out={"without a volume": 2})
     result = calibration_result(found, "m", Records(), seed=5, parent="p")
     assert list(result.parameters) == ["a", "sigma", "path:B"]
     assert result.parameters["path:B"].unit == "log friction"

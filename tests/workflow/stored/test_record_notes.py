@@ -98,7 +98,7 @@ def test_stops_over_the_limit_of_sight_are_told_but_not_those_across_the_valley(
     high = Event("high", "V", runout_x_m=900.0, runout_sigma_m=10.0, volume_m3=1e4)
     assert told(seen, across, barely) == ()
     (note,) = told(seen, high, across)
-    assert note.startswith("1 records of path V stop over its observed_below_m (600 m)")
+    assert note.startswith("a record of path V stops over its observed_below_m (600 m)")
     assert "event high at 735 m" in note
     for code in ("de", "fr", "it"):
         assert language_of(code).told(note) != note

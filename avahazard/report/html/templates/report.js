@@ -6,7 +6,8 @@
   var shared = JSON.parse(document.getElementById("switch").textContent);
   var now = shared.own;
   var tongue = shared.language;
-  var PRINT_PX = 690, PRINT_HIGH_PX = 385, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520, ENTRY_PX = 17;
+  var PRINT_PX = 690, PRINT_HIGH_PX = 385, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520,
+    PAGE_WIDE_PX = 703, PAGE_HIGH_PX = 990, SHEET_LEAST_PX = 700, SHEET_MOST_PX = 860, ENTRY_PX = 17;
 
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
@@ -165,8 +166,33 @@
       if (place.clientWidth > most) { place.style.width = most + "px"; size.width = most; }
       Plotly.relayout(place, size);
     });
+    sheets();
   });
+  // On paper the paths come last, a sheet each: the panels have what its words leave of the page.
+  var paths = document.getElementById("paths"), after = paths.nextElementSibling;
+  function sheets() {
+    paths.parentNode.appendChild(paths);
+    var rules = Array.prototype.filter.call(document.styleSheets[0].cssRules, function (rule) {
+      return rule.media && rule.media.mediaText === "print";
+    });
+    function as(media, width) {
+      rules.forEach(function (rule) { rule.media.mediaText = media; });
+      document.body.style.width = width;
+    }
+    as("all", PAGE_WIDE_PX + "px");
+    var sizes = Array.prototype.map.call(paths.querySelectorAll("article"), function (sheet) {
+      var place = sheet.querySelector("[data-figure^=path-]");
+      return place && { place: place, high: PAGE_HIGH_PX - (sheet.offsetHeight - place.offsetHeight) };
+    });
+    as("print", "");
+    sizes.forEach(function (size) {
+      if (!size || size.high < SHEET_LEAST_PX) { return; }
+      size.place.style.height = Math.min(size.high, SHEET_MOST_PX) + "px";
+      Plotly.relayout(size.place, { height: Math.min(size.high, SHEET_MOST_PX) });
+    });
+  }
   window.addEventListener("afterprint", function () {
+    paths.parentNode.insertBefore(paths, after);
     document.querySelectorAll("details").forEach(function (fold) { fold.open = fold.dataset.was === "open"; });
     drawn.forEach(function (place) {
       if (!place.was) { return; }

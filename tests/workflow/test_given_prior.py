@@ -1,0 +1,128 @@
+"""Models with priors as numbers."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avahazard.records.errors import AvahazardError
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.add import add
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.models import show_model
+from avahazard.workflow.provenance import show_provenance
+from avahazard.workflow.rerun import rerun
+from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.notes import notes_of
+
+QUICK = {"chains": 2, "draws": 150, "paths": ["scey"]}
+
+
+@pytest.fixture
+def database(twin_database: str, tmp_path: Path) -> str:
+    return str(shutil.copy(twin_database, tmp_path / "copy.db"))
+
+
+def test_two_normals_make_the_posterior(database: str) -> None:
+    """Precisions of the numbers and of the records add up, the weak prior's counted once."""
+    calibrate(database, "alone", chains=2, draws=600, paths=["scey"])
+    alone = load_stored(database, "alone").model.draws[:, :2]
+    mean, sd = float(np.exp(alone[:, 0].mean()) * 1.15), 0.03
+    found = calibrate(
+        database, "told", prior={"a": (mean, sd)}, chains=2, draws=600, paths=["scey"]
+    )
+    told = load_stored(database, "told").model.draws[:, :2]
+    variance = np.log1p((sd / mean) ** 2)
+    centre = np.array([np.log(mean) - 0.5 * variance, 0.0])
+    weak, new = np.diag([0.5**-2, 0.0]), np.diag([1.0 / variance, 0.0])
+    both = np.linalg.inv(np.cov(alone, rowvar=False))
+    covariance = np.linalg.inv(both - weak + new)
+    expected = covariance @ (both @ alone.mean(axis=0) - weak @ [np.log(0.5), 0.0] + new @ centre)
+    width = np.sqrt(np.diag(covariance))
+    assert np.abs((told.mean(axis=0) - expected) / width).max() < 0.4
+    np.testing.assert_allclose(told.std(axis=0), width, rtol=0.25)
+    assert found.parameters["a"].mean > np.exp(alone[:, 0].mean()) * 1.02
+    assert found.given_priors is not None
+    assert (found.given_priors["a"].mean, found.given_priors["a"].sd) == (mean, sd)
+
+
+def test_it_stays_with_the_model(database: str) -> None:
+    numbers = {"a": (0.5, 0.02), "sigma": (0.2, 0.01)}
+    calibrate(database, "told", prior=numbers, chains=2, draws=60, paths=["scey", "saugy"])
+    stored = load_stored(database, "told")
+    assert {g.name: (g.mean, g.sd) for g in stored.specification.given} == numbers
+    assert rerun(database, "told").identical
+    shown = show_model(database, "told")
+    assert shown.prior is not None
+    assert shown.prior.source == "given:a"
+    assert "given" in show_provenance(database, "told").specification
+    with reading(database) as session:
+        notes = notes_of(session, "told", load_records(session))
+    assert "the prior of a in told is 0.5 ± 0.02, as it was given." in notes
+    # So narrow, the prior speaks; the note of it knows the numbers, not the weak prior.
+    assert any("records say little of log sigma" in note for note in notes)
+    child = add(database, "told", ["record-error"], "child")
+    assert child.given_priors == shown.given_priors
+    assert child.parameters["sigma"].sd < 0.02
+
+
+def test_another_law_has_its_own_prior(database: str) -> None:
+    numbers = {"a": (0.5, 0.02), "sigma": (0.2, 0.05)}
+    found = calibrate(database, "told", prior=numbers, chains=2, draws=60, paths=["scey"])
+    assert set(found.given_priors or {}) == {"a", "sigma"}
+    child = add(database, "told", ["volume-law"], "child")
+    assert child.prior is None
+    assert set(child.given_priors or {}) == {"sigma"}
+
+
+def test_a_parameter_of_an_effect(database: str) -> None:
+    found = calibrate(
+        database,
+        "drag",
+        with_=["turbulent-drag"],
+        prior={"turbulent-drag.drag": (0.002, 0.0001)},
+        **QUICK,
+    )
+    drag = found.parameters["turbulent-drag.drag"]
+    assert drag.mean == pytest.approx(0.002, abs=0.0002)
+    assert drag.sd == pytest.approx(0.0001, rel=0.4)
+
+
+def test_numbers_are_no_records(database: str) -> None:
+    """A model with numbers may be the prior of others: only its records count."""
+    calibrate(database, "told", prior={"a": (0.5, 0.02)}, **QUICK)
+    found = calibrate(
+        database,
+        "next",
+        prior_from="told",
+        prior={"sigma": (0.2, 0.05)},
+        **{**QUICK, "paths": ["saugy"]},
+    )
+    assert found.prior is not None
+    assert found.prior.source == "told"
+    assert set(found.given_priors or {}) == {"sigma"}
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"prior": {"b": (1.0, 0.1)}}, "no prior of 'b'"),
+        ({"prior": {"b": (1.0, 0.1)}, "law": "rational"}, "no prior of 'b'"),
+        ({"prior": {"turbulent-drag.drag": (0.002, 0.001)}}, "no prior of 'turbulent-drag.drag'"),
+        ({"prior": {"a": (-0.5, 0.1)}}, "a is positive"),
+        ({"prior": {"sigma": (-0.5, 0.1)}}, "sigma is positive"),
+        ({"prior": {"sigma": (50.0, 0.1)}}, "sigma=50,0.1 is out of range"),
+        ({"prior": {"n": (2.0, 1e-6)}}, r"\(n=2 1/m3\) gives friction"),
+        ({"prior": {"n": (2e-6, 1.0)}}, "times that of the weak prior"),
+        ({"prior": {"a": (0.5,)}}, "1 of two numbers"),
+        ({"prior": {"a": (0.5, 0.1)}, "method": "gibbs"}, "does not work with priors as numbers"),
+        ({"prior": {"a": (0.5, 0.1)}, "prior_from": "fit:nants"}, "prior from fit:nants"),
+    ],
+)
+def test_what_is_no_prior_of_this_model(database: str, asked, message: str) -> None:
+    with pytest.raises(AvahazardError, match=message):
+        calibrate(database, "x", **QUICK, **asked)
