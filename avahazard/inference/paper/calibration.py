@@ -154,7 +154,7 @@ def _usable(
         "stopped where no friction stops the block": ~np.isfinite(mu)
         if method == "gibbs"
         else none,
-        f"ask for friction outside {MU[EVEN][0]:.3g} to {MU[EVEN][-1]:.3g}": (mu < MU[EVEN][0])
+        f"with friction outside {MU[EVEN][0]:.3g} to {MU[EVEN][-1]:.3g}": (mu < MU[EVEN][0])
         | (mu > MU[EVEN][-1])
         if method == "metropolis"
         else none,
