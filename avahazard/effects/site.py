@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.physics.cells import build_cells
+from avahazard.physics.mean_friction import squares_to_rest
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, drawn_profile, smooth_profile
@@ -90,6 +91,14 @@ class Site:
         square = speeds_along(cells, start, MU[::COARSE], x) ** 2
         columns = [np.interp(MU, MU[::COARSE], column) for column in square.T]
         return np.asarray(np.sqrt(np.column_stack(columns)))
+
+    def squares_to_rest(
+        self, resistance: Resistance, release_x: float, stop_x: float, x: Floats
+    ) -> Floats:
+        """u² at places x `[n_x]` of what is released at `release_x` and rests at `stop_x` (m)."""
+        terrain = self.terrain_for(resistance)
+        start = terrain.node(release_x)
+        return squares_to_rest(build_cells(terrain, resistance), start, stop_x, x)
 
 
 def build_site(

@@ -10,6 +10,7 @@ import numpy as np
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report
 from avahazard.results.provenance import Difference, Rerun
 from avahazard.workflow.add import start_from
@@ -34,6 +35,12 @@ def rerun(
     own = own_effects(database, name, effect_files)
     stored = load_stored(database, name, own)
     require_unchanged(stored)
+    kept = load_parameter_draws(database, name)
+    if "speed_sigma" in kept:
+        raise AvahazardError(
+            f"{name} was calibrated with the error of speeds of an earlier version (speed_sigma).",
+            "Calibrate a new model: this version knows the scatter of friction along tracks.",
+        )
     observations = build_observations(stored.training)
     start = None
     if stored.parent is not None:
@@ -51,7 +58,6 @@ def rerun(
         start=start,
         progress=lambda share: report(f"Calibrating {name} again", share, 1.0),
     )
-    kept = load_parameter_draws(database, name)
     again = dict(zip(found.chains.names, np.moveaxis(found.chains.draws, -1, 0), strict=True))
     differences = {
         key: Difference(

@@ -102,11 +102,15 @@ class NaivePosterior:
         return self.nu, self.width * np.interp(self.nu, self.grid, chance)
 
     def _log_speed(self, measured, predicted):
-        own = float(np.exp(self.u[self.posterior.layout.speed_scatter]))
-        apart = np.abs(measured.x[:, None] - measured.x)
-        covariance = np.diag(measured.sigma**2) + own**2 * np.exp(-apart / 100.0)
+        own = float(np.exp(self.u[self.posterior.layout.track_scatter]))
+        padded = np.pad(measured.speed, 1, constant_values=np.nan)
+        middle = np.nanmean([padded[:-2], padded[1:-1], padded[2:]], axis=0)
+        error = 4.0 * middle**2 * measured.sigma**2 + 2.0 * measured.sigma**4
+        covariance = np.diag(error) + own**2 * measured.spread
         law = stats.multivariate_normal(np.zeros(len(measured.x)), covariance)
-        return law.logpdf(measured.speed - predicted)
+        square = measured.speed**2 - measured.sigma**2
+        jacobian = 0.5 * np.sum(np.log(error / measured.sigma**2))
+        return law.logpdf(square - predicted**2) + jacobian
 
     def _density(self, i: int, nu, shift: float):
         """p(ν) of event i, summed over its volume."""

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from avahazard.effects.site import Site
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import SpeedRecord
+from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.resistance import SPEEDS, Resistance
 

@@ -10,9 +10,9 @@ from scipy.special import logsumexp
 
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
-from avahazard.inference.likelihood.speed_errors import covariance_root
-from avahazard.inference.model.layout import SPEED_SCATTER_M_S
+from avahazard.inference.model.layout import TRACK_SCATTER
 from avahazard.inference.model.observations import ELEVATION, Observations
+from avahazard.inference.model.speed_record import track_spread
 from avahazard.inference.seeds import generator
 from avahazard.physics.cells import build_cells
 from avahazard.physics.speed import speeds_along
@@ -50,22 +50,26 @@ def speed_gain(first: Refit, second: Refit, n_events: int, n_places: int, seed: 
 def _event_gain(
     first: Refit, second: Refit, event: int, n_places: int, rng: np.random.Generator
 ) -> float:
-    x = _places(first.posterior.observations, event, n_places)
+    x, way, length = _places(first.posterior.observations, event, n_places)
     pair = (_expected(first, event, x), _expected(second, event, x))
     own = max(_own_error(first), _own_error(second))
-    factor = covariance_root(x, np.full(n_places, SPEED_SIGMA_M_S), own)
+    # Of squares of speed (`speed_errors`), at the mean of what both fits expect.
+    mean = np.mean([fit.chance @ fit.speeds for fit in pair], axis=0)
+    error = SPEED_SIGMA_M_S**2 * (4.0 * mean**2 + 2.0 * SPEED_SIGMA_M_S**2)
+    spread = own**2 * track_spread(way, length)
+    factor = np.asarray(np.linalg.cholesky(spread + np.diag(error)), np.float64)
     gains: list[Floats] = []
     for true, other in (pair, pair[::-1]):
         drawn = rng.choice(len(true.chance), N_SIMULATIONS, p=true.chance)
         noise = rng.standard_normal((N_SIMULATIONS, n_places)) @ factor.T
-        speeds = true.speeds[drawn] + noise
-        gains.append(_log_density(speeds, true, factor) - _log_density(speeds, other, factor))
+        square = true.speeds[drawn] ** 2 + noise
+        gains.append(_log_density(square, true, factor) - _log_density(square, other, factor))
     return float(np.mean(gains))
 
 
-def _log_density(speeds: Floats, expected: _Expected, factor: Floats) -> Floats:
-    """Log density `[n_simulations]`, up to a constant."""
-    misfit = speeds[:, None, :] - expected.speeds
+def _log_density(square: Floats, expected: _Expected, factor: Floats) -> Floats:
+    """Log density of squares of speed `[n_simulations, n_places]`, up to a constant."""
+    misfit = square[:, None, :] - expected.speeds**2
     z = np.linalg.solve(factor, misfit.reshape(-1, len(factor)).T).T.reshape(misfit.shape)
     with np.errstate(divide="ignore"):
         log_chance = np.log(expected.chance)
@@ -73,13 +77,16 @@ def _log_density(speeds: Floats, expected: _Expected, factor: Floats) -> Floats:
 
 
 def _own_error(fit: Refit) -> float:
-    """The model's own error of speed, as found or as thought of before (m/s)."""
-    place = fit.posterior.layout.speed_scatter
-    return SPEED_SCATTER_M_S if place is None else float(np.exp(fit.mode.u[place]))
+    """Scatter of friction along the tracks, as found or as thought of before."""
+    place = fit.posterior.layout.track_scatter
+    return TRACK_SCATTER if place is None else float(np.exp(fit.mode.u[place]))
 
 
-def _places(observations: Observations, event: int, n_places: int) -> Floats:
-    """Places x (m) spread evenly between the release and the stop of an event."""
+def _places(observations: Observations, event: int, n_places: int) -> tuple[Floats, Floats, float]:
+    """Places x (m) spread evenly between the release and the stop of an event.
+
+    With them, their distances from the release and that of the stop.
+    """
     site = observations.sites[observations.columns.path_index[event]]
     release, stop = (
         float(site.release_x[observations.release[event]]),
@@ -89,9 +96,9 @@ def _places(observations: Observations, event: int, n_places: int) -> Floats:
         x = site.terrain.x
         below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
         stop = float(x[below[0]]) if len(below) else float(x[-1])
-    return np.asarray(
-        release + (stop - release) * (np.arange(n_places) + 1.0) / (n_places + 1.0), np.float64
-    )
+    share = np.asarray((np.arange(n_places) + 1.0) / (n_places + 1.0), np.float64)
+    way = share * (stop - release)
+    return release + way, way, stop - release
 
 
 def _expected(fit: Refit, event: int, x: Floats) -> _Expected:

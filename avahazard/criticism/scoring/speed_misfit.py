@@ -14,8 +14,9 @@ from avahazard.criticism.scoring.friction_given_record import friction_given_rec
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_errors import covariance_root
-from avahazard.inference.model.observations import Observations, SpeedRecord
+from avahazard.inference.likelihood.speed_errors import drawn_speeds
+from avahazard.inference.model.observations import LEFT, Observations
+from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_curve import between, located, steps_of
@@ -71,8 +72,9 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
             i = track.event
             places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
             mu = rng.choice(places, DRAWS_A_TABLE, p=chance)
-            speed = _speeds_at(table, j, i, mu)
-            tracks.append(speed + _error(posterior, u, track, rng))
+            arrives = observations.kind[i] != LEFT
+            square = _squares_at(table, j, i, mu)
+            tracks.append(drawn_speeds(square, track, _track_scatter(posterior, u), rng, arrives))
         columns.append(np.concatenate(tracks, axis=0))
     return MatchedSpeeds(
         event=np.concatenate([np.full(len(t.x), t.event) for t in observations.speeds]),
@@ -92,24 +94,25 @@ def _stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
     )
 
 
-def _speeds_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
-    """Speeds at frictions `mu`, `[n_speeds, n_draws]`, between those of the table.
+def _squares_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
+    """Squares of speed at frictions `mu`, `[n_speeds, n_draws]`, between those of the table.
 
     The likelihood spreads records evenly over a jump, so the record may lie within one, or at the
-    profile's end: then the block that came that far counts, not the one that stopped before.
+    profile's end: then the block that came that far counts, brought to rest there (`JumpedStop`),
+    not the one that stopped before.
     """
     broken = table.curve[event].broken
     cell, share = located(steps_of(mu), broken)
     share = np.where(broken[cell], 0.0, share)
-    return np.asarray([between(speeds, cell, share) for speeds in table.speeds[track].T])
+    square = np.asarray([between(speeds**2, cell, share) for speeds in table.speeds[track].T])
+    jumped = table.jumped[track]
+    return np.where(cell == jumped.cell, jumped.square[:, None], square)
 
 
-def _error(posterior: Posterior, u: Floats, track: SpeedRecord, rng: np.random.Generator) -> Floats:
-    """Draws of the model's and the measurement's error, `[n_speeds, DRAWS_A_TABLE]`."""
-    place = posterior.layout.speed_scatter
-    scatter = 0.0 if place is None else float(np.exp(u[place]))
-    noise = rng.standard_normal((len(track.x), DRAWS_A_TABLE))
-    return np.asarray(covariance_root(track.x, track.sigma, scatter) @ noise)
+def _track_scatter(posterior: Posterior, u: Floats) -> float:
+    """Scatter of friction along the tracks at coordinates u."""
+    place = posterior.layout.track_scatter
+    return 0.0 if place is None else float(np.exp(u[place]))
 
 
 def measured_force(observations: Observations) -> Rows[MeasuredForce]:

@@ -73,7 +73,7 @@ def alternatives_of(
     base: Tables,
     design: Design,
     coefficients: Floats,
-    speed_scatter: float,
+    track_scatter: float,
     runs: BlockRuns,
 ) -> list[Spelled]:
     """Every value of one candidate that the screening tries.
@@ -90,7 +90,7 @@ def alternatives_of(
         if effect.volume_scale is not None:
             read = volume_error_designs(effect, posterior, u, design)
             return [AtHand([Alternative(key, base, other, prior) for other, prior in read])]
-        return _tabulated(effect, posterior, u, design, speed_scatter, runs)
+        return _tabulated(effect, posterior, u, design, track_scatter, runs)
     if setting.field == "law":
         mine = posterior.specification.law
         names = [name for name, item in LAWS.items() if name != mine and item.uses_volume]
@@ -101,7 +101,7 @@ def alternatives_of(
         slopes = scatter_slope_designs(posterior.volumes(u), design)
         return [AtHand([Alternative(key, base, other, prior) for other, prior in slopes])]
     changed = posterior.specification.put(setting, setting.value)
-    return [partial(_put, key, posterior, u, changed, design, speed_scatter)]
+    return [partial(_put, key, posterior, u, changed, design, track_scatter)]
 
 
 def _put(
@@ -110,21 +110,21 @@ def _put(
     u: Floats,
     changed: Specification,
     design: Design,
-    speed_scatter: float,
+    track_scatter: float,
 ) -> list[Alternative]:
     """The model with another setting of the block."""
-    return [Alternative(key, _tables_of(posterior, u, changed, speed_scatter), design, 0.0)]
+    return [Alternative(key, _tables_of(posterior, u, changed, track_scatter), design, 0.0)]
 
 
 def _tables_of(
-    posterior: Posterior, u: Floats, specification: Specification, speed_scatter: float
+    posterior: Posterior, u: Floats, specification: Specification, track_scatter: float
 ) -> Tables:
     """Tables of the model's own effects with other settings of the block."""
     observations = posterior.observations
     values = posterior.layout.effect_values(u)
     curvature = float(specification.centrifugal)
     predicted = predict_records(observations, posterior.effects, values, curvature)
-    return make_tables(observations, predicted, observations.limit, speed_scatter)
+    return make_tables(observations, predicted, observations.limit, track_scatter)
 
 
 def _tabulated(
@@ -132,12 +132,12 @@ def _tabulated(
     posterior: Posterior,
     u: Floats,
     design: Design,
-    speed_scatter: float,
+    track_scatter: float,
     runs: BlockRuns,
 ) -> list[Spelled]:
     """An effect on the motion or on the record: tables for each value that is tried."""
     return [
-        partial(_tabulated_at, effect, values, log_prior, posterior, u, design, speed_scatter, runs)
+        partial(_tabulated_at, effect, values, log_prior, posterior, u, design, track_scatter, runs)
         for values, log_prior in _values_tried(effect)
     ]
 
@@ -149,7 +149,7 @@ def _tabulated_at(
     posterior: Posterior,
     u: Floats,
     design: Design,
-    speed_scatter: float,
+    track_scatter: float,
     runs: BlockRuns,
 ) -> list[Alternative]:
     observations = posterior.observations
@@ -165,7 +165,7 @@ def _tabulated_at(
     )
     margin = float(values[0]) if effect.limit is not None else None
     shares = SPEED_SHARES if observations.speeds else (1.0,)
-    tables = [make_tables(observations, predicted, limit, s * speed_scatter) for s in shares]
+    tables = [make_tables(observations, predicted, limit, s * track_scatter) for s in shares]
     return [Alternative(effect.key, each, design, log_prior, margin) for each in tables]
 
 

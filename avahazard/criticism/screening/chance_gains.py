@@ -113,7 +113,7 @@ def _made_world(tested: TestedModel, seed: int, world: int) -> _World:
             u,
             spreads.plan,
             tau,
-            tested.speed_scatter,
+            tested.track_scatter,
             rng,
             tested.broken,
         )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_errors import covariance_root
+from avahazard.inference.likelihood.speed_errors import drawn_speeds
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import wrong_ranges
 from avahazard.inference.model.observations import LEFT
@@ -52,7 +52,7 @@ def make_world(
     u: Floats,
     plan: OffsetPlan,
     tau: Floats,
-    speed_scatter: float,
+    track_scatter: float,
     rng: np.random.Generator,
     broken: NDArray[np.bool_] | None = None,
 ) -> BootstrapRecords:
@@ -83,9 +83,8 @@ def make_world(
     speeds = np.zeros((max(1, len(observations.speeds)), widest))
     for r, (m, table) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
         square = [np.interp(friction[m.event], MU, column) for column in squares(table).T]
-        true = np.sqrt(np.maximum(square, 0.0))
-        noise = covariance_root(m.x, m.sigma, speed_scatter) @ rng.standard_normal(len(m.x))
-        speeds[r, : len(m.x)] = true + noise
+        at_rest = np.maximum(square, 0.0)[:, None]
+        speeds[r, : len(m.x)] = drawn_speeds(at_rest, m, track_scatter, rng, arrives=False)[:, 0]
     if posterior.specification.tails == "student":
         low, high = wrong_ranges(observations)
         wrong = ~left & (rng.random(observations.n_events) < wrong_chance(posterior, u))

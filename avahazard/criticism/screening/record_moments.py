@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from avahazard.criticism.screening.speed_points import leaving_points, stop_points
 from avahazard.criticism.screening.stop_moments import nearest_moments, stop_moments
+from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.straight_density import straight_points
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
@@ -55,8 +56,9 @@ def record_moments(  # type: ignore[no-untyped-def]
         if left[i] and row < 0:
             continue
         if left[i]:
+            errors = _errors(speed_grid, row, speeds)
             count = leaving_points(
-                last_left[i], log_mu, speed_grid, row, speeds[row], misfit, points, logs
+                last_left[i], log_mu, speed_grid, row, errors, misfit, points, logs
             )
             log_norm = 0.0
         elif not np.isnan(height[i]):
@@ -77,7 +79,7 @@ def record_moments(  # type: ignore[no-untyped-def]
                 log_mu,
                 speed_grid,
                 row,
-                speeds[row],
+                _errors(speed_grid, row, speeds),
                 misfit,
                 points,
                 logs,
@@ -99,3 +101,10 @@ def record_moments(  # type: ignore[no-untyped-def]
         variance[i] = max(second / total - (first / total) ** 2, 1e-8)
         log_mass[i] = top + np.log(total) + log_norm
     return RecordMoments(mean, variance, log_mass)
+
+
+@kernel
+def _errors(grid, row, speeds):  # type: ignore[no-untyped-def]
+    """The measured speeds of one row as `whitening` gives them."""
+    k = grid.places[row]
+    return whitening(speeds[row, :k], grid.sigma[row, :k], grid.spread[row], grid.scatter)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -23,23 +22,31 @@ class SpeedGrid(NamedTuple):
     """Speeds predicted for the events that have measured ones, one set of tables.
 
     `row` `[n_events]` points to the event's row, -1 for none; `square` `[n_rows, n_coarse,
-    n_places]` is u² at every `stride`-th friction, below 0 where the block stops short; `whiten`
-    `[n_rows, n_places, n_places]` turns a misfit into independent unit errors (zero rows where
-    an event has fewer places); `log_norm` `[n_rows]` is its log determinant term.
+    n_places]` is u² at every `stride`-th friction, below 0 where the block stops short; `cell`
+    `[n_rows]` and `jumped` `[n_rows, n_places]` are what `JumpedStop` has. `places` `[n_rows]`
+    says how many an event has, `sigma` `[n_rows, n_places]`, `spread` `[n_rows, n_places,
+    n_places]` and `scatter` (of friction along the tracks) are those of `speed_errors`.
     """
 
     row: NDArray[np.int64]
     square: NDArray[np.float32]
-    whiten: Floats
-    log_norm: Floats
     stride: int
+    cell: NDArray[np.int64]
+    jumped: Floats
+    places: NDArray[np.int64]
+    sigma: Floats
+    spread: Floats
+    scatter: float
 
 
 @kernel
 def stop_points(  # type: ignore[no-untyped-def]
-    record, bounds, first, observed, sigma, log_mu, speed_grid, row, speeds, misfit, points, logs
+    record, bounds, first, observed, sigma, log_mu, speed_grid, row, errors, misfit, points, logs
 ):
-    """Points of the likelihood of a stop with speeds, and their log masses; returns how many."""
+    """Points of the likelihood of a stop with speeds, and their log masses; returns how many.
+
+    `errors` are the measured speeds of the event as `speed_errors.whitening` gives them.
+    """
     count = 0
     best = -np.inf
     scale = 1.0 / sigma
@@ -69,7 +76,7 @@ def stop_points(  # type: ignore[no-untyped-def]
                 points[count] = log_mu[j] + t * width
                 logs[count] = log_width - 0.5 * z * z
                 room = logs[count] - best + DEPTH
-                logs[count] += _speed_log(speed_grid, row, speeds, j + t, misfit, room)
+                logs[count] += _speed_log(speed_grid, row, errors, j + t, misfit, room)
                 if logs[count] < best - DEPTH:
                     continue
                 best = max(best, logs[count])
@@ -78,12 +85,12 @@ def stop_points(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def leaving_points(last_left, log_mu, speed_grid, row, speeds, misfit, points, logs):  # type: ignore[no-untyped-def]
+def leaving_points(last_left, log_mu, speed_grid, row, errors, misfit, points, logs):  # type: ignore[no-untyped-def]
     """As `stop_points` for an event that left, of which only the speeds are known."""
     n_cells = max(last_left, 1)
     at_grid = np.empty(n_cells + 1)
     for j in range(n_cells + 1):
-        at_grid[j] = _speed_log(speed_grid, row, speeds, float(j), misfit, np.inf)
+        at_grid[j] = _speed_log(speed_grid, row, errors, float(j), misfit, np.inf)
     good = np.max(at_grid) - DEPTH
     count = 0
     for j in range(n_cells + 1):
@@ -96,32 +103,35 @@ def leaving_points(last_left, log_mu, speed_grid, row, speeds, misfit, points, l
             share = end * (p + 0.5) / SPEED_PIECES
             points[count] = log_mu[j] + share * width
             logs[count] = np.log(end * width / SPEED_PIECES)
-            logs[count] += _speed_log(speed_grid, row, speeds, j + share, misfit, np.inf)
+            logs[count] += _speed_log(speed_grid, row, errors, j + share, misfit, np.inf)
             count += 1
     return count
 
 
 @kernel
-def _speed_log(grid, row, speeds, j, misfit, room):  # type: ignore[no-untyped-def]
+def _speed_log(grid, row, errors, j, misfit, room):  # type: ignore[no-untyped-def]
     """Log density of one event's speeds at place j (not a whole number) of the frictions' grid.
 
     -inf as soon as it must be below `-room`. `misfit` `[n_places]` is scratch.
 
     Squares of speed, not log densities, are interpolated between the coarse frictions: u² is
-    close to straight, while densities fall steeply where the block no longer reaches a place.
+    close to straight, while densities fall steeply where the block no longer reaches a place. In
+    the cell over which F jumps the block comes as slow as `grid.jumped`.
     """
-    n_coarse, n_places = grid.square.shape[1], grid.square.shape[2]
+    measured, whiten, log_norm = errors
+    n_coarse, n_places = grid.square.shape[1], len(measured)
     c = min(int(j / grid.stride), n_coarse - 2)
     t = min(j / grid.stride - c, 1.0)
-    most = 2.0 * (room - grid.log_norm[row])
+    most = 2.0 * (room - log_norm)
+    jumps = int(j) == grid.cell[row]
     total = 0.0
     for a in range(n_places):
         square = (1.0 - t) * grid.square[row, c, a] + t * grid.square[row, c + 1, a]
-        misfit[a] = speeds[a] - math.sqrt(max(square, 0.0))
+        misfit[a] = measured[a] - (grid.jumped[row, a] if jumps else max(square, 0.0))
         value = 0.0
         for b in range(a + 1):
-            value += grid.whiten[row, a, b] * misfit[b]
+            value += whiten[a, b] * misfit[b]
         total += value * value
         if total > most:
             return -np.inf
-    return -0.5 * total - grid.log_norm[row]
+    return -0.5 * total - log_norm

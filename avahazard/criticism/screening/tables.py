@@ -13,7 +13,6 @@ from avahazard.criticism.screening.speed_points import SpeedGrid
 from avahazard.criticism.screening.stop_moments import record_bounds
 from avahazard.effects.effect import Floats
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
@@ -42,7 +41,7 @@ class Tables:
 
 
 def make_tables(
-    observations: Observations, predicted: Predicted, limit: Floats, speed_scatter: float
+    observations: Observations, predicted: Predicted, limit: Floats, track_scatter: float
 ) -> Tables:
     """Tables in the screening's form; `limit` `[n_events]` as in `Observations`."""
     left = predicted.status == LEFT_PROFILE
@@ -73,7 +72,7 @@ def make_tables(
         height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         sigma=predicted.sigma,
         edges=Edges(leave, seen, seen_sd, has_limit),
-        speeds=_speed_grid(observations, predicted, speed_scatter),
+        speeds=_speed_grid(observations, predicted, track_scatter),
     )
 
 
@@ -82,11 +81,17 @@ def _speed_grid(observations: Observations, predicted: Predicted, scatter: float
     widest = max((len(m.x) for m in observations.speeds), default=1)
     n_rows = max(1, len(observations.speeds))
     coarse = np.zeros((n_rows, len(MU[::SPEED_STRIDE]), widest), dtype=np.float32)
-    whiten = np.zeros((n_rows, widest, widest))
-    log_norm = np.zeros(n_rows)
+    places = np.zeros(n_rows, dtype=np.int64)
+    sigma, jumped = np.ones((n_rows, widest)), np.zeros((n_rows, widest))
+    spread = np.zeros((n_rows, widest, widest))
+    cell = np.full(n_rows, -1)
     for r, (measured, speeds) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
         k = len(measured.x)
         row[measured.event] = r
+        places[r] = k
         coarse[r, :, :k] = squares(speeds[::SPEED_STRIDE])
-        whiten[r, :k, :k], log_norm[r] = whitening(measured.x, measured.sigma, scatter)
-    return SpeedGrid(row, coarse, whiten, log_norm, SPEED_STRIDE)
+        sigma[r, :k] = measured.sigma
+        spread[r, :k, :k] = measured.spread
+        cell[r] = predicted.jumped[r].cell
+        jumped[r, :k] = predicted.jumped[r].square
+    return SpeedGrid(row, coarse, SPEED_STRIDE, cell, jumped, places, sigma, spread, float(scatter))

@@ -38,7 +38,7 @@ class TestedModel:
     posterior: Posterior
     u: Floats
     spreads: GroupSpreads
-    speed_scatter: float
+    track_scatter: float
     predicted: Predicted
     broken: NDArray[np.bool_]
     gains: Gains
@@ -53,18 +53,18 @@ def tested_model(
 ) -> TestedModel:
     """The model's tables and design, and each candidate spelled out."""
     observations, layout = posterior.observations, posterior.layout
-    speed_scatter = 0.0 if layout.speed_scatter is None else float(np.exp(u[layout.speed_scatter]))
+    track_scatter = 0.0 if layout.track_scatter is None else float(np.exp(u[layout.track_scatter]))
     values, curvature = layout.effect_values(u), float(posterior.specification.centrifugal)
     runs = run_blocks(observations, posterior.effects, values, curvature)
     predicted = predict_records(observations, posterior.effects, values, curvature, runs)
-    base = make_tables(observations, predicted, observations.limit, speed_scatter)
+    base = make_tables(observations, predicted, observations.limit, track_scatter)
     design = base_design(posterior, u, spreads.plan, spreads.scale)
     coefficients = base_coordinates(posterior, u)
     spelled = [
         spell
         for entry in candidates
         for spell in alternatives_of(
-            entry, posterior, u, base, design, coefficients, speed_scatter, runs
+            entry, posterior, u, base, design, coefficients, track_scatter, runs
         )
     ]
     keys = [c.key for c in candidates]
@@ -87,7 +87,7 @@ def tested_model(
         for g, key in enumerate(spreads.plan.keys)
     )
     broken = _broken(predicted.curve)
-    return TestedModel(posterior, u, spreads, speed_scatter, predicted, broken, gains, without)
+    return TestedModel(posterior, u, spreads, track_scatter, predicted, broken, gains, without)
 
 
 def _broken(curve: RunoutCurve) -> NDArray[np.bool_]:

@@ -49,7 +49,7 @@ def start_coordinates(posterior: Posterior) -> Floats:
         int(np.argmin(np.abs(np.asarray(layout.slots[a].grid) - u[a])))
         for a in (
             *layout.tables,
-            *(() if layout.speed_scatter is None else (layout.speed_scatter,)),
+            *(() if layout.track_scatter is None else (layout.track_scatter,)),
         )
     )
     friction = likely_friction(posterior.nodes.point(index), layout.log_scatter)

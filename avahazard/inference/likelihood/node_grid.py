@@ -67,7 +67,7 @@ class NodeGrid:
         self.in_log = in_log
         self._log_wrong = log_wrong(observations)
         self._axes = layout.tables + (
-            () if layout.speed_scatter is None else (layout.speed_scatter,)
+            () if layout.track_scatter is None else (layout.track_scatter,)
         )
         self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
         self._panels: Ints | None = None
@@ -121,10 +121,10 @@ class NodeGrid:
         """Nodes at one point of the grids, that of the scatter of speeds last."""
         if index not in self._nodes:
             values = self._values(index)
-            speed = self.layout.speed_scatter
-            speed_scatter = 0.0
+            speed = self.layout.track_scatter
+            track_scatter = 0.0
             if speed is not None:
-                speed_scatter = float(np.exp(self.layout.slots[speed].grid[index[-1]]))
+                track_scatter = float(np.exp(self.layout.slots[speed].grid[index[-1]]))
             predicted = self.predicted(index)
             key = index[: len(self.layout.tables)]
             if key not in self._record_nodes:
@@ -137,7 +137,7 @@ class NodeGrid:
                 self.observations,
                 predicted,
                 self.panels(),
-                speed_scatter,
+                track_scatter,
                 self.in_log,
             )
         return self._nodes[index]
@@ -158,7 +158,7 @@ class NodeGrid:
             predicted = predict_records(
                 self.observations, self.effects, scaled, self.curvature, self._block_runs(values)
             )
-            speed = self.layout.speed_scatter
+            speed = self.layout.track_scatter
             scatter = 0.0 if speed is None else float(np.exp(self.layout.slots[speed].mean))
             self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
         return self._panels
@@ -167,7 +167,7 @@ class NodeGrid:
         """Nodes from tables made for just these coordinates."""
         if not self.varies:
             return self.point(())
-        speed = self.layout.speed_scatter
+        speed = self.layout.track_scatter
         nodes = build_nodes(
             self.observations,
             self.predicted_at(u),

@@ -61,30 +61,29 @@ class Nodes(NamedTuple):
 def build_nodes(
     observations: Observations,
     predicted: Predicted,
-    speed_scatter: float = 0.0,
+    track_scatter: float = 0.0,
     limit: Floats | None = None,
     in_log: bool = True,
     panels: Ints | None = None,
 ) -> Nodes:
     """Nodes of every event for one set of tables.
 
-    `speed_scatter` (m/s) is the standard deviation of the model's own error of speed, correlated
-    along the track; `limit` `[n_events]` replaces the elevations above which a stop is not
-    seen; `in_log` gives nodes in log μ, else in μ; `panels` `[n_events]` as in `needed_panels`,
-    by default what these tables need.
+    `track_scatter` is the standard deviation of friction along the tracks; `limit` `[n_events]`
+    replaces the elevations above which a stop is not seen; `in_log` gives nodes in log μ, else in
+    μ; `panels` `[n_events]` as in `needed_panels`, by default what these tables need.
     """
     if panels is None:
-        panels = needed_panels(observations, predicted, speed_scatter, in_log)
+        panels = needed_panels(observations, predicted, track_scatter, in_log)
     records = record_nodes(observations, predicted, panels, limit, in_log)
-    return speed_nodes(records, observations, predicted, panels, speed_scatter, in_log)
+    return speed_nodes(records, observations, predicted, panels, track_scatter, in_log)
 
 
 def needed_panels(
-    observations: Observations, predicted: Predicted, speed_scatter: float, in_log: bool
+    observations: Observations, predicted: Predicted, track_scatter: float, in_log: bool
 ) -> Ints:
     """Panels of friction for each event `[n_events]`: 1 but for likelihoods that are wide."""
     one = np.ones(observations.n_events, dtype=np.int64)
-    nodes = build_nodes(observations, predicted, speed_scatter, None, in_log, one)
+    nodes = build_nodes(observations, predicted, track_scatter, None, in_log, one)
     return np.where(nodes.is_probability, 1, n_panels(nodes.place, nodes.weight, in_log))
 
 
@@ -124,7 +123,7 @@ def speed_nodes(
     observations: Observations,
     predicted: Predicted,
     panels: Ints,
-    speed_scatter: float,
+    track_scatter: float,
     in_log: bool = True,
 ) -> Nodes:
     """`record_nodes` with those of the events with speeds filled in."""
@@ -136,7 +135,7 @@ def speed_nodes(
         tail=records.tail.copy(),
         log_scale=records.log_scale.copy(),
     )
-    measured = measured_speeds(observations.speeds)
+    measured = measured_speeds(observations.speeds, predicted.jumped)
     speeds = np.concatenate(predicted.speeds, axis=1)
     left, observed_left = predicted.status == LEFT_PROFILE, observations.kind == LEFT
 
@@ -146,10 +145,14 @@ def speed_nodes(
         mine = np.arange(part, len(measured.event), parts)
         fill_speed_nodes(
             measured._replace(
-                event=measured.event[mine], first=measured.first[mine], end=measured.end[mine]
+                event=measured.event[mine],
+                first=measured.first[mine],
+                end=measured.end[mine],
+                first_spread=measured.first_spread[mine],
+                cell=measured.cell[mine],
             ),
             speeds,
-            speed_scatter,
+            track_scatter,
             MU,
             predicted.record,
             left,

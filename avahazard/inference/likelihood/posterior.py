@@ -131,7 +131,7 @@ class Posterior:
         """
         if self.plan:
             return np.empty(0, dtype=np.int64)
-        held = {*self.layout.tables, self.layout.speed_scatter}
+        held = {*self.layout.tables, self.layout.track_scatter}
         for effect in self.effects:
             if effect.volume_scale is not None:
                 held |= set(range(len(self.layout.slots))[self.layout.places[effect.key]])

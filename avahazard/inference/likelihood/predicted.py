@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.model.observations import LENGTH, PLACE, Observations, SpeedRecord
+from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
+from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve
@@ -20,6 +22,17 @@ Values = dict[str, Floats]
 """Parameter values by effect key."""
 
 
+class JumpedStop(NamedTuple):
+    """The cell of frictions over which F jumps across the recorded stop of a track; -1 for none.
+
+    No friction that is the same all along stops the block there. `square` `[n_speeds]` is u² with
+    the friction that, on the mean of the way, brings it to rest at the record; it can be below 0.
+    """
+
+    cell: int
+    square: Floats
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Predicted:
     """The record to be expected, `[n_events, n_friction]` over `runout_curve.MU`.
@@ -27,8 +40,8 @@ class Predicted:
     `record` is in the coordinate of each event's record; `x`, `elevation` (m) are its place in
     any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
     are those of the profile's end. `speeds`: for each
-    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`. `sigma` `[n_events]` (m):
-    the error of the records, as stated or as an effect scales it.
+    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`; `jumped` likewise. `sigma`
+    `[n_events]` (m): the error of the records, as stated or as an effect scales it.
     """
 
     record: Floats
@@ -36,6 +49,7 @@ class Predicted:
     elevation: Floats
     status: NDArray[np.int8]
     speeds: tuple[Floats, ...]
+    jumped: tuple[JumpedStop, ...]
     sigma: Floats
 
     @property
@@ -66,10 +80,11 @@ def resistance_of(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockRuns:
-    """Tables of every site, and the speeds of each `SpeedRecord` `[n_friction, n_speeds]`."""
+    """Tables of every site, and of each `SpeedRecord` what `Predicted` has of it."""
 
     tables: tuple[RunoutCurve, ...]
     speeds: tuple[Floats, ...]
+    jumped: tuple[JumpedStop, ...]
 
 
 def run_blocks(
@@ -83,8 +98,36 @@ def run_blocks(
         release_x = observations.sites[k].release_x[observations.release[measured.event]]
         return observations.sites[k].speeds(resistances[k], release_x, measured.x)
 
-    tables = ordered_map(Site.table, observations.sites, resistances)
-    return BlockRuns(tuple(tables), tuple(ordered_map(speeds, observations.speeds)))
+    tables = tuple(ordered_map(Site.table, observations.sites, resistances))
+
+    def jumped(measured: SpeedRecord) -> JumpedStop:
+        k = int(observations.columns.path_index[measured.event])
+        return _jumped(observations, measured, tables[k], resistances[k])
+
+    return BlockRuns(
+        tables,
+        tuple(ordered_map(speeds, observations.speeds)),
+        tuple(ordered_map(jumped, observations.speeds)),
+    )
+
+
+def _jumped(
+    observations: Observations, track: SpeedRecord, table: RunoutCurve, resistance: Resistance
+) -> JumpedStop:
+    """Where F jumps over the stop of a track."""
+    i = track.event
+    none = JumpedStop(-1, np.zeros(len(track.x)))
+    if observations.kind[i] == LEFT:
+        return none
+    curve = table[int(observations.release[i])]
+    passes = curve.left | (curve.x > track.stop_x)
+    cells = np.flatnonzero(passes[:-1] & ~passes[1:] & curve.broken)
+    if not len(cells):
+        return none
+    site = observations.sites[int(observations.columns.path_index[i])]
+    release_x = float(site.release_x[observations.release[i]])
+    square = site.squares_to_rest(resistance, release_x, track.stop_x, track.x)
+    return JumpedStop(int(cells[-1]), square)
 
 
 def predict_records(
@@ -127,7 +170,13 @@ def predict_records(
     record[straight] = _lengths(observations.fall_height[straight])
     sigma = record_sigma(observations, effects, values)
     return Predicted(
-        record=record, x=x, elevation=y, status=status, speeds=runs.speeds, sigma=sigma
+        record=record,
+        x=x,
+        elevation=y,
+        status=status,
+        speeds=runs.speeds,
+        jumped=runs.jumped,
+        sigma=sigma,
     )
 
 
@@ -141,6 +190,7 @@ def _straight(observations: Observations, effects: tuple[Effect, ...], values: V
         elevation=nowhere,
         status=np.broadcast_to(np.int8(STOPPED), shape),
         speeds=(),
+        jumped=(),
         sigma=record_sigma(observations, effects, values),
     )
 

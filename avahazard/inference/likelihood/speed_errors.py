@@ -1,43 +1,83 @@
-"""Errors of the speeds of one track: the measurement's, and the model's own.
+"""Errors of the speeds of one track: the measurement's, and those of a friction that is uneven.
 
-Those of the measurement at the places x are independent; the model's, with standard deviation
-`scatter`, are alike over `SPEED_CORRELATION_M`: their covariance is scatter² exp(-|Δx| / length).
+They are told of squares of speed, since work adds up to these: u² is that of the block plus r
+(`model.speed_record`) with standard deviations in proportion to `scatter`, that of friction along
+the track. A measured speed u + e of error σ gives u² by (u + e)² - σ², with variance
+4 u² σ² + 2 σ⁴. The u in it is the mean of the measured speed and those beside it: by its own error
+alone, what was measured too low would weigh too much.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.kernels import kernel
 
-SPEED_CORRELATION_M = 100.0
-"""Length over which the model's error of speed stays alike: about that of a terrain step."""
+Floats = NDArray[np.float64]
+
+MAX_REDRAWS = 100
 
 
 @kernel
-def covariance_root(x, sigma, scatter):  # type: ignore[no-untyped-def]
-    """Lower Cholesky factor of the covariance (m²/s²), `[n_speeds, n_speeds]`.
+def squared(speed, sigma):  # type: ignore[no-untyped-def]
+    """Squares of measured speeds (m²/s²) and their standard deviations, `[n_speeds]` each."""
+    k = len(speed)
+    square, error = np.empty(k), np.empty(k)
+    for a in range(k):
+        first, end = max(a - 1, 0), min(a + 2, k)
+        middle = np.mean(speed[first:end])
+        variance = sigma[a] * sigma[a]
+        square[a] = speed[a] * speed[a] - variance
+        error[a] = np.sqrt(variance * (4.0 * middle * middle + 2.0 * variance))
+    return square, error
 
-    `x` (m), `sigma` (m/s) `[n_speeds]` are places and errors of the measurement; `scatter` in m/s.
+
+@kernel
+def whitening(speed, sigma, spread, scatter):  # type: ignore[no-untyped-def]
+    """Squares of measured speeds `[n_speeds]`, a matrix and a constant for their density.
+
+    The matrix makes what the squares differ from those of the block independent unit errors. The
+    log density of the speeds (not of their squares) is less than nought by half the sum of the
+    squares of these and the constant. `spread` as in `SpeedRecord`.
     """
-    k = len(x)
+    square, error = squared(speed, sigma)
+    k = len(speed)
     covariance = np.empty((k, k))
     for a in range(k):
         for b in range(k):
-            alike = np.exp(-abs(x[a] - x[b]) / SPEED_CORRELATION_M)
-            covariance[a, b] = scatter * scatter * alike
-        covariance[a, a] += sigma[a] ** 2
-    return np.linalg.cholesky(covariance)
+            covariance[a, b] = scatter * scatter * spread[a, b]
+        covariance[a, a] += error[a] * error[a]
+    whiten = np.linalg.inv(np.linalg.cholesky(covariance))
+    constant = 0.5 * k * np.log(2.0 * np.pi)
+    for a in range(k):
+        constant -= np.log(whiten[a, a] * error[a] / sigma[a])
+    return square, whiten, constant
 
 
-@kernel
-def whitening(x, sigma, scatter):  # type: ignore[no-untyped-def]
-    """What makes misfits `[n_speeds]` independent unit errors, as a matrix, and a constant.
+def drawn_speeds(
+    square: Floats, track: SpeedRecord, scatter: float, rng: np.random.Generator, arrives: bool
+) -> Floats:
+    """Measured speeds (m/s) of avalanches whose block has these squares `[n_speeds, n_draws]`.
 
-    The log density is less than nought by half the sum of their squares and the constant.
+    What came as far as a place was moving there. So where the block moves (everywhere, for one that
+    is known to arrive at its stop), r is drawn again until the avalanche moves; if it does so in
+    none of `MAX_REDRAWS`, the least impossible one counts.
     """
-    whiten = np.linalg.inv(covariance_root(x, sigma, scatter))
-    constant = 0.5 * len(x) * np.log(2.0 * np.pi)
-    for a in range(len(x)):
-        constant -= np.log(whiten[a, a])
-    return whiten, constant
+    moving = (square > 0.0) | (arrives & (track.share < 1.0))[:, None]
+    root = scatter * track.root
+    n = square.shape[1]
+    true = square + root @ rng.standard_normal((len(square), n))
+    lowest = np.min(true, axis=0, where=moving, initial=np.inf)
+    for _ in range(MAX_REDRAWS):
+        again = np.flatnonzero(lowest <= 0.0)
+        if not len(again):
+            break
+        fresh = square[:, again] + root @ rng.standard_normal((len(square), len(again)))
+        low = np.min(fresh, axis=0, where=moving[:, again], initial=np.inf)
+        better = low > lowest[again]
+        true[:, again[better]] = fresh[:, better]
+        lowest[again[better]] = low[better]
+    error = track.sigma[:, None] * rng.standard_normal(square.shape)
+    return np.asarray(np.sqrt(np.where(moving, np.maximum(true, 0.0), 0.0)) + error)

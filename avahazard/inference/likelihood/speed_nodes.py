@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.likelihood.predicted import JumpedStop
 from avahazard.inference.likelihood.record_density import DEPTH, record_density_nodes
 from avahazard.inference.likelihood.speed_errors import whitening
-from avahazard.inference.model.observations import SpeedRecord
+from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -27,37 +28,45 @@ a cell); fewer where that many points are there without."""
 class MeasuredSpeeds(NamedTuple):
     """Speeds of all tracks end to end.
 
-    `x`, `speed`, `sigma` `[n_speeds]`; those of `event[k]` begin at `first[k]` and end before
-    `end[k]`.
+    `speed`, `sigma` `[n_speeds]`; those of `event[k]` begin at `first[k]` and end before `end[k]`.
+    `spread` is that of each `SpeedRecord`, row by row, and begins at `first_spread[k]`; `cell[k]`
+    and `jumped` `[n_speeds]` are what each `JumpedStop` has.
     """
 
     event: NDArray[np.int64]
     first: NDArray[np.int64]
     end: NDArray[np.int64]
-    x: Floats
+    first_spread: NDArray[np.int64]
     speed: Floats
     sigma: Floats
+    spread: Floats
+    cell: NDArray[np.int64]
+    jumped: Floats
 
 
 class FineTrack(NamedTuple):
-    """One event at fine frictions: `grid`, `record`, `left`, `speeds` `[n_fine(, n_speeds)]`."""
+    """One event at fine frictions: `grid`, `record`, `left`, `square` `[n_fine(, n_speeds)]`."""
 
     grid: Floats
     record: Floats
     left: NDArray[np.bool_]
-    speeds: Floats
+    square: Floats
 
 
-def measured_speeds(records: Sequence[SpeedRecord]) -> MeasuredSpeeds:
+def measured_speeds(records: Sequence[SpeedRecord], jumped: Sequence[JumpedStop]) -> MeasuredSpeeds:
     """The records of speeds end to end, as the kernels want them."""
     bounds = np.cumsum([0, *(len(r.x) for r in records)])
+    spreads = np.cumsum([0, *(len(r.x) ** 2 for r in records)])
     return MeasuredSpeeds(
         event=np.array([r.event for r in records]),
         first=bounds[:-1],
         end=bounds[1:],
-        x=np.concatenate([r.x for r in records]),
+        first_spread=spreads[:-1],
         speed=np.concatenate([r.speed for r in records]),
         sigma=np.concatenate([r.sigma for r in records]),
+        spread=np.concatenate([r.spread.ravel() for r in records]),
+        cell=np.array([stop.cell for stop in jumped]),
+        jumped=np.concatenate([stop.square for stop in jumped]),
     )
 
 
@@ -76,18 +85,21 @@ def squares(speeds: Floats) -> Floats:
 
 
 @kernel
-def between(mu, record, left, speeds, log_likelihood, observed_left):  # type: ignore[no-untyped-def]
+def between(  # type: ignore[no-untyped-def]
+    mu, record, left, speeds, cell, jumped, log_likelihood, observed_left
+):
     """Tables of one event `[n_friction(, n_speeds)]` over finer frictions about the likely ones.
 
     `log_likelihood` `[n_friction - 1]` bounds what each cell of the grid `mu` can hold. Where the
-    block stops short of a place in the next friction, its u² is carried on from the cell before.
+    block stops short of a place in the next friction, its u² is carried on from the cell before;
+    in the `cell` over which F jumps, u² is `jumped` `[n_speeds]`.
     """
     good = np.flatnonzero(log_likelihood > np.max(log_likelihood) - DEPTH)
     first, last = max(good[0] - 1, 0), min(good[-1] + 2, len(mu) - 1)
     split = 2 * (max(2, min(SPLIT, POINTS // len(good))) // 2) + 1
     n, n_places = split * (last - first) + 1, speeds.shape[1]
     grid, fine_record = np.empty(n), np.empty(n)
-    fine_left, fine_speeds = np.empty(n, dtype=np.bool_), np.empty((n, n_places))
+    fine_left, square = np.empty(n, dtype=np.bool_), np.empty((n, n_places))
     rise = np.empty(n_places)
     for j in range(first, last):
         for a in range(n_places):
@@ -106,10 +118,15 @@ def between(mu, record, left, speeds, log_likelihood, observed_left):  # type: i
             elif observed_left:
                 fine_left[row] = left[j] if share < 0.5 else left[j + 1]
             for a in range(n_places):
-                fine_speeds[row, a] = np.sqrt(max(speeds[j, a] ** 2 + share * rise[a], 0.0))
+                if j == cell:
+                    square[row, a] = jumped[a]
+                else:
+                    square[row, a] = max(speeds[j, a] ** 2 + share * rise[a], 0.0)
     grid[n - 1], fine_record[n - 1], fine_left[n - 1] = mu[last], record[last], left[last]
-    fine_speeds[n - 1] = speeds[last]
-    return FineTrack(grid, fine_record, fine_left, fine_speeds)
+    square[n - 1] = speeds[last] ** 2
+    if last == cell:
+        square[n - 1] = jumped
+    return FineTrack(grid, fine_record, fine_left, square)
 
 
 @kernel
@@ -130,23 +147,29 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
 ):
     """Fill in place, weight, tail and log scale (`nodes`) of the events with speeds.
 
-    `measured` are `MeasuredSpeeds`, `predicted` `[n_friction, n_speeds]` the block's (m/s)
-    with the model's own error `scatter`; the others `[n_events(, n_friction)]` as in `nodes`.
+    `measured` are `MeasuredSpeeds`, `predicted` `[n_friction, n_speeds]` the block's (m/s), with
+    `scatter` of friction along the track; the others `[n_events(, n_friction)]` as in `nodes`.
     """
     for k in range(len(measured.event)):
         i, a, b = measured.event[k], measured.first[k], measured.end[k]
-        speed, mine = measured.speed[a:b], predicted[:, a:b]
-        errors = whitening(measured.x[a:b], measured.sigma[a:b], scatter)
-        ends = _log_density(speed, mine, errors)
+        mine, cell, jumped = predicted[:, a:b], measured.cell[k], measured.jumped[a:b]
+        size, start = b - a, measured.first_spread[k]
+        spread = measured.spread[start : start + size * size].reshape((size, size))
+        errors = whitening(measured.speed[a:b], measured.sigma[a:b], spread, scatter)
+        square = mine**2
+        if cell >= 0:
+            # The block that passes comes this slow; so does all that is between it and the next.
+            square[cell] = jumped
+        ends = _log_density(square, errors)
         bound = _bound(ends, record[i], left[i], observed_left[i], observed[i], error[i])
-        track = between(mu, record[i], left[i], mine, bound, observed_left[i])
+        track = between(mu, record[i], left[i], mine, cell, jumped, bound, observed_left[i])
         nodes.log_scale[i] = record_density_nodes(
             track.record,
             track.left,
             observed_left[i],
             observed[i],
             error[i],
-            _log_density(speed, track.speeds, errors),
+            _log_density(track.square, errors),
             np.log(track.grid) if in_log else track.grid,
             panels[i],
             finest,
@@ -182,28 +205,26 @@ def _bound(ends, record, left, observed_left, observed, error):  # type: ignore[
     return bound
 
 
-def speed_log_likelihood(
-    x: Floats, speed: Floats, sigma: Floats, predicted: Floats, scatter: float
-) -> Floats:
+def speed_log_likelihood(track: SpeedRecord, predicted: Floats, scatter: float) -> Floats:
     """Log density of the speeds of one track given each friction, `[n_friction]`.
 
-    `x` (m), `sigma` `[n_speeds]` and `scatter` as in `speed_errors`; `predicted`
-    `[n_friction, n_speeds]`, all in m/s.
+    `predicted` `[n_friction, n_speeds]` in m/s, `scatter` of friction along the track.
     """
-    return np.asarray(_log_density(speed, predicted, whitening(x, sigma, scatter)))
+    errors = whitening(track.speed, track.sigma, track.spread, scatter)
+    return np.asarray(_log_density(predicted**2, errors))
 
 
 @kernel
-def _log_density(speed, predicted, errors):  # type: ignore[no-untyped-def]
-    """Log density of one track's speeds for each row of `predicted` `[n_friction, n_speeds]`."""
-    whiten, constant = errors
-    k = len(speed)
+def _log_density(predicted, errors):  # type: ignore[no-untyped-def]
+    """Log density of one track's speeds for each row of u² `predicted` `[n_friction, n_speeds]`."""
+    measured, whiten, constant = errors
+    k = len(measured)
     result = np.empty(len(predicted))
     misfit = np.empty(k)
     for j in range(len(predicted)):
         total = 0.0
         for a in range(k):
-            misfit[a] = speed[a] - predicted[j, a]
+            misfit[a] = measured[a] - predicted[j, a]
             z = 0.0
             for b in range(a + 1):
                 z += whiten[a, b] * misfit[b]

@@ -28,9 +28,12 @@ MIN_SPREAD = 1e-3
 WRONG_SHARE, LEAST_WRONG, MOST_WRONG = 0.02, 1e-3, 0.4
 """Share of grossly wrong records that is thought of before (its log has standard deviation 1), and
 its bounds: where half of the records are wrong, nothing tells which half."""
-SPEED_SCATTER_M_S = 3.0
-"""Prior centre of the model's own error of speed; its log has standard deviation 1."""
-SPEED_GRID = tuple(float(v) for v in np.log([0.3, 0.6, 1.2, 2.0, 3.3, 5.5, 9.0, 15.0, 25.0]))
+TRACK_SCATTER = 0.5 * SCATTER_CENTRE
+"""Prior centre of the scatter of friction along a track, that of friction between events (of
+frictions about 0.5); its log has standard deviation 1."""
+TRACK_GRID = tuple(
+    float(v) for v in np.log([0.005, 0.01, 0.018, 0.03, 0.055, 0.1, 0.18, 0.32, 0.6])
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,7 @@ class Layout:
     reference_volume: float
     spreads: dict[str, int]
     wrong_share: int | None
-    speed_scatter: int | None
+    track_scatter: int | None
     places: dict[str, slice]
     tables: tuple[int, ...]
     log_scatter: bool
@@ -159,8 +162,8 @@ class Layout:
             result[f"{key}.{slot.name}"] = (u[..., k] * slot.scale, slot.unit)
         if self.wrong_share is not None:
             result["wrong_share"] = (np.exp(u[..., self.wrong_share]), "of the records")
-        if self.speed_scatter is not None:
-            result["speed_sigma"] = (np.exp(u[..., self.speed_scatter]), "m/s")
+        if self.track_scatter is not None:
+            result["track_sigma"] = (np.exp(u[..., self.track_scatter]), "friction")
         return result
 
 
@@ -222,18 +225,18 @@ def build_layout(
         bounds = float(np.log(LEAST_WRONG)), float(np.log(MOST_WRONG))
         slots.append(Slot("log wrong share", "", float(np.log(WRONG_SHARE)), 1.0, *bounds))
     tables = tuple(k for k, s in enumerate(slots) if s.grid)
-    speed_scatter = None
+    track_scatter = None
     if observations.speeds:
-        speed_scatter = len(slots)
+        track_scatter = len(slots)
         slots.append(
             Slot(
-                "log speed sigma",
+                "log track sigma",
                 "",
-                float(np.log(SPEED_SCATTER_M_S)),
+                float(np.log(TRACK_SCATTER)),
                 1.0,
-                SPEED_GRID[0],
-                SPEED_GRID[-1],
-                SPEED_GRID,
+                TRACK_GRID[0],
+                TRACK_GRID[-1],
+                TRACK_GRID,
             )
         )
     layout = Layout(
@@ -244,7 +247,7 @@ def build_layout(
         reference_volume=specification.reference_volume_m3,
         spreads=spreads,
         wrong_share=wrong_share,
-        speed_scatter=speed_scatter,
+        track_scatter=track_scatter,
         places=places,
         tables=tables,
         log_scatter=log_scatter,

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.site import Site, build_site, release_place
+from avahazard.effects.site import Site, build_site, release_place, stop_place
 from avahazard.engine import spread_map
 from avahazard.inference.model.release_error import release_sigma, stated_release_sigma
+from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
@@ -26,16 +27,6 @@ ELEVATION, PLACE, LENGTH, LEFT = 0, 1, 2, 3
 """What was recorded: the elevation of the stop, its x, a runout length, or that it left."""
 MANY_PATHS = 200
 """Paths from which on it pays to give their grounds to other processes."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SpeedRecord:
-    """Speeds measured along one event: `x`, `speed`, `sigma`, each `[n_speeds]`."""
-
-    event: int
-    x: Floats
-    speed: Floats
-    sigma: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,7 +151,9 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
             [_or_nan(paths[e.path_id].observed_below_m) if e.path_id else np.nan for e in events]
         ),
         volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
-        speeds=_speed_records(records.speeds, index, events, {s.path.path_id: s for s in sites}),
+        speeds=_speed_records(
+            records.speeds, index, events, {s.path.path_id: s for s in sites}, release
+        ),
         in_ratio=in_ratio,
     )
 
@@ -229,7 +222,11 @@ def _sigma(event: Event) -> float:
 
 
 def _speed_records(
-    speeds: Sequence[Speed], index: dict[str, int], events: Sequence[Event], sites: dict[str, Site]
+    speeds: Sequence[Speed],
+    index: dict[str, int],
+    events: Sequence[Event],
+    sites: dict[str, Site],
+    release: NDArray[np.int64],
 ) -> tuple[SpeedRecord, ...]:
     """Speeds by event, in the order of the events; elevations become the first place there."""
     of_event: dict[int, list[Speed]] = {}
@@ -241,15 +238,19 @@ def _speed_records(
         path_id = events[i].path_id
         if path_id is None:
             continue
-        smooth = sites[path_id].smooth
+        site = sites[path_id]
+        smooth = site.smooth
+        stop = stop_place(smooth, events[i])
         x = [s.x_m if s.x_m is not None else release_place(smooth, s.elevation_m) for s in measured]
         order = np.argsort(x, kind="stable")
         result.append(
-            SpeedRecord(
+            speed_record(
                 event=i,
                 x=np.array(x)[order],
                 speed=np.array([s.speed_m_s for s in measured])[order],
                 sigma=np.array([s.speed_sigma_m_s for s in measured])[order],
+                release_x=float(site.release_x[release[i]]),
+                stop_x=smooth.x_max if stop is None else min(stop, smooth.x_max),
             )
         )
     return tuple(result)

@@ -28,6 +28,11 @@ OLDER = message(
     "{model} was made with version {version} of this program, which is {now} now: avahazard rerun "
     "{model} tells whether that matters."
 )
+OTHER_SPEEDS = message(
+    "{model} was calibrated with the error of speeds of an earlier version (speed_sigma). "
+    "Calibrate a new model: until then friction along its tracks scatters as the prior of "
+    "track_sigma says."
+)
 FEW_EVENTS = 10
 """Events under which a model is one of its priors, whatever the chains say."""
 
@@ -68,6 +73,8 @@ def model_notes(result: Calibration, records_changed: bool, version: str | None)
         notes.append(words.format(model=name, n=result.n_events))
     notes += prior_notes(result)
     notes += result.of_records or ()
+    if "speed_sigma" in result.parameters:
+        notes.append(OTHER_SPEEDS.format(model=name))
     if version is not None and version != avahazard.__version__:
         notes.append(OLDER.format(model=name, version=version, now=avahazard.__version__))
     return tuple(notes)

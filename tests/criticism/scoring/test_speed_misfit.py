@@ -20,7 +20,7 @@ def test_friction_is_that_of_the_stop() -> None:
     """The predicted speeds are those of a run with the friction that F(μ) gives for the record."""
     posterior, mode = fitted(with_speeds(slopes(n_paths=1, n_each=12)))
     u = np.repeat(mode.u[None, :], 30, axis=0)
-    u[:, posterior.layout.speed_scatter] = posterior.layout.slots[-1].low
+    u[:, posterior.layout.track_scatter] = posterior.layout.slots[-1].low
     found = matched_speeds(FittedModel(posterior, u, {}), np.random.default_rng(1))
     assert found is not None
     table = posterior.nodes.predicted_at(mode.u)

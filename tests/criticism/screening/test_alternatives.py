@@ -21,19 +21,19 @@ from tests.inference import studies
 from tests.inference.groupings import plan_of
 from tests.inference.new_law import NAME, halving
 
-SPEED_SCATTER = 3.0
+TRACK_SCATTER = 0.075
 
 
 def alternatives(model: Posterior, key: str) -> list[Alternative]:
     observations, u = model.observations, studies.near(model)
     runs = run_blocks(observations, model.effects, {}, float(model.specification.centrifugal))
     base = make_tables(
-        observations, predict_records(observations, (), {}, 1.0), observations.limit, SPEED_SCATTER
+        observations, predict_records(observations, (), {}, 1.0), observations.limit, TRACK_SCATTER
     )
     design = base_design(model, u, plan_of(observations, "path-effect"), np.full(1, 0.2))
     spelled = alternatives_of(
         find_definition(key), model, u, base, design,
-        base_coordinates(model, u), SPEED_SCATTER, runs,
+        base_coordinates(model, u), TRACK_SCATTER, runs,
     )  # fmt: skip
     return [alternative for spell in spelled for alternative in spell()]
 
@@ -73,7 +73,7 @@ def test_the_volumes_error_is_in_the_variance() -> None:
 def test_tables_say_where_events_leave_and_up_to_where_they_are_seen() -> None:
     observations = studies.observations()
     predicted = predict_records(observations, (), {})
-    tables = make_tables(observations, predicted, observations.limit, SPEED_SCATTER)
+    tables = make_tables(observations, predicted, observations.limit, TRACK_SCATTER)
     for i in np.flatnonzero(observations.kind == LEFT):
         last = tables.last_left[i]
         assert np.all(predicted.status[i, : last + 1] == LEFT_PROFILE)
@@ -92,7 +92,7 @@ def test_tables_say_where_events_leave_and_up_to_where_they_are_seen() -> None:
 def test_the_edge_of_sight_is_on_the_side_of_the_release_where_a_valley_rises_again() -> None:
     observations = studies.observations()
     predicted = predict_records(observations, (), {})
-    plain = make_tables(observations, predicted, observations.limit, SPEED_SCATTER)
+    plain = make_tables(observations, predicted, observations.limit, TRACK_SCATTER)
     limited = plain.edges.has_limit
     assert limited.any()
     # Avalanches of little friction run up the other side, above the limit.
@@ -101,22 +101,23 @@ def test_the_edge_of_sight_is_on_the_side_of_the_release_where_a_valley_rises_ag
     elevation = np.where(beyond, observations.limit[:, None] + 200.0, predicted.elevation)
     elevation = np.where(limited[:, None], elevation, predicted.elevation)
     staying = replace(predicted, elevation=elevation, status=np.zeros_like(predicted.status))
-    tables = make_tables(observations, staying, observations.limit, SPEED_SCATTER)
+    tables = make_tables(observations, staying, observations.limit, TRACK_SCATTER)
     assert tables.edges.seen[limited] == pytest.approx(plain.edges.seen[limited], abs=1e-6)
     assert tables.edges.seen_sd[limited] == pytest.approx(plain.edges.seen_sd[limited], abs=1e-6)
 
 
-def test_speeds_have_independent_errors_once_whitened() -> None:
+def test_speeds_have_the_errors_of_their_records() -> None:
     observations = studies.observations()
     tables = make_tables(
-        observations, predict_records(observations, (), {}), observations.limit, SPEED_SCATTER
+        observations, predict_records(observations, (), {}), observations.limit, TRACK_SCATTER
     )
     assert (tables.speeds.row >= 0).sum() == len(observations.speeds)
     for r, measured in enumerate(observations.speeds):
         k = len(measured.x)
-        whiten = tables.speeds.whiten[r, :k, :k]
-        covariance = np.linalg.inv(whiten.T @ whiten)
-        assert np.diag(covariance) == pytest.approx(measured.sigma**2 + SPEED_SCATTER**2)
+        assert tables.speeds.places[r] == k
+        np.testing.assert_array_equal(tables.speeds.sigma[r, :k], measured.sigma)
+        np.testing.assert_array_equal(tables.speeds.spread[r, :k, :k], measured.spread)
+    assert tables.speeds.scatter == TRACK_SCATTER
 
 
 @pytest.mark.parametrize("key", ["turbulent-drag", "epoch-bias", "leading-edge", "forest-drag"])
@@ -208,7 +209,7 @@ def test_errors_of_records_are_in_their_tables() -> None:
     limited = np.isfinite(told.observations.limit)
     expected = make_tables(
         told.observations, predict_records(told.observations, (), {}, 1.0),
-        told.observations.limit, SPEED_SCATTER,
+        told.observations.limit, TRACK_SCATTER,
     )  # fmt: skip
     most = [a.tables for a in alternatives(model, "record-error")
             if np.allclose(a.tables.sigma, told.observations.sigma)]  # fmt: skip

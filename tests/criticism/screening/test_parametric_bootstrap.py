@@ -18,13 +18,13 @@ N_WORLDS = 300
 
 
 def many(
-    model: Posterior, tau: float = 0.0, speed_scatter: float = 0.0, **values: float
+    model: Posterior, tau: float = 0.0, track_scatter: float = 0.0, **values: float
 ) -> list[BootstrapRecords]:
     u = studies.near(model, **values)
     predicted = model.nodes.predicted_at(u)
     plan = plan_of(model.observations, "path-effect")
     return [
-        make_world(model, predicted, u, plan, np.array([tau]), speed_scatter, generator(1, b))
+        make_world(model, predicted, u, plan, np.array([tau]), track_scatter, generator(1, b))
         for b in range(N_WORLDS)
     ]
 
@@ -81,9 +81,10 @@ def test_speeds_err_as_said() -> None:
     model = studies.posterior(observations)
     fixed = {"log sigma": np.log(1e-3), "n in 1e-6/m3": 0.0}
     measured = observations.speeds[0]
-    for scatter in (0.0, 5.0):
+    for scatter in (0.0, 0.1):
         speeds = np.array([w.speeds[0, 0] for w in many(model, 0.0, scatter, **fixed)])
-        assert np.std(speeds) == pytest.approx(np.hypot(measured.sigma[0], scatter), rel=0.15)
+        own = scatter * np.sqrt(measured.spread[0, 0]) / (2.0 * np.mean(speeds))
+        assert np.std(speeds) == pytest.approx(np.hypot(measured.sigma[0], own), rel=0.15)
 
 
 def test_equal_seeds_make_equal_worlds() -> None:
@@ -93,7 +94,7 @@ def test_equal_seeds_make_equal_worlds() -> None:
     plan = plan_of(model.observations, "path-effect")
 
     def one(seed: int) -> BootstrapRecords:
-        return make_world(model, predicted, u, plan, np.array([0.1]), 2.0, generator(seed, "a"))
+        return make_world(model, predicted, u, plan, np.array([0.1]), 0.05, generator(seed, "a"))
 
     a, b, c = one(1), one(1), one(2)
     assert np.array_equal(a.observed, b.observed)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import norm
 
 from avahazard.criticism.screening.gains import moments_of
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords, real_world
@@ -10,18 +10,18 @@ from avahazard.criticism.screening.record_moments import record_moments
 from avahazard.criticism.screening.stop_moments import record_bounds
 from avahazard.criticism.screening.tables import LOG_MU, SPEED_STRIDE, Tables, make_tables
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.likelihood.speed_errors import SPEED_CORRELATION_M
+from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
 from avahazard.inference.model.observations import LEFT, Observations
 from tests.inference import studies
 
-SPEED_SCATTER = 4.0
+TRACK_SCATTER = 0.05
 
 
 def setting() -> tuple[Observations, Tables, BootstrapRecords]:
     observations = studies.observations()
     model = studies.posterior(observations)
     tables = make_tables(
-        observations, predict_records(observations, (), {}), observations.limit, SPEED_SCATTER
+        observations, predict_records(observations, (), {}), observations.limit, TRACK_SCATTER
     )
     return observations, tables, real_world(model)
 
@@ -46,14 +46,7 @@ def brute_force(observations: Observations, tables: Tables, i: int) -> tuple[flo
             for column in tables.speeds.square[row, :, : len(measured.x)].T
         ]
         speeds = np.sqrt(np.maximum(np.column_stack(square), 0.0))
-        correlation = np.exp(
-            -np.abs(np.subtract.outer(measured.x, measured.x)) / SPEED_CORRELATION_M
-        )
-        covariance = np.diag(measured.sigma**2) + SPEED_SCATTER**2 * correlation
-        zero = np.zeros(len(measured.x))
-        log_density = log_density + multivariate_normal(zero, covariance).logpdf(
-            measured.speed - speeds
-        )
+        log_density = log_density + speed_log_likelihood(measured, speeds, TRACK_SCATTER)
     top = log_density.max()
     weight = np.exp(log_density - top) * np.gradient(nu)
     mean = float(np.average(nu, weights=weight))

@@ -68,6 +68,21 @@ def test_priors_count_over_the_ranges_of_the_effects_whatever_the_grids() -> Non
     assert log_prior_mass(model) == pytest.approx(mass, abs=1e-9)
 
 
+def test_a_mode_far_wider_than_its_range_has_an_evidence() -> None:
+    """Against a bound the curvature may be next to none: draws about it all missed."""
+    model = studies.posterior(studies.observations(12, 6), law="constant")
+    narrow = model.regridded({"log track sigma": (-2.53, -2.52, -2.51, -2.5)})
+    mode = find_mode(narrow)
+    wide = mode.covariance.copy()
+    wide[-1, :] = wide[:, -1] = 0.0
+    wide[-1, -1] = 400.0
+    found = log_evidence(narrow, Mode(mode.u, mode.log_density, wide))
+    plain = wide.copy()
+    plain[-1, -1] = 1e-4
+    expected = log_evidence(narrow, Mode(mode.u, mode.log_density, plain))
+    assert found.value == pytest.approx(expected.value, abs=5.0 * (found.error + expected.error))
+
+
 def test_a_mode_that_is_not_quite_the_mode_gives_the_same_evidence() -> None:
     fit = refit(build_observations(lengths(40)), Specification(), {})
     off = Mode(fit.mode.u + 0.5 * np.sqrt(np.diag(fit.mode.covariance)), 0.0, fit.mode.covariance)

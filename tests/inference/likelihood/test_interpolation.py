@@ -51,7 +51,7 @@ def test_short_grids_use_all_their_points() -> None:
 
 def _afresh(model: Posterior, u: np.ndarray) -> np.ndarray:
     """Log likelihood of each event with tables and nodes made at u itself."""
-    speed = model.layout.speed_scatter
+    speed = model.layout.track_scatter
     limit = model.observations.limit
     values = model.layout.effect_values(u)
     for effect in model.effects:

@@ -11,9 +11,10 @@ from scipy import stats
 
 from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
-from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
 from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, SpeedRecord
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
+from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 from avahazard.physics.runout_curve import MU
 from tests.inference import naive_nodes
 
@@ -40,6 +41,7 @@ def _nodes(
     left: np.ndarray = LEAVES,
     in_log: bool = True,
     fall_height: float = np.nan,
+    jumped: JumpedStop | None = None,
 ) -> Nodes:
     """Nodes of one event whose block stops on `curve`."""
     observations: Any = SimpleNamespace(
@@ -58,6 +60,7 @@ def _nodes(
         elevation=curve[None],
         status=left[None].astype(np.int8),
         speeds=() if speeds is None else (speeds[1],),
+        jumped=() if speeds is None else (jumped or JumpedStop(-1, np.zeros(len(speeds[0].x))),),
         sigma=observations.sigma,
     )
     return build_nodes(observations, predicted, in_log=in_log)
@@ -177,12 +180,12 @@ def _speeds() -> tuple[SpeedRecord, np.ndarray]:
     predicted = np.sqrt(np.maximum(3600.0 * (1.0 - MU[:, None] / np.array([0.9, 0.7])), 0.0))
     measured = predicted[int(np.argmin(np.abs(MU - 0.4)))]
     x = np.array([200.0, 600.0])
-    return SpeedRecord(0, x, measured, np.array([3.0, 3.0])), predicted
+    return speed_record(0, x, measured, np.array([3.0, 3.0]), 0.0, 1200.0), predicted
 
 
 def test_speeds_join_the_record() -> None:
     record, predicted = _speeds()
-    log_speed = speed_log_likelihood(record.x, record.speed, record.sigma, predicted, 0.0)
+    log_speed = speed_log_likelihood(record, predicted, 0.0)
     nodes = _nodes(PLAIN, observed=1350.0, sigma=25.0, speeds=(record, predicted))
     for m, s in FRICTIONS:
         density = _density(m, s)
@@ -193,7 +196,7 @@ def test_speeds_join_the_record() -> None:
 
 def test_speeds_of_an_event_that_left() -> None:
     record, predicted = _speeds()
-    log_speed = speed_log_likelihood(record.x, record.speed, record.sigma, predicted, 0.0)
+    log_speed = speed_log_likelihood(record, predicted, 0.0)
     left = MU < 0.42
     nodes = _nodes(PLAIN, kind=LEFT, speeds=(record, predicted), left=left)
     assert not nodes.is_probability[0]
@@ -203,15 +206,18 @@ def test_speeds_of_an_event_that_left() -> None:
             assert _log_likelihood(nodes, m, s) == pytest.approx(np.log(slow), abs=0.05)
 
 
-def test_errors_of_speed_are_alike_along_a_track() -> None:
-    x = np.array([0.0, 50.0, 400.0])
-    speed, sigma = np.array([20.0, 22.0, 15.0]), np.array([1.0, 2.0, 1.5])
-    predicted = np.array([[19.0, 23.0, 12.0], [25.0, 25.0, 25.0]])
-    covariance = np.diag(sigma**2) + 4.0 * np.exp(-np.abs(x[:, None] - x) / 100.0)
-    slow = [stats.multivariate_normal.logpdf(speed, p, covariance) for p in predicted]
-    assert speed_log_likelihood(x, speed, sigma, predicted, 2.0) == pytest.approx(slow)
-    independent = stats.norm.logpdf(speed, predicted, sigma).sum(axis=1)
-    assert speed_log_likelihood(x, speed, sigma, predicted, 0.0) == pytest.approx(independent)
+def test_where_f_jumps_over_the_stop_the_block_is_brought_to_rest() -> None:
+    """All the mass is in one cell, in which speeds do not differ."""
+    record, predicted = _speeds()
+    cell = int(np.flatnonzero(MU > 0.45)[0]) - 1
+    slow = JumpedStop(cell, record.speed**2 - 200.0)
+    curve = CURVES["jump"]
+    observed = 0.5 * float(curve[cell] + curve[cell + 1])
+    with_it = _nodes(curve, observed=observed, speeds=(record, predicted), jumped=slow)
+    plain = _nodes(curve, observed=observed)
+    log_speed = speed_log_likelihood(record, np.sqrt(slow.square)[None], 0.0)[0]
+    gain = _log_likelihood(with_it, np.log(0.45), 0.15) - _log_likelihood(plain, np.log(0.45), 0.15)
+    assert gain == pytest.approx(log_speed, abs=0.05)
 
 
 def test_a_record_that_no_friction_reaches_is_unlikely_but_not_lost() -> None:

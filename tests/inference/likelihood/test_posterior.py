@@ -135,12 +135,12 @@ def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
     u = _place(model, 0)
     part = model.restricted(keep)
     assert part.log_likelihood(u) == pytest.approx(model.event_log_likelihood(u)[keep].sum())
-    again = part.regridded({"log speed sigma": (-1.0, 0.0, 1.0)})
+    again = part.regridded({"log track sigma": (-3.0, -2.0, -1.0)})
     on_both = u.copy()
-    on_both[model.layout.speed_scatter or 0] = model.layout.slots[-1].grid[3]
-    fine = part.regridded({"log speed sigma": (-1.0, float(on_both[-1]), 1.0)})
+    on_both[model.layout.track_scatter or 0] = model.layout.slots[-1].grid[3]
+    fine = part.regridded({"log track sigma": (-4.5, float(on_both[-1]), -1.0)})
     assert fine.log_likelihood(on_both) == part.log_likelihood(on_both)
-    assert again.layout.high[-1] == 1.0
+    assert again.layout.high[-1] == -1.0
 
 
 def test_paths_without_events_left_keep_a_prior_offset() -> None:

@@ -85,6 +85,44 @@ def test_speeds_at_the_places_where_they_were_measured() -> None:
     assert np.array_equal(speeds, speeds_along(cells, start, MU, np.array([400.0, 700.0])))
 
 
+def _on_a_hump(stop_x: float, left: bool = False) -> Observations:
+    """A path with a hump half-way down, which a block either passes or stops before."""
+    y = 1000.0 - 0.55 * X + 1e-4 * X**2 + 60.0 * np.exp(-(((X - 900.0) / 120.0) ** 2))
+    place = {"left_profile": True} if left else {"runout_x_m": stop_x}
+    return build_observations(
+        Records(
+            (Path("P"),),
+            (Profile("P", X, y),),
+            (Event("e", "P", **place),),  # type: ignore[arg-type]
+            (Speed("e", 20.0, 2.0, x_m=300.0), Speed("e", 15.0, 2.0, x_m=700.0)),
+        )
+    )
+
+
+def test_where_f_jumps_over_the_stop_u2_is_that_of_the_mean_friction() -> None:
+    given = _on_a_hump(1000.0)
+    found = predict_records(given, (), {})
+    (jumped,) = found.jumped
+    assert found.curve[0].broken[jumped.cell]
+    assert found.x[0, jumped.cell] > 1000.0 > found.x[0, jumped.cell + 1]
+    site = given.sites[0]
+    resistance = no_resistance(site.terrain)
+    release = float(site.release_x[0])
+    expected = site.squares_to_rest(resistance, release, 1000.0, np.array([300.0, 700.0]))
+    np.testing.assert_array_equal(jumped.square, expected)
+    # More friction than that of the block which passes.
+    assert np.all(jumped.square < found.speeds[0][jumped.cell] ** 2)
+
+
+def test_a_stop_of_a_block_and_one_that_left_jump_nothing() -> None:
+    curve = predict_records(_on_a_hump(1000.0), (), {}).curve[0]
+    k = np.flatnonzero(~curve.broken)[1]
+    somewhere = float(np.mean(curve.x[k : k + 2]))
+    for given in (_on_a_hump(somewhere), _on_a_hump(0.0, left=True)):
+        (jumped,) = predict_records(given, (), {}).jumped
+        assert jumped.cell == -1
+
+
 def test_a_shift_moves_recorded_elevations_only() -> None:
     effect = _effect(shift=lambda _columns, values: np.array([values[0], values[0], 0.0, 0.0]))
     moved = predict_records(STUDY, (effect,), {"e": np.array([17.0])})

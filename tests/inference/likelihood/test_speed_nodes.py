@@ -8,15 +8,18 @@ from scipy import stats
 
 from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.nodes import build_nodes
-from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.speed_errors import squared
 from avahazard.inference.likelihood.speed_nodes import SPLIT, _bound, between
-from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
+from avahazard.inference.model.observations import ELEVATION, LEFT
+from avahazard.inference.model.speed_record import speed_record
 from avahazard.physics.runout_curve import MU
 from tests.inference.studies import observations, posterior
 
 REACH = np.array([0.9, 0.7])
 """Frictions with which the block only just comes to the places of the speeds."""
 LEAVES = 0.42
+NOWHERE = JumpedStop(-1, np.zeros(2))
 
 
 def _speed(mu: np.ndarray) -> np.ndarray:
@@ -30,9 +33,9 @@ def _stop(mu: np.ndarray) -> np.ndarray:
 def _fast(kind: int, true_mu: float, sigma: float) -> float:
     """Log likelihood by nodes of one event with two speeds, friction being 0.45 e^±0.15."""
     given = observations(6, 6, False)
-    measured = SpeedRecord(
-        0, np.array([200.0, 600.0]), _speed(np.array([true_mu]))[0], np.full(2, sigma)
-    )
+    speed = _speed(np.array([true_mu]))[0]
+    x = np.array([200.0, 600.0])
+    measured = speed_record(0, x, speed, np.full(2, sigma), 0.0, 1200.0)
     one = type(given)(
         **{name: getattr(given, name) for name in given.__slots__}
         | {
@@ -45,7 +48,7 @@ def _fast(kind: int, true_mu: float, sigma: float) -> float:
     )
     table = np.repeat(_stop(MU)[None], 1, axis=0)
     left = (MU < LEAVES if kind == LEFT else np.zeros(len(MU), bool)).astype(np.int8)[None]
-    predicted = Predicted(table, table, table, left, (_speed(MU),), one.sigma)
+    predicted = Predicted(table, table, table, left, (_speed(MU),), (NOWHERE,), one.sigma)
     nodes = build_nodes(one, predicted, 0.0)
     terms = event_terms(nodes, np.log([[0.45]]), np.array([[0.15]]), np.ones((1, 1)))
     return float(terms.value[0])
@@ -55,7 +58,9 @@ def _slow(kind: int, true_mu: float, sigma: float) -> float:
     """The same by a sum over very fine frictions, with speeds and stops by their formulas."""
     nu = np.linspace(np.log(0.2), np.log(1.2), 400001)
     mu = np.exp(nu)
-    logs = stats.norm.logpdf(_speed(np.array([true_mu]))[0], _speed(mu), sigma).sum(axis=1)
+    square, error = squared(_speed(np.array([true_mu]))[0], np.full(2, sigma))
+    logs = stats.norm.logpdf(square, _speed(mu) ** 2, error).sum(axis=1)
+    logs += np.sum(np.log(error / sigma))
     if kind == LEFT:
         logs = np.where(mu < LEAVES - 0.00125, logs, -np.inf)
     else:
@@ -84,23 +89,34 @@ def _speeds() -> np.ndarray:
 
 def test_between_keeps_the_frictions_of_the_table() -> None:
     bound = np.where((MU[1:] > 0.4) & (MU[1:] < 0.45), 0.0, -1e3)
-    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), bound, True)
+    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, bound, True)
     assert track.grid[0] < 0.4
     assert track.grid[-1] > 0.45
     assert len(track.grid) < 40 * SPLIT
     inside = MU[(track.grid[0] <= MU) & (track.grid[-1] >= MU)]
     assert np.all(np.isin(inside, track.grid))
-    assert track.speeds == pytest.approx(_speed(track.grid), abs=1e-6)
+    assert np.sqrt(track.square) == pytest.approx(_speed(track.grid), abs=1e-6)
     assert track.record == pytest.approx(_stop(track.grid))
     assert np.all(track.left[track.grid < 0.4174])
     assert not np.any(track.left[track.grid > 0.4226])
 
 
+def test_between_is_even_where_f_jumps() -> None:
+    bound = np.where((MU[1:] > 0.4) & (MU[1:] < 0.45), 0.0, -1e3)
+    cell = int(np.flatnonzero(MU > 0.42)[0])
+    jumped = np.array([300.0, -40.0])
+    track = between(MU, _stop(MU), MU < 0.1, _speeds(), cell, jumped, bound, False)
+    within = (track.grid > MU[cell] - 1e-9) & (track.grid < MU[cell + 1] - 1e-9)
+    assert np.all(track.square[within] == jumped)
+    beside = (track.grid < MU[cell] - 1e-9) | (track.grid > MU[cell + 1] - 1e-9)
+    assert np.sqrt(track.square[beside]) == pytest.approx(_speed(track.grid[beside]), abs=1e-6)
+
+
 def test_between_takes_fewer_parts_of_many_cells() -> None:
     few = np.where((MU[1:] > 0.4) & (MU[1:] < 0.41), 0.0, -1e3)
     many = np.zeros(len(MU) - 1)
-    fine = between(MU, _stop(MU), MU < LEAVES, _speeds(), few, False).grid
-    coarse = between(MU, _stop(MU), MU < LEAVES, _speeds(), many, False).grid
+    fine = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, few, False).grid
+    coarse = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, many, False).grid
     here = coarse[(coarse > 0.4) & (coarse < 0.41)]
     assert np.max(np.diff(fine)) < np.min(np.diff(here))
     assert len(coarse) < len(fine) + 3 * len(MU)

@@ -47,7 +47,7 @@ def test_a_factor_is_what_records_with_such_errors_give(
     scaled = studies.posterior(studies.observations(), key, **settings)
     # The volume by which scatter is measured is a setting, of the stated errors.
     told = studies.assemble(told.observations, replace(scaled.specification, effects=()), {})
-    u = studies.near(told, 0.1, 5)
+    u = studies.near(told, 0.1, 6)
     named = {s.name: v for s, v in zip(told.layout.slots, u, strict=True)}
     for slot in scaled.layout.slots:
         if slot.name.startswith(key):

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from avahazard.effects.spread import SPREAD
-from avahazard.inference.model.layout import SPEED_GRID, regridded
+from avahazard.inference.model.layout import TRACK_GRID, regridded
 from tests.inference.studies import near, observations, posterior
 
 
@@ -26,18 +26,18 @@ def test_coordinates_are_law_scatter_effects_and_speed() -> None:
         "tau",
         "entrainment.rate",
         "entrainment.above",
-        "log speed sigma",
+        "log track sigma",
     ]
     assert (layout.scatter, layout.scatter_slope) == (3, 4)
-    assert (layout.spreads, layout.speed_scatter) == ({"path-effect": 7}, 10)
+    assert (layout.spreads, layout.track_scatter) == ({"path-effect": 7}, 10)
     assert layout.places == {"snow-type": slice(5, 7), "entrainment": slice(8, 10)}
     assert layout.tables == (8, 9)
-    assert layout.slots[10].grid == SPEED_GRID
+    assert layout.slots[10].grid == TRACK_GRID
 
 
 def test_without_speeds_there_is_no_scatter_of_speeds() -> None:
     layout = posterior(observations(speeds=False)).layout
-    assert layout.speed_scatter is None
+    assert layout.track_scatter is None
     assert [s.name for s in layout.slots] == ["log a", "n in 1e-6/m3", "log sigma"]
 
 
@@ -45,7 +45,7 @@ def test_the_prior_is_normal_in_every_coordinate() -> None:
     layout = posterior(observations(), "turbulent-drag").layout
     u, other = np.array([-0.5, 2.0, -1.5, 0.4, 1.0]), np.array([-0.7, 0.0, -2.0, 0.1, 2.0])
     sd = np.array([0.5, 10.0, 1.0, 1.0, 1.0])
-    mean = np.array([np.log(0.5), 0.0, np.log(0.15), 0.0, np.log(3.0)])
+    mean = np.array([np.log(0.5), 0.0, np.log(0.15), 0.0, np.log(0.075)])
     expected = np.sum(stats.norm.logpdf(u, mean, sd) - stats.norm.logpdf(other, mean, sd))
     assert layout.log_prior(u) - layout.log_prior(other) == pytest.approx(expected)
 
@@ -63,11 +63,11 @@ def test_people_read_parameters_in_their_units() -> None:
             "sigma_n": 0.5 / model.layout.reference_volume,
             "turbulent-drag.drag": 0.003,
             "path-effect.tau": 1.5 * SPREAD,
-            "speed_sigma": 3.0,
+            "track_sigma": 0.075,
         }
     )
     units = {name: unit for name, (_, unit) in read.items()}
-    assert (units["n"], units["sigma_n"], units["speed_sigma"]) == ("1/m3", "1/m3", "m/s")
+    assert (units["n"], units["sigma_n"], units["track_sigma"]) == ("1/m3", "1/m3", "friction")
     assert units["turbulent-drag.drag"] == "1/m"
 
 

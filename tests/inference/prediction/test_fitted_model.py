@@ -45,7 +45,7 @@ def test_draws_go_to_the_slots_of_their_names() -> None:
     found = fitted_model(given, ["log sigma", "n in 1e-6/m3", "log a"], u, {})
     assert [slot.name for slot in given.layout.slots][:3] == ["log a", "n in 1e-6/m3", "log sigma"]
     np.testing.assert_array_equal(found.draws[:, :3], u[:, ::-1])
-    assert np.unique(found.draws[:, given.layout.speed_scatter]) == [pytest.approx(np.log(3.0))]
+    assert np.unique(found.draws[:, given.layout.track_scatter]) == [pytest.approx(np.log(0.075))]
     assert found.method == "marginal"
 
 

@@ -142,7 +142,7 @@ def test_speeds_that_came_since_the_calibration(database: str) -> None:
     assert stored.records_changed
     model = stored.model
     assert model.draws.shape == (100, len(_found().model.posterior.layout.slots) + 1)
-    assert np.unique(model.draws[:, -1]) == [pytest.approx(np.log(3.0))]
+    assert np.unique(model.draws[:, -1]) == [pytest.approx(np.log(0.075))]
 
 
 def test_records_that_changed_since(database: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,8 @@ from avahazard.workflow.models import show_model
 from avahazard.workflow.predict import predict
 from avahazard.workflow.report import write_report
 from avahazard.workflow.runout import run_model
+from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.notes import model_notes
 from avahazard.workflow.zones import zones
 
 STALE = "the records have changed since base was calibrated."
@@ -65,6 +68,14 @@ def poor(snow_database: str) -> str:
 
 def in_words(notes: tuple[str, ...]) -> str:
     return "\n".join(notes)
+
+
+def test_the_error_of_speeds_of_an_earlier_version_is_told(snow_database: str) -> None:
+    result = load_stored(snow_database, "base").result
+    (one, *_) = result.parameters.values()
+    old = replace(result, parameters={**result.parameters, "speed_sigma": one})
+    assert "track_sigma" not in in_words(model_notes(result, False, None))
+    assert "base was calibrated with the error of speeds" in in_words(model_notes(old, False, None))
 
 
 @pytest.mark.slow

@@ -1,0 +1,67 @@
+"""Speeds of what is brought to rest where no one friction stops a block."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.physics.block import run
+from avahazard.physics.cells import build_cells
+from avahazard.physics.constants import GRAVITY
+from avahazard.physics.mean_friction import TRIED, carried, squares_to_rest
+from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
+from avahazard.physics.speed import speeds_along
+from tests.physics.paths import RELEASE_M, bowl, ski_jump, terrain_of
+
+
+def resistances(terrain) -> dict[str, Resistance]:
+    plain = no_resistance(terrain)
+    dragging = replace(plain, drag=np.full(terrain.n_cells, 0.002))
+    weak = replace(plain, speed_factor=0.7 + 0.3 / (1.0 + SPEEDS / 10.0))
+    return {"plain": plain, "drag": dragging, "by speed": weak}
+
+
+@pytest.mark.parametrize("name", ["plain", "drag", "by speed"])
+def test_where_a_block_stops_it_is_that_block(name: str) -> None:
+    terrain = terrain_of(bowl())
+    cells = build_cells(terrain, resistances(terrain)[name])
+    start, mu = terrain.node(RELEASE_M), np.array([0.55])
+    stop = float(run(cells, np.array([start]), mu).x[0, 0])
+    x = np.linspace(RELEASE_M + 50.0, stop - 20.0, 12)
+    square = squares_to_rest(cells, start, stop, x)
+    block = speeds_along(cells, start, mu, x)[0]
+    np.testing.assert_allclose(np.sqrt(square), block, rtol=0.04, atol=0.2)
+
+
+def test_without_curvature_it_is_the_energy_line() -> None:
+    """u² = 2 g (fall - mean friction times reach), wherever the ground lies."""
+    profile = ski_jump()
+    terrain = terrain_of(profile)
+    flat = replace(no_resistance(terrain), curvature=0.0)
+    cells, start = build_cells(terrain, flat), terrain.node(RELEASE_M)
+    stop = float(profile.x_max) - 100.0
+    x = terrain.x[(terrain.x > RELEASE_M) & (terrain.x < stop)]
+    fall = profile.height(RELEASE_M) - profile.height(x)
+    whole = profile.height(RELEASE_M) - profile.height(stop)
+    friction = float(whole) / (stop - RELEASE_M)
+    expected = 2.0 * GRAVITY * (fall - friction * (x - RELEASE_M))
+    found = squares_to_rest(cells, start, stop, x)
+    np.testing.assert_allclose(found, expected, atol=0.01 * np.max(np.abs(expected)))
+
+
+def test_it_is_carried_on_past_its_stop() -> None:
+    terrain = terrain_of(bowl())
+    cells, start = build_cells(terrain, no_resistance(terrain)), terrain.node(RELEASE_M)
+    square = carried(cells, start, TRIED)
+    assert square.shape == (len(cells.x) - start, len(TRIED))
+    assert np.all(np.diff(square[-1]) < 0.0)
+    assert np.min(square) < 0.0 < np.max(square[-1])
+
+
+def test_a_stop_beyond_all_frictions_takes_the_nearest() -> None:
+    terrain = terrain_of(bowl())
+    cells, start = build_cells(terrain, no_resistance(terrain)), terrain.node(RELEASE_M)
+    at_once = squares_to_rest(cells, start, RELEASE_M + 1e-3, np.array([RELEASE_M + 1e-3]))
+    assert np.all(np.isfinite(at_once))
