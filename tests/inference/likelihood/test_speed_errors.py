@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.likelihood.speed_errors import drawn_speeds, squared, whitening
+from avahazard.inference.likelihood.speed_errors import (
+    drawn_speeds,
+    inverse_root,
+    squared,
+    whitening,
+)
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 
 SIGMA = np.array([1.0, 0.5, 2.0, 1.5])
@@ -45,6 +50,13 @@ def test_whitened_misfits_give_the_density(scatter: float) -> None:
     law = stats.multivariate_normal(square, covariance)
     jacobian = np.sum(np.log(np.sqrt(dense_error()) / SIGMA))
     assert found == pytest.approx(law.logpdf(SPEED**2 - SIGMA**2) + jacobian, rel=1e-10)
+
+
+def test_the_inverse_root_is_that_of_the_library() -> None:
+    one = track()
+    covariance = 0.01 * one.spread + np.diag(dense_error())
+    expected = np.linalg.inv(np.linalg.cholesky(covariance))
+    np.testing.assert_allclose(inverse_root(covariance), expected, rtol=1e-9, atol=1e-15)
 
 
 def test_exact_friction_leaves_the_errors_of_the_measurement() -> None:
