@@ -84,13 +84,15 @@ def test_another_prior_is_another_model(folder: Path) -> None:
         '[model]\nchains = 2\ndraws = 100\npaths = ["P01"]\n'
     )
     told = bare + 'prior_from = "fit:P02,P03"\n'
+    numbers = bare + "prior = {a = [0.5, 0.05], n = [2e-6, 1e-6]}\n"
     found = []
-    for text in (told, told, bare, told):
+    for text in (told, told, bare, told, numbers, numbers):
         file.write_text(text)
         run = run_project(file, str(folder / "prior.db"))
         found.append((run.model, states(run)[f"calibrate {run.model}"]))
     assert found == [
-        ("base", "done"), ("base", "up to date"), ("base-2", "done"), ("base", "up to date")
+        ("base", "done"), ("base", "up to date"), ("base-2", "done"), ("base", "up to date"),
+        ("base-3", "done"), ("base-3", "up to date"),
     ]  # fmt: skip
 
 

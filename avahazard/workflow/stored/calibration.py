@@ -23,6 +23,7 @@ from avahazard.results.calibration import (
     PriorDominated,
     PriorTold,
 )
+from avahazard.workflow.stored.notes import prior_notes
 from avahazard.workflow.stored.record_notes import record_notes
 
 Floats = NDArray[np.float64]
@@ -56,7 +57,8 @@ def calibration_result(
             )
         )
     dominated = prior_dominated(found.model)
-    notes += [told.note(name, key) for key, told in dominated.items()]
+    given, prior = _given_told(found), _prior_told(found.model)
+    notes += prior_notes(name, given, prior, dominated)
     of_records = record_notes(records, found.model.observations.sites)
     notes += of_records
     spread = _path_spread(found)
@@ -91,8 +93,8 @@ def calibration_result(
         path_spread=spread,
         prior_dominated=dominated or None,
         of_records=of_records or None,
-        prior=_prior_told(found.model),
-        given_priors=_given_told(found) or None,
+        prior=prior,
+        given_priors=given or None,
     )
 
 

@@ -6,7 +6,7 @@ only some volumes, paths or return periods need is said by `hazard.notes` and `e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import avahazard
 from avahazard.hazard.notes import stale_words, unconverged_words
@@ -16,7 +16,13 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
-from avahazard.results.calibration import PRIOR_FROM, Calibration
+from avahazard.results.calibration import (
+    PRIOR_FROM,
+    Calibration,
+    GivenTold,
+    PriorDominated,
+    PriorTold,
+)
 from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import load_model
 from avahazard.store.session import Session
@@ -71,7 +77,9 @@ def model_notes(result: Calibration, records_changed: bool, version: str | None)
     if result.n_events < FEW_EVENTS:
         words = FEW_ONE if result.n_events == 1 else FEW
         notes.append(words.format(model=name, n=result.n_events))
-    notes += prior_notes(result)
+    notes += prior_notes(
+        name, result.given_priors or {}, result.prior, result.prior_dominated or {}
+    )
     notes += result.of_records or ()
     if "speed_sigma" in result.parameters:
         notes.append(OTHER_SPEEDS.format(model=name))
@@ -80,10 +88,14 @@ def model_notes(result: Calibration, records_changed: bool, version: str | None)
     return tuple(notes)
 
 
-def prior_notes(result: Calibration) -> list[str]:
+def prior_notes(
+    name: str,
+    given: Mapping[str, GivenTold],
+    prior: PriorTold | None,
+    dominated: Mapping[str, PriorDominated],
+) -> list[str]:
     """Where the priors are not the program's own, and where they speak rather than the records."""
-    name, given = result.model, result.given_priors or {}
     notes = [told.note(name, key) for key, told in given.items()]
-    if result.prior is not None and not result.prior.source.startswith(GIVEN):
-        notes.append(PRIOR_FROM.format(model=name, source=result.prior.source))
-    return notes + [told.note(name, key) for key, told in (result.prior_dominated or {}).items()]
+    if prior is not None and not prior.source.startswith(GIVEN):
+        notes.append(PRIOR_FROM.format(model=name, source=prior.source))
+    return notes + [told.note(name, key) for key, told in dominated.items()]

@@ -55,6 +55,15 @@ def test_people_see_the_posterior(mine: Run) -> None:
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
+def test_a_prior_as_numbers_is_told(mine: Run) -> None:
+    done = mine("calibrate", "m", *SHORT, "--prior", "n=2e-6,1e-6", "--prior", "sigma = 0.2, 0.05")
+    assert done.exit_code == 0
+    assert "Priors as given: n 2e-06 ± 1e-06 1/m3, sigma 0.2 ± 0.05." in done.stdout
+    shown = json.loads(mine("--json", "model", "m").stdout)
+    assert shown["given_priors"]["n"] == {"mean": 2e-6, "sd": 1e-6, "unit": "1/m3"}
+    assert shown["prior"]["source"] == "given:n"
+
+
 def test_a_run_that_has_not_converged_says_so_and_ends_with_0(mine: Run) -> None:
     done = mine("calibrate", "m", "--draws", "50", "--chains", "2", "--path", "scey")
     assert done.exit_code == 0
@@ -90,6 +99,10 @@ def test_the_papers_methods_leave_out_what_left_the_profile(mine: Run, method: s
         (["--with", "forest-drag"], "'forest-drag'", "land_cover"),
         (["--method", "gibbs", "--law", "rational"], "rational law", "--method marginal"),
         (["--method", "metropolis", "--scatter", "volume"], "scatter", "--method marginal"),
+        (["--prior", "a:0.5"], "'a:0.5' is no prior", "--prior a=0.5,0.05"),
+        (["--prior", "a=0,5"], "a is positive", "over 0"),
+        (["--prior", "a=0.5,0.1", "--prior", "a=0.4,0.1"], "two priors of 'a'", "Give one"),
+        (["--prior", "c=0.5,0.1"], "no prior of 'c'", "a, n, sigma"),
     ],
 )
 def test_what_cannot_be_calibrated(on_twin: Run, words: list[str], message: str, hint: str) -> None:

@@ -64,7 +64,7 @@ def test_it_is_the_spread_of_blocks_that_start_by_chance() -> None:
     assert values[0].std() == pytest.approx(exact.std(), rel=0.04)
     shares = [0.05, 0.25, 0.5, 0.75, 0.95]
     away = np.quantile(values[0], shares) - np.quantile(exact, shares)
-    assert np.abs(away).max() < 0.1 * exact.std()
+    assert np.abs(away).max() < 0.15 * exact.std()
     assert not left.any()
     # L = H / μ: both errors are shares of it.
     share = values[1].std() / values[1].mean()
