@@ -41,9 +41,9 @@ Write = Callable[[str, str], Path]
 def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The twin with a model by each of the paper's samplers, and one without volume."""
     file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("hazard") / "models.db"))
-    calibrate(file, "gibbs", method="gibbs", draws=500)
-    calibrate(file, "metropolis", method="metropolis", draws=500)
-    calibrate(file, "constant", law="constant", method="gibbs", draws=500)
+    calibrate(file, "gibbs", method="gibbs", chains=2, draws=199)
+    calibrate(file, "metropolis", method="metropolis", chains=2, draws=199)
+    calibrate(file, "constant", law="constant", method="gibbs", chains=2, draws=199)
     return file
 
 
