@@ -148,7 +148,7 @@ def gather(
     observations = stored.model.observations
     found, _ = apparent_friction(stored.model)
     report("Writing the report", 0.3, 1.0)
-    events = event_views(stored.training.events, stored.model, found.mu, found.status)
+    events = event_views(stored.training.events, stored.model, found.mu)
     report("Writing the report", 0.6, 1.0)
     baseline = plain(alpha_beta_paths(database)) if everything.profiles else []
     paths = path_views(stored, events, rows, baseline, zones, grounds)
