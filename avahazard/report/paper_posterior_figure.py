@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.report.path_panels import BOUNDS, STOPS
 from avahazard.report.picture import figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 
 BINS = 40
 COLUMNS = 3

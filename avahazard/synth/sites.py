@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.records.path import Path, Profile
 from avahazard.synth.seeds import generator
 from avahazard.synth.settings import SitePlan
-from avahazard.synth.track import Floats
 
 SPACING_M = 15.0
 FIRST_YEAR, LAST_YEAR = 1900, 2020

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.observations import Observations, build_observations
@@ -40,8 +39,6 @@ from avahazard.workflow.model_friction import apparent_friction, friction_view, 
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
-
-Floats = NDArray[np.float64]
 
 
 def show_frictions(

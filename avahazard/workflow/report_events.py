@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.effects.site import stop_place
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
@@ -22,8 +22,6 @@ from avahazard.report.html.content import EventView
 from avahazard.results.amounts import RATIO
 from avahazard.workflow.compare import COORDINATES
 from avahazard.workflow.model_friction import from_reference
-
-Floats = NDArray[np.float64]
 
 RECORD_DRAWS = 1000
 QUANTILES = (0.05, 0.5, 0.95)

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import Site, path_site
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
@@ -28,8 +28,6 @@ from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import ignores_volume
-
-Floats = NDArray[np.float64]
 
 SPEED_EVERY_M = 10.0
 MOST_PLACES = 100

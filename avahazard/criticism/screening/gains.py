@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.laplace_fit import Design, Edges, LaplaceFit, laplace_fit
@@ -23,7 +23,6 @@ from avahazard.criticism.screening.tables import LOG_MU, Tables
 from avahazard.inference.model.observations import PLACE, Observations
 from avahazard.workers import ordered_map
 
-Floats = NDArray[np.float64]
 Reference = tuple[RecordMoments, LaplaceFit]
 """What the records of one world say of friction, and the fit of the model itself to them."""
 

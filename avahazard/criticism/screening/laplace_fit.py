@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.offset_system import (
     by_offset,
     log_determinant,
@@ -30,8 +31,6 @@ from avahazard.inference.model.friction_scatter import (
     student_shape,
 )
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 STEPS = 12
 NO_ODDS = 40.0

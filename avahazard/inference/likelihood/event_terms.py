@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.density_sums import normal_sums, student_sums, sum_memory
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.model.friction_scatter import (
@@ -16,8 +17,6 @@ from avahazard.inference.model.friction_scatter import (
     student_density,
 )
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 
 class EventTerms(NamedTuple):

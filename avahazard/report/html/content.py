@@ -6,9 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile
 from avahazard.records.terrain_crop import TerrainCrop
@@ -18,7 +16,6 @@ from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.ladder import Rung
 
-Floats = NDArray[np.float64]
 Document = Mapping[str, Any]
 
 
