@@ -77,8 +77,7 @@ def compare(
         AvahazardError: there is no such model, its records have changed, or its method has no
             predictive distribution of the friction, or `plot` is not the name of a picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     stored = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
     require_unchanged(stored)

@@ -58,8 +58,7 @@ def diagnose_model(
             cannot tell it, its records have changed, none of them stopped on its profile, or its
             method has no likelihood that effects could be tested in.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     with reading(database) as session:
         own_files = read_own_of(load_model(session, name), effect_files)
     own = tuple(effect.definition for effect in own_files.values())

@@ -60,8 +60,7 @@ def show_frictions(
         AvahazardError: the database, the model or the path is missing, there are no events, a
             path of theirs has no profile, or `plot` is not the name of a picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     if model is not None:
         return _by_model(database, model, path_id, kappa, plot, effect_files)
     with reading(database) as session:

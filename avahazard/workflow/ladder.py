@@ -45,8 +45,7 @@ def ladder(
     Raises:
         AvahazardError: the database is missing or has no model, or `plot` is no picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     with reading(database) as session:
         models = list_models(session)
         records = load_records(session)

@@ -57,8 +57,7 @@ def zones(
             metropolis), a density or return period is out of range, `plot` is not the name of a
             picture, or no path has a rate.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     _check(density, density_sd, return_periods)
     wanted = load_limits(limits)
     stored = for_paths(load_stored(database, name, own_effects(database, name, effect_files)))
