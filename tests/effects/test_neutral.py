@@ -33,11 +33,11 @@ def _base(choice: int) -> Posterior:
 
 
 @given(
-    keys=st.lists(st.sampled_from(KEYS_WITH_NEUTRAL), unique=True, min_size=2, max_size=4),
+    keys=st.lists(st.sampled_from(KEYS_WITH_NEUTRAL), unique=True, min_size=1, max_size=6),
     choice=st.integers(0, len(SETTINGS) - 1),
     seed=st.integers(0, 50),
 )
-@settings(max_examples=20, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 def test_neutral_effects_are_the_base_model(keys: list[str], choice: int, seed: int) -> None:
     base = _base(choice)
     model = posterior(observations(), *keys, **SETTINGS[choice])

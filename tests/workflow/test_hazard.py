@@ -41,9 +41,9 @@ Write = Callable[[str, str], Path]
 def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The twin with a model by each of the paper's samplers, and one without volume."""
     file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("hazard") / "models.db"))
-    calibrate(file, "gibbs", method="gibbs", chains=2, draws=199)
-    calibrate(file, "metropolis", method="metropolis", chains=2, draws=199)
-    calibrate(file, "constant", law="constant", method="gibbs", chains=2, draws=199)
+    calibrate(file, "gibbs", method="gibbs", draws=500)
+    calibrate(file, "metropolis", method="metropolis", draws=500)
+    calibrate(file, "constant", law="constant", method="gibbs", draws=500)
     return file
 
 
@@ -138,7 +138,7 @@ def test_larger_volumes_and_longer_periods_go_further(mine: str) -> None:
 
 def test_a_row_does_not_hang_on_the_others(mine: str) -> None:
     alone = rows_of(mine, "gibbs", volumes=[2e4], paths=["nants"])[0]
-    among = rows_of(mine, "gibbs", volumes=[1e4, 2e4], paths=["nants", "saugy"])
+    among = rows_of(mine, "gibbs", volumes=[1e4, 2e4])
     assert alone in among
     assert alone not in rows_of(mine, "gibbs", volumes=[2e4], paths=["nants"], seed=1)
 
@@ -167,7 +167,7 @@ def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) 
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
     with pytest.raises(AvahazardError, match="path bare"):
         hazard(mine, "gibbs", paths=["bare"])
-    found = hazard(mine, "gibbs", n_draws=200)
+    found = hazard(mine, "gibbs")
     assert "bare" not in {row.path_id for row in found.rows}
     assert any("left out: No dated event of path bare" in note for note in found.notes)
     assert any("records have changed" in note for note in found.notes)
