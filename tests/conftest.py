@@ -13,6 +13,7 @@ from sqlalchemy import create_engine, make_url, text
 from typer.testing import CliRunner, Result
 
 from avahazard.store import upkeep
+from tests.few_draws import few_draws
 from tests.once import WORKER, compile_once, made_once
 from tests.order import ordered
 
@@ -115,6 +116,13 @@ def default_engine() -> Iterator[None]:
     yield
     close_engine()
     set_workers(None)
+
+
+@pytest.fixture
+def drawn_little() -> Iterator[None]:
+    """Let comparisons and reports draw little (after what is made once for all tests)."""
+    with few_draws():
+        yield
 
 
 @pytest.fixture

@@ -15,6 +15,8 @@ from typer.testing import CliRunner
 
 from avahazard.cli.main import app
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 TABLES = (ROOT / "docs" / "paper_tables.md").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 from operator import attrgetter
 from textwrap import indent
-from typing import Any
+from typing import Any, TypeVar
 
 import typer
 from rich import box
@@ -21,6 +21,8 @@ from avahazard.cli.settings import settings
 from avahazard.cli.terminal_text import LONGEST_CELL, SafeHook, safe, safe_json
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.plain import plain
+
+Row = TypeVar("Row")
 
 
 def emit(context: typer.Context, document: Any, render: Callable[[Console], None]) -> None:
@@ -62,9 +64,10 @@ def _safe(console: Console) -> Console:
     return console
 
 
-def warn(text: str) -> None:
-    """Print a warning on standard error."""
-    errors().print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
+def warn(*texts: str) -> None:
+    """Print warnings on standard error, each on a line of its own."""
+    for text in texts:
+        errors().print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
@@ -88,6 +91,12 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
     for row in rows:
         made.add_row(*(Text(safe(number(value), LONGEST_CELL)) for value in row))
     return made
+
+
+def evenly(rows: Sequence[Row], n: int) -> list[Row]:
+    """About `n` of the rows, evenly, with the first and the last."""
+    last = len(rows) - 1
+    return [rows[i] for i in sorted({round(k * last / n) for k in range(n + 1)})]
 
 
 def number(value: Any) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
+
+from avahazard.results.base import Report
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-Report = Callable[[str, float, float], None]
 
 PATIENCE_S = 2.0
 LINE_EVERY_S = 10.0

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console
 
 from avahazard.cli.design_table import DESIGN_COLUMNS, design_cells
-from avahazard.cli.output import table
+from avahazard.cli.output import evenly, table
 from avahazard.results.zones import ExceededHere, PeriodDesign, Place, Zone, ZonedPath
 
 BEYOND = "beyond"
@@ -44,7 +44,7 @@ def show_zones(console: Console, entries: Sequence[ZonedPath]) -> None:
             table(
                 f"{first.path_id}: speed u in m/s and pressure p in kPa exceeded in T years",
                 (">x m", ">z m", ">p/year", *headings),
-                [_place(place) for place in _few(first.places)],
+                [_place(place) for place in evenly(first.places, SHOWN)],
             )
         )
     else:
@@ -105,9 +105,3 @@ def _largest(entry: ZonedPath, k: int) -> tuple[str, ...]:
         most = max(values, key=lambda v: v.q50)
         cells += [f"{most.q50:.0f}", f"{most.q05:.0f}–{most.q95:.0f}"]
     return tuple(cells)
-
-
-def _few(places: Sequence[Place]) -> list[Place]:
-    """About `SHOWN` of the places, evenly, with the first and the last."""
-    last = len(places) - 1
-    return [places[i] for i in sorted({round(k * last / SHOWN) for k in range(SHOWN + 1)})]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.arrays import Floats
+from avahazard.effects.effect import Definition, Effect, Facts, Parameter
 from avahazard.effects.needs import needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance

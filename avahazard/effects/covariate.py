@@ -7,8 +7,9 @@ from functools import partial
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.effect import Definition, Effect, Facts, Parameter
 from avahazard.effects.levels import level_effect, level_facts, level_lacking
 from avahazard.effects.site import Site
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.groups import Groups
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
 
-Floats = NDArray[np.float64]
 Facts = dict[str, Any]
 """What an effect takes from the data it is calibrated on (levels, knots, ranges), as JSON."""
 

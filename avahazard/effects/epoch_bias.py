@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.effect import Definition, Effect, Facts, Parameter
 from avahazard.effects.needs import MIN_LEVEL
 from avahazard.effects.site import Site
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.effects.effect import Floats, Parameter
+from avahazard.arrays import Floats
+from avahazard.effects.effect import Parameter
 
 PRIOR_SD = float(np.log(2.0))
 """Errors are stated by judgement; that they are off by two either way is common, by four rare."""

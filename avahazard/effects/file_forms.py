@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Bools, Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Effect, Floats, Parameter
+from avahazard.effects.effect import Effect, Parameter
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
 from avahazard.records.errors import AvahazardError
 
 Function = Callable[..., Any]
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

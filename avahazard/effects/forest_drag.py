@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.effect import Definition, Effect, Facts, Parameter
 from avahazard.effects.needs import named, needs_profile
 from avahazard.effects.site import Site
 from avahazard.message import message

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Effect, Facts, Floats, Parameter
+from avahazard.effects.effect import Effect, Facts, Parameter
 from avahazard.effects.needs import MIN_LEVEL, level_counts, named, two_levels
 from avahazard.message import message
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.effects.effect import Definition, Effect, Facts, Parameter
 from avahazard.effects.site import Site
 
 MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.effects.effect import Definition, Effect, Facts, Floats, Parameter
+from avahazard.arrays import Floats
+from avahazard.effects.effect import Definition, Effect, Facts, Parameter
 from avahazard.effects.needs import needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance

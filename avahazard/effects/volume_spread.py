@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-
-Floats = NDArray[np.float64]
 
 MIN_SPREAD = 0.1
 """Smallest natural spread of log volume that is believed."""

@@ -8,7 +8,8 @@ import numpy as np
 import shapely
 from pyproj import CRS
 
-from avahazard.gis.systems import Floats, moved
+from avahazard.arrays import Floats
+from avahazard.gis.systems import moved
 from avahazard.gis.vector_layer import read_layer
 from avahazard.records.errors import AvahazardError
 

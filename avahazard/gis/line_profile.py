@@ -9,8 +9,9 @@ import numpy as np
 import shapely
 from pyproj import CRS
 
+from avahazard.arrays import Floats
 from avahazard.gis.land_cover import cover_at
-from avahazard.gis.systems import WGS84, Floats, moved, profile_system, system_code
+from avahazard.gis.systems import WGS84, moved, profile_system, system_code
 from avahazard.gis.terrain_model import TerrainModel
 from avahazard.records.terrain_crop import TerrainCrop
 

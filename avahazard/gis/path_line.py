@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 from pyproj import CRS
 
+from avahazard.arrays import Floats
 from avahazard.gis.systems import (
     WGS84,
-    Floats,
     moved,
     profile_system,
     read_system,

@@ -5,13 +5,12 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from pyproj import CRS, Proj, Transformer
 from pyproj.aoi import AreaOfInterest
 from pyproj.database import query_utm_crs_info
 from pyproj.exceptions import CRSError
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 WGS84 = CRS.from_epsg(4326)
 STRETCH = 0.005

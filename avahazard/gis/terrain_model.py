@@ -19,7 +19,8 @@ from rasterio.warp import reproject
 from rasterio.windows import Window
 from scipy.ndimage import map_coordinates
 
-from avahazard.gis.systems import Floats, moved, read_system, system_code
+from avahazard.arrays import Floats
+from avahazard.gis.systems import moved, read_system, system_code
 from avahazard.records.errors import AvahazardError
 from avahazard.records.terrain_crop import TerrainCrop
 

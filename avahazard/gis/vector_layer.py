@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from pyogrio.errors import DataLayerError, DataSourceError
 from pyproj import CRS
 
-from avahazard.gis.systems import Floats, moved, read_system
+from avahazard.arrays import Floats
+from avahazard.gis.systems import moved, read_system
 from avahazard.records.errors import AvahazardError
 
 Kind = Literal["line", "polygon"]

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.beta_point import avaframe_points, first_flat_step, lasting_flats
 from avahazard.physics.smooth_profile import SmoothProfile
 
-Floats = NDArray[np.float64]
 Status = Literal["stopped", "left_profile", "no_beta_point"]
 
 STEP_M = 1.0

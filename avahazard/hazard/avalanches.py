@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.inference.likelihood.predicted import Predicted, Values
 from avahazard.inference.model.friction_scatter import below
 from avahazard.physics.resistance import Resistance
-
-Floats = NDArray[np.float64]
 
 LEAST_SCATTER = 1e-9
 HALVINGS = 24

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
-
-Floats = NDArray[np.float64]
 
 BETA_SLOPE_DEG = 10.0
 SHORTEST_RUNOUT_ZONE_M = 100.0

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.release_zone import ReleaseZone, release_zone
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.lookup import of_path
-
-Floats = NDArray[np.float64]
 
 MAX_CLASSES = 24
 """Recorded events, at most, that an avalanche to come may be like."""

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.exceedance import exceeded_runout
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import QUANTILES, order_statistics
 from avahazard.hazard.words import design_words
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.results.hazard import Design, PlaceQuantiles
-
-Floats = NDArray[np.float64]
 
 
 def design(path: PathHazard, return_period_years: float) -> Design | None:

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 ANY_VOLUME_M3 = 1e4
 """Stands for the volume where it does not matter."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.avalanches import Avalanches, annual_rate
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.passing import passing, path_ends
 from avahazard.hazard.runout_bounds import QUANTILES, spread
 from avahazard.results.hazard import RunoutInterval
-
-Floats = NDArray[np.float64]
 
 N_LEVELS = 199
 """Probabilities at which the natural variability is followed."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volume
 from avahazard.hazard.snowfall import snowfall_frequency
 from avahazard.hazard.volume_frequency import N_DRAWS, VolumeFrequency, fit_volume_frequency
@@ -19,8 +19,6 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
-
-Floats = NDArray[np.float64]
 
 DENSITY_RATIO = 0.5
 """Density of released snow over that of the deposit: about 200 over 400 kg/m3."""

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from avahazard.arrays import Floats
 from avahazard.hazard.gev import Gev
-
-Floats = NDArray[np.float64]
 
 BULK, TAIL = 0.002, 1e-4
 """Shares of the smallest and the largest avalanches that lie past the ends of the nodes."""

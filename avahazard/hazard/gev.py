@@ -9,10 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from avahazard.arrays import Floats
 from avahazard.hazard.avalanches import (
     HALVINGS,
     Avalanches,
@@ -22,8 +23,6 @@ from avahazard.hazard.share_curves import share_curves
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
-
-Floats = NDArray[np.float64]
 
 N_PLACES = 4001
 

@@ -8,11 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.share_curves import ShareCurves, share_under
 from avahazard.kernels import kernel
 from avahazard.physics.runout_curve import inverse
-
-Floats = NDArray[np.float64]
 
 RARE = 1e-9
 """Rates under this part of the wanted one are far from it, whatever they are."""

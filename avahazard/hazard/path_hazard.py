@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.classes_to_come import classes_to_come, path_release_zone
 from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volume, with_volumes
@@ -36,8 +36,6 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.lookup import of_path
-
-Floats = NDArray[np.float64]
 
 MAX_PARAMETERS = 4000
 """Posterior draws that the bounds of a volume take, evenly, of those of the model."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
     Predicted,
@@ -18,7 +19,6 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 MAX_TABLES = 32

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import stop_place
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.collection import Records
@@ -14,7 +14,6 @@ from avahazard.records.lookup import of_path
 from avahazard.records.path import Profile
 from avahazard.results.hazard import FarthestRecord, MapPoint
 
-Floats = NDArray[np.float64]
 DEGREES = "EPSG:4326"
 
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 ENOUGH_RELEASES = 5
 LEAST_SPREAD_M = 20.0

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.special import gamma, logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.hazard.gev import Gev
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 LOG_SCALES = np.array([-2.6 + 0.07 * k for k in range(61)])
 """Grid of the log of the scale, `[n_scales]`."""

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.friction_scatter import (
     normal_below,
     normal_density,
@@ -20,8 +21,6 @@ from avahazard.inference.model.friction_scatter import (
     student_density,
 )
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 PER_SCATTER = 5.0
 """Nodes to the smallest scatter of a curve."""

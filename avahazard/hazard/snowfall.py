@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.gev import Gev
 from avahazard.hazard.shape_grid import gev_draws, gev_likelihood, shape_prior
 from avahazard.hazard.volume_frequency import N_DRAWS, VolumeFrequency
 from avahazard.hazard.volume_record import VolumeRecord
 from avahazard.records.errors import AvahazardError
-
-Floats = NDArray[np.float64]
 
 FEWEST_WINTERS = 10
 DEPTH_SHAPE, DEPTH_SHAPE_SD = 0.0, 0.15

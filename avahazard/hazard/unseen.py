@@ -9,16 +9,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import release_place
 from avahazard.hazard.avalanches import Avalanches, friction_below
 from avahazard.hazard.passing import passing_in_metres, stops
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Values
 from avahazard.physics.runout_curve import inverse
-
-Floats = NDArray[np.float64]
 
 LEAST_SEEN = 0.05
 """Volumes that are seen less often count as if they were seen so often: few records say more."""

@@ -12,7 +12,6 @@ from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.physics.block import NOT_RELEASED
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.shape_grid import gev_likelihood, gpd_likelihood, over_locations
 from avahazard.hazard.volume_record import VolumeRecord, without_record_error
 from avahazard.records.errors import AvahazardError
 
-Floats = NDArray[np.float64]
 Family = Literal["gev", "gpd"]
 
 FEWEST_TELLING = 3

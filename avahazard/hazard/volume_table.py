@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.avalanches import annual_rate
 from avahazard.hazard.volume_frequency import N_DRAWS, VolumeFrequency
-
-Floats = NDArray[np.float64]
 
 FARTHEST = 10.0
 """How many times the longest return period of a table is looked past its end."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import end_accelerations, resisting
 from avahazard.physics.cell_step import BATCH_SIZE, LANES, step, step_by_speed
@@ -14,8 +15,6 @@ from avahazard.physics.cells import Cells
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.contact import step_with_contact
 from avahazard.physics.stop_place import first_zero, newton_zero
-
-Floats = NDArray[np.float64]
 
 
 class Batch(NamedTuple):

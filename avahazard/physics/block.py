@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.batch import march, new_batch, release
 from avahazard.physics.cell_motion import elevation_in_cell
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
-
-Floats = NDArray[np.float64]
 
 STOPPED, LEFT_PROFILE, NOT_RELEASED = 0, 1, 2
 STATUS_NAMES = ("stopped", "left_profile", "not_released")

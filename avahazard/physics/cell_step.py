@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import between, table_place
 from avahazard.physics.cells import Cells
-
-Floats = NDArray[np.float64]
 
 BATCH_SIZE = 32
 """Frictions that go through a cell together: enough for the widest registers."""

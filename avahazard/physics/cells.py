@@ -15,13 +15,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.resistance import SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
-
-Floats = NDArray[np.float64]
 
 ORDER = 6
 """Highest power of μ kept."""

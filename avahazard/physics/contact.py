@@ -11,13 +11,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import acceleration, load, resisting
 from avahazard.physics.cells import Cells
-
-Floats = NDArray[np.float64]
 
 
 class Shape(NamedTuple):

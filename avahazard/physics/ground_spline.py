@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded, solve_banded
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 BLOCK_M = 100.0
 """Length of the block, the wavelength of which it feels half."""

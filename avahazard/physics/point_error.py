@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
+
 Source = Literal["given", "estimated", "assumed"]
 
 FINEST_M = 0.1

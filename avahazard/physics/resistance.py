@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.terrain import Terrain
-
-Floats = NDArray[np.float64]
 
 SPEED_STEP = 0.5
 """Spacing of the tables over speed, m/s."""

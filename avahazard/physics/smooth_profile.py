@@ -8,13 +8,12 @@ from typing import Literal
 
 import numpy as np
 from numpy.polynomial import Legendre
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from avahazard.arrays import Floats
 from avahazard.physics.ground_spline import GroundPosterior, block_length, ground_posterior
 from avahazard.physics.point_error import PointError, Source, point_error
 
-Floats = NDArray[np.float64]
 Method = Literal["auto", "legendre", "spline"]
 
 DEGREE = 8

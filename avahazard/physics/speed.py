@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.batch import Batch, march, new_batch, release
 from avahazard.physics.cell_motion import end_accelerations, hermite
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
-
-Floats = NDArray[np.float64]
 
 
 def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:

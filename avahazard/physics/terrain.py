@@ -8,9 +8,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
-
-Floats = NDArray[np.float64]
 
 MAX_CELL_M = 20.0
 MAX_TURN = 0.05

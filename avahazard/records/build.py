@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.records import defaults
 from avahazard.records.errors import RowProblem
 from avahazard.records.event import Event, Speed
@@ -15,7 +16,7 @@ from avahazard.records.forms.path import PathRow
 from avahazard.records.forms.profile import ProfileRow
 from avahazard.records.forms.straight import StraightRow
 from avahazard.records.forms.velocity import VelocityRow
-from avahazard.records.path import Covariate, Floats, Path, Profile
+from avahazard.records.path import Covariate, Path, Profile
 
 MIN_POINTS = 5
 

@@ -49,11 +49,6 @@ def profile_difference(one: Profile, other: Profile) -> tuple[int, Difference] |
     return first
 
 
-def same_profile(one: Profile, other: Profile) -> bool:
-    """Tell whether two profiles are equal point by point."""
-    return one.path_id == other.path_id and profile_difference(one, other) is None
-
-
 def _at(values: object, place: int) -> object:
     if isinstance(values, str) or values is None:
         return values

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Literal
 
 from avahazard.records.errors import RowProblem
+from avahazard.records.forms.meanings import MEANINGS
 from avahazard.records.path import Covariate
 from avahazard.records.table import Table
 
@@ -34,10 +35,10 @@ def read_covariates(
 ) -> dict[tuple[str, int], dict[str, Covariate]]:
     """Return the covariates of every row of `tables`, keyed (file, line).
 
-    A column is one of numbers where most of its values are numbers, unless the records
-    stored before hold it as text; empty cells are left out. Texts in a column of numbers,
-    and numbers that are not finite or out of bounds, are added to `problems`. Numbers in a
-    column of words are words, which is added to `notes`.
+    A column is one of numbers where its meaning says so or most of its values are numbers,
+    unless the records stored before hold it as text; empty cells are left out. Texts in a
+    column of numbers, and numbers that are not finite or out of bounds, are added to
+    `problems`. Numbers in a column of words are words, which is added to `notes`.
     """
     names = dict.fromkeys(c for t in tables for c in t.header if c not in own_columns)
     kinds = {name: stored.get(name) or _kind(tables, name) for name in names}
@@ -67,6 +68,8 @@ def read_covariates(
 
 def _kind(tables: Sequence[Table], name: str) -> Kind:
     """A column of numbers and a few words is one of numbers with mistakes, not one of words."""
+    if _means_numbers(name):
+        return "number"
     texts = [cells[name] for table in tables for cells in table.rows if name in cells]
     n_numbers = sum(_like_a_number(text) for text in texts)
     return "number" if 2 * n_numbers > len(texts) else "text"
@@ -90,8 +93,14 @@ def _like_a_number(text: str) -> bool:
     return bool(NUMBER.fullmatch(text) or NOT_FINITE.fullmatch(text))
 
 
+def _means_numbers(name: str) -> bool:
+    return name in MEANINGS and MEANINGS[name].content == "number" and bool(MEANINGS[name].further)
+
+
 def _accepted(name: str, stored: Mapping[str, Kind]) -> str:
     finite = f"a number of at most {LARGEST:g} in size"
     if name in stored:
         return f"{finite}: the records stored before hold {name} as numbers"
+    if _means_numbers(name):
+        return f"{finite}, or an empty cell where it is missing"
     return f"{finite}, as most of the column, or an empty cell where it is missing"

@@ -7,9 +7,9 @@ from collections.abc import Set as AbstractSet
 from avahazard.records.collection import Records
 from avahazard.records.contradictions import place_fault, volume_fault
 from avahazard.records.event import Event
+from avahazard.records.forms.meanings import ELEVATION
 from avahazard.records.intake import Intake, speed_key
 from avahazard.records.path import Path, Profile
-from avahazard.records.plausible import ELEVATION
 from avahazard.records.terrain import Fault, release_fault, speed_fault, stop_fault
 
 

@@ -7,8 +7,8 @@ from pathlib import Path as FilePath
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
 from avahazard.records.files.cells import plain_cells
 from avahazard.records.files.conventions import UNKNOWN
@@ -17,7 +17,6 @@ from avahazard.records.forms.return_volume import ReturnVolumeRow, SnowDepthRow
 from avahazard.records.forms.row import Row, check_rows
 from avahazard.records.table import read_tables
 
-Floats = NDArray[np.float64]
 R = TypeVar("R", bound=Row)
 
 

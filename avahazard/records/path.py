@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
+from avahazard.arrays import Floats
 
-Floats = NDArray[np.float64]
 Covariate = float | str
 
 

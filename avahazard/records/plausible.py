@@ -4,44 +4,11 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-from typing import NamedTuple
 
 from avahazard.records.errors import RowProblem
+from avahazard.records.forms.meanings import ABOVE_SEA, MEANINGS, Meaning
 from avahazard.records.table import Table
 
-
-class Range(NamedTuple):
-    """Outside `possible` a value is refused, outside `usual` it is told; both ends count."""
-
-    possible: tuple[float, float]
-    usual: tuple[float, float]
-    unit: str
-
-
-ELEVATION = Range((-12_000.0, 9_000.0), (-6_000.0, 8_900.0), "m")  # trenches and summits
-LENGTH = Range((0.0, 1e6), (0.0, 1e5), "m")
-# From a snowball to the largest slides of the sea floor, some 2e13 m3.
-VOLUME = Range((1e-3, 1e15), (1.0, 1e9), "m3")
-RANGES: dict[str, Range] = {
-    "volume_m3": VOLUME,
-    "deposit_length_m": LENGTH,
-    "deposit_width_m": LENGTH,
-    "deposit_thickness_m": Range((0.0, 5_000.0), (0.0, 100.0), "m"),
-    "volume_rel_sigma": Range((0.0, 10.0), (0.0, 2.5), ""),
-    "runout_sigma_m": Range((0.0, 1e5), (0.0, 1_000.0), "m"),
-    "speed_m_s": Range((0.0, 500.0), (0.0, 150.0), "m/s"),
-    "speed_sigma_m_s": Range((0.0, 500.0), (0.0, 50.0), "m/s"),
-    "fall_height_m": Range((0.0, 20_000.0), (0.0, 6_000.0), "m"),
-    "runout_length_m": Range((0.0, 2e6), (0.0, 1e6), "m"),
-    "x_m": Range((-2e6, 2e6), (-1e5, 1e5), "m"),
-    "runout_x_m": Range((-2e6, 2e6), (-1e5, 1e5), "m"),
-    "catchment_ha": Range((0.0, 1e8), (0.0, 1e5), "ha"),
-    "y_m": ELEVATION,
-    "elevation_m": ELEVATION,
-    "runout_elevation_m": ELEVATION,
-    "release_elevation_m": ELEVATION,
-    "observed_below_m": ELEVATION,
-}
 YEARS = ("date", "observed_from", "observed_to")
 FIRST_YEAR = 1000
 SHOWN = 3
@@ -56,25 +23,28 @@ def check_ranges(
     """
     doubts: list[str] = []
     for column in table.header:
-        if column in RANGES:
-            _check_numbers(table, column, RANGES[column], problems, doubts)
-        elif column in YEARS:
+        if column in YEARS:
             _check_years(table, column, problems, doubts)
+        elif column in MEANINGS:
+            _check_numbers(table, column, MEANINGS[column], problems, doubts)
     if not unusual:
         notes += doubts
 
 
 def _check_numbers(
-    table: Table, column: str, limits: Range, problems: list[RowProblem], notes: list[str]
+    table: Table, column: str, meaning: Meaning, problems: list[RowProblem], notes: list[str]
 ) -> None:
-    (first, last), (low, high), unit = limits
+    if meaning.limits is None:
+        return
+    (first, last), (low, high) = meaning.limits
+    unit = "m" if meaning.unit == ABOVE_SEA else meaning.unit
     unusual: list[tuple[int, str]] = []
     for line, cells in table.numbered():
         if (value := _number(cells.get(column))) is None or low <= value <= high:
             continue
         if first <= value <= last:
             unusual.append((line, cells[column]))
-        elif value > 0 or first < 0:  # the form refuses what is not over 0
+        elif value > 0 or first < 0 or meaning.further:  # a row's form refuses what is not over 0
             accepted = f"a number from {first:g} to {last:g} {unit}".rstrip()
             problems.append(RowProblem(table.file, line, column, cells[column], accepted))
     if unusual:

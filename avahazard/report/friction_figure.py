@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.report.html.content import FrictionView
 from avahazard.report.path_panels import BOUNDS, STOPS
 from avahazard.report.picture import figure, picture
@@ -16,8 +16,6 @@ from avahazard.results.friction import FrictionDensity, Frictions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Floats = NDArray[np.float64]
 
 
 def draw_densities(file: Path, densities: Sequence[FrictionDensity]) -> None:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.laws import law
 from avahazard.report.picture import picture
 from avahazard.results.friction import Fits
-
-Floats = NDArray[np.float64]
 
 N_VOLUMES = 200
 ROOM = 1.5

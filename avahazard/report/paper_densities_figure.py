@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.report.paper_posterior_figure import draw_normal
 from avahazard.report.path_panels import STOPS
 from avahazard.report.picture import figure
@@ -18,7 +18,6 @@ from avahazard.results.friction import FrictionDensity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 
 COLUMNS = 3
 FEWEST_BINS = 5

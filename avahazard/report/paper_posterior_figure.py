@@ -9,15 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.report.path_panels import BOUNDS, STOPS
 from avahazard.report.picture import figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 
 BINS = 40
 COLUMNS = 3
@@ -60,10 +59,10 @@ def normal_density(x: Floats, mean: float, sd: float) -> Floats:
     return np.asarray(np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2.0 * np.pi)))
 
 
-def draw_normal(panel: Axes, mean: float, sd: float, words: str, unit: str = "") -> None:
+def draw_normal(panel: Axes, mean: float, sd: float, words: str) -> None:
     """Draw a normal over four standard deviations on either side; it leads the legend."""
     x = np.linspace(mean - 4.0 * sd, mean + 4.0 * sd, 201)
-    told = f"{words}: {_to_digits_of(mean, sd):.6g} ± {sd:.2g} {unit}".rstrip()
+    told = f"{words}: {_to_digits_of(mean, sd):.6g} ± {sd:.2g}"
     panel.plot(x, normal_density(x, mean, sd), color=BOUNDS, label=told)
 
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.report.paper_posterior_figure import draw_normal
 from avahazard.report.path_panels import STOPS
 from avahazard.report.picture import figure
-
-Floats = NDArray[np.float64]
 
 
 def draw_residuals(

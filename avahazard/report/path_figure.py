@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile
 from avahazard.report.picture import picture
-
-Floats = NDArray[np.float64]
 
 INTERVAL_90 = 1.645
 """Standard deviations from the middle to the 5 and 95 % of a normal distribution."""

@@ -8,8 +8,8 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.picture import figure
 from avahazard.results.hazard import PlaceQuantiles, Spread
@@ -22,7 +22,6 @@ GROUND, STOPS, BOUNDS, OF_VOLUME = "#d9d4cc", "#33607f", "#c0392b", "#8c8c8c"
 TICK = 0.05
 """Length of a mark, of the height of the path."""
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 

@@ -50,9 +50,9 @@ def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
         part.unlink(missing_ok=True)
 
 
-def require_picture(file: Path) -> None:
-    """Raise `AvahazardError` where `file` is not the name of a picture: before long work."""
-    if file.suffix.lower() not in FORMATS:
+def require_picture(file: Path | None) -> None:
+    """Raise `AvahazardError` where `file`, if any, is no name of a picture: before long work."""
+    if file is not None and file.suffix.lower() not in FORMATS:
         raise AvahazardError(
             f"{file} is not the name of a picture.", f"It must end in {', '.join(FORMATS)}."
         )

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.path_panels import BOUNDS, GROUND, STOPS, draw_profile
 from avahazard.report.picture import figure
@@ -17,7 +17,6 @@ from avahazard.results.terrain import Runout, RunoutAt
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 
 SHADES = {"left_profile": ("#eef2f6", "leaves the profile"), "not_released": (GROUND, "held")}
 """What frictions do under which the block does not stop on the way: a colour, and words."""

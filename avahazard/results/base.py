@@ -24,6 +24,10 @@ PICTURES: dict[type, Draw] = {}
 """How a result is drawn to a file, by its class; filled by `avahazard.report.pictures`."""
 
 
+def silent(_what: str, _done: float, _total: float) -> None:
+    """A `Report` that tells nobody."""
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
     """A result: its fields are the keys of its JSON, less an underscore after a word of Python."""

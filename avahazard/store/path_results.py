@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any, Literal
 
 from sqlalchemy import select
@@ -136,20 +135,6 @@ def latest_documents(session: Session, kind: RunKind, model: str) -> list[dict[s
     if run is None:
         return None
     return [document for found in read_run(session, run) for document in found.documents]
-
-
-def save_documents(
-    session: Session, kind: RunKind, model: str, documents: Sequence[Mapping[str, Any]]
-) -> None:
-    """Store a whole run at once, from documents sorted by their `path_id`."""
-    run, _ = begin_run(session, kind, model, "", {})
-    groups = groupby(documents, key=lambda document: str(document["path_id"]))
-    save_paths(
-        session,
-        run,
-        [PathResult(k, name, tuple(dict(d) for d in of)) for k, (name, of) in enumerate(groups)],
-    )
-    finish_run(session, run)
 
 
 def _paths(session: Session, run: int) -> set[str]:

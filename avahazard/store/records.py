@@ -13,9 +13,10 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from avahazard.arrays import Floats
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
-from avahazard.records.path import Covariate, Floats, Path, Profile
+from avahazard.records.path import Covariate, Path, Profile
 from avahazard.store.tables import (
     Base,
     EventCovariateTable,

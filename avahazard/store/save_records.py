@@ -10,9 +10,10 @@ import numpy as np
 from sqlalchemy import delete, insert, select, update
 from sqlalchemy.orm import Session
 
+from avahazard.arrays import Floats
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
-from avahazard.records.path import Covariate, Floats, Path, Profile
+from avahazard.records.path import Covariate, Path, Profile
 from avahazard.store.records import EVENT_COLUMNS, PATH_COLUMNS, POINT_COLUMNS, SPEED_COLUMNS
 from avahazard.store.tables import (
     EventCovariateTable,

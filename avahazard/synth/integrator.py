@@ -11,8 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
-from avahazard.synth.track import Floats, Track
+from avahazard.synth.track import Track
 
 GRAVITY = 9.81
 STOPPED, LEFT_PROFILE, NOT_RELEASED = 0, 1, 2

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path
 from avahazard.synth.integrator import LEFT_PROFILE
 from avahazard.synth.running import Runs, uphill
-from avahazard.synth.track import Floats
 from avahazard.synth.world import World
 
 SLOWEST_MEASURED_M_S = 8.0

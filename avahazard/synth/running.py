@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.synth.integrator import LEFT_PROFILE, NOT_RELEASED, run_track
-from avahazard.synth.track import Floats, Track
+from avahazard.synth.track import Track
 from avahazard.synth.world import World
 
 

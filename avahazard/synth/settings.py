@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.records.path import Path, Profile
-from avahazard.synth.track import Floats
 
 
 @dataclass(frozen=True, slots=True)

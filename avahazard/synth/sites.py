@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from avahazard.records.collection import Records
+from avahazard.arrays import Floats
 from avahazard.records.path import Path, Profile
 from avahazard.synth.seeds import generator
 from avahazard.synth.settings import SitePlan
-from avahazard.synth.track import Floats
 
 SPACING_M = 15.0
 FIRST_YEAR, LAST_YEAR = 1900, 2020
@@ -63,33 +60,6 @@ def make_sites(seed: int, n_paths: int, n_events: int) -> tuple[SitePlan, ...]:
     sections = rng.permutation(["channelled", "open"] * ((n_paths + 1) // 2))[:n_paths]
     return tuple(
         _make_site(rng, f"P{k + 1:02d}", str(sections[k]), int(counts[k])) for k in range(n_paths)
-    )
-
-
-def given_sites(seed: int, records: Records, n_events: int) -> tuple[SitePlan, ...]:
-    """Sites on given paths and profiles, which share `n_events` evenly.
-
-    Surveyed profiles want a smoothing: `Settings(smooth_m=200.0)`. A path without a
-    `section` is drawn one.
-    """
-    rng = generator(seed, "sites")
-    profiles = {p.path_id: p for p in records.profiles}
-    paths = [p for p in records.paths if p.path_id in profiles]
-    counts = np.diff(np.linspace(0, n_events, len(paths) + 1).round().astype(int))
-    sections = rng.permutation(["channelled", "open"] * ((len(paths) + 1) // 2))
-    return tuple(
-        SitePlan(
-            path=replace(
-                path,
-                section=path.section or str(section),
-                observed_from=path.observed_from or FIRST_YEAR,
-                observed_to=path.observed_to or LAST_YEAR,
-            ),
-            profile=profiles[path.path_id],
-            n_events=int(n),
-            volume_median_m3=float(rng.lognormal(np.log(7e4), 0.5)),
-        )
-        for path, section, n in zip(paths, sections, counts, strict=False)
     )
 
 

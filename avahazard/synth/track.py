@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 
 @dataclass(slots=True)

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from avahazard.arrays import Floats
 from avahazard.synth.seeds import generator
 from avahazard.synth.settings import Settings, SitePlan
-from avahazard.synth.track import Floats, Track, make_track
+from avahazard.synth.track import Track, make_track
 
 WINTER_DAYS = 150
 STEEP = 0.8  # the tangent of a slope on which nearly all of these avalanches start

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.budget_rows import with_explained
 from avahazard.criticism.scoring.error_fall import error_fall
 from avahazard.inference.fitting.mode import FIRST_SPREAD
@@ -18,6 +18,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
+from avahazard.results.base import Report, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.ladder import BeforeAndAfter
@@ -36,9 +37,6 @@ from avahazard.workflow.stored.model import (
 )
 from avahazard.workflow.stored.own_effects import effects_of, read_own_of, stored_text
 
-Floats = NDArray[np.float64]
-Report = Callable[[str, float, float], None]
-
 
 def add(
     database: str,
@@ -47,7 +45,7 @@ def add(
     new_name: str,
     *,
     effect_files: Sequence[Path] = (),
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Calibration:
     """Add `effects` to the model `name`, calibrate from its mode, compare, store as `new_name`.
 

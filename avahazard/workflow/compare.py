@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.criticism.scoring.axes import event_axes
 from avahazard.criticism.scoring.budget_rows import budget_by_event, budget_parts, with_explained
@@ -43,6 +42,7 @@ from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.amounts import RATIO
+from avahazard.results.base import Report, silent
 from avahazard.results.comparison import (
     Comparison,
     HeldOutScores,
@@ -57,9 +57,6 @@ from avahazard.workflow.stored.model import load_stored, require_unchanged
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import effects_of, own_effects
 
-Floats = NDArray[np.float64]
-Report = Callable[[str, float, float], None]
-
 RECORD_DRAWS = 1000
 COORDINATES = {ELEVATION: "elevation", LEFT: "elevation", PLACE: "x", LENGTH: "length"}
 
@@ -70,7 +67,7 @@ def compare(
     *,
     effect_files: Sequence[Path] = (),
     plot: Path | None = None,
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Comparison:
     """Compare the stored model `name` with its measurements, and store the comparison.
 
@@ -80,8 +77,7 @@ def compare(
         AvahazardError: there is no such model, its records have changed, or its method has no
             predictive distribution of the friction, or `plot` is not the name of a picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     stored = load_stored(database, name, own_effects(database, name, effect_files))
     require_comparable(name, stored.method)
     require_unchanged(stored)

@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import Report, Rows
+from avahazard.results.base import Report, Rows, silent
 from avahazard.results.database import (
     Checked,
     Copied,
@@ -61,9 +61,7 @@ def database_status(database: str) -> DatabaseState:
     return DatabaseState(**asdict(upkeep.status(database)))
 
 
-def check(
-    database: str, *, full: bool = False, report: Report = lambda _what, _done, _total: None
-) -> Checked:
+def check(database: str, *, full: bool = False, report: Report = silent) -> Checked:
     """Return whether `database` is whole, and the list of its problems.
 
     With `full` up to `SAMPLE` of its models, chosen at random, are calibrated again and held

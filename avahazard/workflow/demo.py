@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib.resources import as_file, files
 from pathlib import Path as FilePath
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_csv import write_hazard
 from avahazard.report.hazard_picture import draw_hazard
+from avahazard.results.base import Report, silent
 from avahazard.results.made import Demo
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
@@ -31,7 +31,7 @@ WEIGHTS = (7.0, 1.5, 8.0, 5.0, 3.5, 30.0)
 
 def run_demo(
     folder: FilePath,
-    report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Demo:
     """Import the twin into a new database in `folder`, calibrate it, give design runouts, report.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path as FilePath
 from typing import Any, cast
 
+from avahazard.results.base import Report
 from avahazard.results.made import HiddenEffect
 from avahazard.synth.demo import HIDDEN, N_EVENTS, N_PATHS, SEED, STRENGTH
 from avahazard.synth.making import make_world
@@ -20,8 +20,6 @@ from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 from avahazard.workflow.steps import steps
-
-Report = Callable[[str, float, float], None]
 
 WORLD, DATABASE, REPORT = "hidden-world", "hidden.db", "hidden-report.html"
 MODEL, CHILD = "base", "child"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from avahazard.inference.model.observations import LEFT
 from avahazard.message import message
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results.base import Report, silent
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import (
     Declared,
@@ -30,8 +31,6 @@ from avahazard.workflow.stored.diagnosis import diagnosis
 from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import read_own_of
-
-Report = Callable[[str, float, float], None]
 
 CHANCE, MOST_PATHS = 0.05, 4
 
@@ -47,7 +46,7 @@ def diagnose_model(
     seed: int = 0,
     effect_files: Sequence[Path] = (),
     plot: Path | None = None,
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
@@ -59,8 +58,7 @@ def diagnose_model(
             cannot tell it, its records have changed, none of them stopped on its profile, or its
             method has no likelihood that effects could be tested in.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     with reading(database) as session:
         own_files = read_own_of(load_model(session, name), effect_files)
     own = tuple(effect.definition for effect in own_files.values())

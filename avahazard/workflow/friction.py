@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.observations import Observations, build_observations
@@ -41,8 +40,6 @@ from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 
-Floats = NDArray[np.float64]
-
 
 def show_frictions(
     database: str,
@@ -63,8 +60,7 @@ def show_frictions(
         AvahazardError: the database, the model or the path is missing, there are no events, a
             path of theirs has no profile, or `plot` is not the name of a picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     if model is not None:
         return _by_model(database, model, path_id, kappa, plot, effect_files)
     with reading(database) as session:

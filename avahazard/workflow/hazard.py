@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import paths_to_run
-from avahazard.results.base import Rows
+from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import Hazard, HazardRow, failed_document
 from avahazard.store.path_results import BOUNDS, read_run
 from avahazard.store.session import reading
@@ -23,8 +23,6 @@ from avahazard.workflow.stored.by_path import PathRun, PathWork, run_paths, went
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import for_paths
-
-Report = Callable[[str, float, float], None]
 
 N_DRAWS = 20_000
 DEFAULT_RETURN_PERIOD = 100.0
@@ -73,9 +71,7 @@ class HazardQuestion:
     effect_files: Sequence[FilePath] = ()
 
 
-def hazard(
-    database: str, name: str, *, report: Report = lambda _what, _done, _total: None, **asked: Any
-) -> Hazard:
+def hazard(database: str, name: str, *, report: Report = silent, **asked: Any) -> Hazard:
     """Compute and store the runout of paths; all rows at once (see `run_hazard`).
 
     `asked` are the fields of a `HazardQuestion`.
@@ -88,7 +84,7 @@ def run_hazard(
     database: str,
     name: str,
     question: HazardQuestion,
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> HazardRun:
     """Compute and store the runout of paths.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.results.base import Rows
+from avahazard.results.base import Report, Rows, silent
 from avahazard.results.comparison import Comparison
 from avahazard.results.ladder import Ladder, Rung, Standing
 from avahazard.store.models import StoredModel, list_models
@@ -18,7 +18,6 @@ from avahazard.workflow.compare import compare, stored_comparison
 from avahazard.workflow.stored.notes import notes_of
 from avahazard.workflow.stored.own_effects import effects_of
 
-Report = Callable[[str, float, float], None]
 SCORES = (
     "rmse_m",
     "crps_m",
@@ -37,7 +36,7 @@ def ladder(
     database: str,
     *,
     plot: Path | None = None,
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Ladder:
     """Rank all models by their error; those never compared are compared, and that is stored.
 
@@ -46,8 +45,7 @@ def ladder(
     Raises:
         AvahazardError: the database is missing or has no model, or `plot` is no picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     with reading(database) as session:
         models = list_models(session)
         records = load_records(session)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.friction_scatter import draws, friction, volume_share
@@ -12,8 +12,6 @@ from avahazard.inference.paper.back_calculation import BackCalculation, back_cal
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.report.html.content import FrictionView
-
-Floats = NDArray[np.float64]
 
 N_VOLUMES = 60
 N_PARAMETERS = 1000

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper.back_calculation import BackCalculation, back_calculate
@@ -18,7 +18,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.report.picture import FORMATS
-from avahazard.results.base import Report, Rows
+from avahazard.results.base import Report, Rows, silent
 from avahazard.results.friction import FrictionDensity
 from avahazard.results.paper import PaperFigure
 from avahazard.store.records import load_records
@@ -27,8 +27,6 @@ from avahazard.workflow.fit import fit_laws_of
 from avahazard.workflow.friction_views import friction_densities
 from avahazard.workflow.paper_models import Planned, load_models, plan_of_models
 from avahazard.workflow.runout import run_path
-
-Floats = NDArray[np.float64]
 
 KINDS = tuple(name.removeprefix(".") for name in FORMATS)
 MU_SHOWN = 0.4
@@ -43,7 +41,7 @@ def paper_figures(
     paths: Sequence[str] = (),
     kind: str = "png",
     effect_files: Sequence[Path] = (),
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Rows[PaperFigure]:
     """Draw the figures of the paper into `folder`, which is made where it is not there.
 

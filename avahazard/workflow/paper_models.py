@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.friction_scatter import log_density
 from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -21,8 +21,6 @@ from avahazard.store.session import reading
 from avahazard.workflow.model_friction import apparent_friction, friction_view, from_reference
 from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
 from avahazard.workflow.stored.own_effects import effects_of, files_of, own_effects
-
-Floats = NDArray[np.float64]
 
 FEWEST = 3
 REACH = 5.0

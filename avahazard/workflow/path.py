@@ -8,6 +8,7 @@ from pathlib import Path as FilePath
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import release_place, stop_place
 from avahazard.message import message
 from avahazard.physics.ground_spline import block_length
@@ -25,8 +26,6 @@ from avahazard.results.base import Rows
 from avahazard.results.terrain import PathCheck, ProfileFit, Stretch
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-
-Floats = NDArray[np.float64]
 
 CONTRADICTED = 2.0
 """A given error is contradicted by points that scatter this many times as far."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 
 from avahazard.message import message
@@ -11,6 +11,7 @@ from avahazard.records.plain import plain
 from avahazard.report.html.content import Cover, ReportContent
 from avahazard.report.language import language_of
 from avahazard.report.whole_file import put_in_place
+from avahazard.results.base import Report, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import list_models
@@ -30,8 +31,6 @@ from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import path_views
 from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
-
-Report = Callable[[str, float, float], None]
 
 UNTITLED = Cover()
 ENDINGS = (".html", ".htm")
@@ -64,7 +63,7 @@ def write_report(
     cover: Cover = UNTITLED,
     language: str = "en",
     effect_files: Sequence[FilePath] = (),
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> WrittenReport:
     """Write the report of the stored model `name` to `file`; an older one is replaced.
 
@@ -116,7 +115,7 @@ def gather(
     cover: Cover = UNTITLED,
     language: str = "en",
     effect_files: Sequence[FilePath] = (),
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> ReportContent:
     """Gather what the report of a stored model shows.
 
@@ -148,7 +147,7 @@ def gather(
     observations = stored.model.observations
     found, _ = apparent_friction(stored.model)
     report("Writing the report", 0.3, 1.0)
-    events = event_views(stored.training.events, stored.model, found.mu, found.status)
+    events = event_views(stored.training.events, stored.model, found.mu)
     report("Writing the report", 0.6, 1.0)
     baseline = plain(alpha_beta_paths(database)) if everything.profiles else []
     paths = path_views(stored, events, rows, baseline, zones, grounds)

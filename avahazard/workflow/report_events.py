@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.effects.site import stop_place
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
-from avahazard.inference.paper.apparent import STATUSES
 from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
@@ -24,8 +23,6 @@ from avahazard.results.amounts import RATIO
 from avahazard.workflow.compare import COORDINATES
 from avahazard.workflow.model_friction import from_reference
 
-Floats = NDArray[np.float64]
-
 RECORD_DRAWS = 1000
 QUANTILES = (0.05, 0.5, 0.95)
 NO_SCATTER = -12.0
@@ -36,11 +33,10 @@ def event_views(
     events: tuple[Event, ...],
     model: FittedModel,
     mu: Floats,
-    status: NDArray[np.int64],
 ) -> tuple[EventView, ...]:
-    """The events of the model, in its order; `mu`, `status` `[n_events]` of them."""
+    """The events of the model, in its order; `mu` `[n_events]` is their apparent friction."""
     observations = model.observations
-    draws, left = _predicted(model)
+    draws = _predicted(model)
     metres = model.sigma_m is not None
     recorded = observations.as_recorded(observations.observed)
     observed = recorded_elevation(observations) if metres else recorded
@@ -58,10 +54,8 @@ def event_views(
                 coordinate=RATIO if observations.in_ratio else COORDINATES[kind],
                 observed_m=None if observations.kind[i] == LEFT else float(observed[i]),
                 mu=float(mu[i]) if np.isfinite(mu[i]) else None,
-                mu_status=STATUSES[status[i]],
                 mu_reference=float(reference[i]) if np.isfinite(reference[i]) else None,
                 predicted=(float(low), float(middle), float(high)) if known else None,
-                p_left=float(np.mean(left[i])),
             )
         )
     return tuple(views)
@@ -74,10 +68,8 @@ def event_view(
     coordinate: str = "elevation",
     observed_m: float | None = None,
     mu: float | None = None,
-    mu_status: str = "no-record",
     mu_reference: float | None = None,
     predicted: tuple[float, float, float] | None = None,
-    p_left: float | None = None,
 ) -> EventView:
     """One event with its place on the path's smoothed profile, where it has one."""
     return EventView(
@@ -94,10 +86,8 @@ def event_view(
         else event.runout_sigma_m,
         stop_x_m=None if smooth is None else stop_place(smooth, event),
         mu=mu,
-        mu_status=mu_status,
         mu_reference=mu_reference,
         predicted=predicted,
-        p_left=p_left,
     )
 
 
@@ -109,13 +99,12 @@ def unknown_columns(observations: Observations) -> Mapping[str, int]:
     return {name: n for name, n in lacking.items() if n}
 
 
-def _predicted(model: FittedModel) -> tuple[Floats, NDArray[np.bool_]]:
-    """Draws `[n_events, n_draws]` of each record with its error, and which left the profile."""
+def _predicted(model: FittedModel) -> Floats:
+    """Draws `[n_events, n_draws]` of each record with its error."""
     # The very draws that `compare` scores.
     rng = generator(0, "compare")
     if model.sigma_m is None:
-        expected = expected_records(model, RECORD_DRAWS, rng)
-        return expected.draws, expected.left
+        return expected_records(model, RECORD_DRAWS, rng).draws
     # Its scatter is in metres of elevation, about the stop of the median friction.
     sigma = model.sigma_m[model.evenly(RECORD_DRAWS)]
     flat = model.draws.copy()
@@ -124,4 +113,4 @@ def _predicted(model: FittedModel) -> tuple[Floats, NDArray[np.bool_]]:
     noise = sigma * rng.standard_normal(stops.elevation.shape)
     elevation = np.where(stops.left, stops.elevation, stops.elevation + noise)
     elevation[model.observations.kind == LENGTH] = np.nan
-    return elevation, stops.left
+    return elevation

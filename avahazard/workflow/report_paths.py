@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import release_place
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.event import Event
@@ -19,7 +19,6 @@ from avahazard.workflow.report_events import event_view
 from avahazard.workflow.runout import run_site
 from avahazard.workflow.stored.model import StoredFit
 
-Floats = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
 
 MOST_PLACES = 200

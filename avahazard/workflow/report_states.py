@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
 from avahazard.effects.effect import Effect
@@ -19,8 +20,6 @@ from avahazard.physics.runout_curve import MU
 from avahazard.records.event import Event
 from avahazard.report.html.content import PlaceView, StateView
 from avahazard.results.comparison import Comparison
-
-Floats = NDArray[np.float64]
 
 RECORD_DRAWS = 1000
 QUANTILES = (0.05, 0.5, 0.95)

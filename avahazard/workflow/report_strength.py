@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode_search import held_climb
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.prediction.fitted_model import FittedModel
-
-Floats = NDArray[np.float64]
 
 STRENGTHS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 """Shares of what an effect was fitted to; at 0 it is not there."""

@@ -6,11 +6,10 @@ already, made of the same records. So a run that was interrupted goes on where i
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path as FilePath
 
 from avahazard.records.files.conventions import Conventions
-from avahazard.results.base import Rows
+from avahazard.results.base import Report, Rows, silent
 from avahazard.results.project import ProjectRun, Step
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
@@ -19,13 +18,11 @@ from avahazard.workflow.project.file import read_project
 from avahazard.workflow.project.models import project_models
 from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState
 
-Report = Callable[[str, float, float], None]
-
 
 def run_project(
     file: FilePath,
     database: str,
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> ProjectRun:
     """Run the project of `file`, in its own database or else in `database`.
 

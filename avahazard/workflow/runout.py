@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import Site, path_site
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
@@ -29,8 +29,6 @@ from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import ignores_volume
 
-Floats = NDArray[np.float64]
-
 SPEED_EVERY_M = 10.0
 MOST_PLACES = 100
 
@@ -47,8 +45,7 @@ def run_path(
         AvahazardError: the database, the path or its profile is missing, μ is not a
             positive number, or `plot` is not the name of a picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     if not (np.isfinite(mu) and mu > 0.0):
         raise AvahazardError(f"The friction is {mu:g}.", "It must be a number over 0, such as 0.4.")
     with reading(database) as session:
@@ -84,8 +81,7 @@ def run_model(
         AvahazardError: there is no such model, path or profile, neither `mu` nor a volume
             over 0 is given, or `plot` is not the name of a picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     if mu is None and not (volume_m3 is not None and np.isfinite(volume_m3) and volume_m3 > 0.0):
         raise AvahazardError("The volume must be a number over 0.", "Give it in m3: --volume 20000")
     stored = load_stored(database, name, own_effects(database, name, effect_files))

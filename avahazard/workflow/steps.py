@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-Report = Callable[[str, float, float], None]
+from avahazard.results.base import Report
 
 
 def steps(report: Report, weights: Sequence[float]) -> list[Report]:

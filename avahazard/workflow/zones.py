@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -17,7 +17,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import paths_to_run
 from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
-from avahazard.results.base import Rows
+from avahazard.results.base import Report, Rows, silent
 from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.path_results import ZONES, read_run
 from avahazard.store.session import reading
@@ -43,7 +43,7 @@ def zones(
     seed: int = 0,
     plot: FilePath | None = None,
     effect_files: Sequence[FilePath] = (),
-    report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Zones:
     """Find and store speed, pressure and zones along paths.
 
@@ -57,8 +57,7 @@ def zones(
             metropolis), a density or return period is out of range, `plot` is not the name of a
             picture, or no path has a rate.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     _check(density, density_sd, return_periods)
     wanted = load_limits(limits)
     stored = for_paths(load_stored(database, name, own_effects(database, name, effect_files)))

@@ -16,6 +16,8 @@ from avahazard.api.region import open_region
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 EXAMPLES = [
     found

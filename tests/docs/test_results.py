@@ -20,6 +20,8 @@ from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from tests.criticism.lengths import as_csv, lengths
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "results.md").read_text(encoding="utf-8")
 TOP = ("the document", "each entry", "each row")
 Keys = dict[str, dict[str, bool]]

@@ -97,6 +97,7 @@ def test_no_picture_is_left_over() -> None:
     assert {file.name for file in (DOCS / "tutorial").glob("*.png")} == shown
 
 
+@pytest.mark.usefixtures("drawn_little")
 @pytest.mark.parametrize("file", PAGES, ids=lambda file: file.stem)
 def test_every_command_runs(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

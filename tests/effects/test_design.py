@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from avahazard.arrays import Floats
 from avahazard.effects import path_effect, path_section, release_elevation, season, snow_type
-from avahazard.effects.effect import Definition, Floats
+from avahazard.effects.effect import Definition
 from avahazard.records.event import Event
 from tests.effects.examples import N_PATHS, columns, sites
 

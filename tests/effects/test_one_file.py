@@ -25,6 +25,9 @@ from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 from docs._tools.effects_page import effects_page
+from tests.few_draws import few_draws
+
+pytestmark = pytest.mark.usefixtures("drawn_little")
 
 HEAD = """
 from dataclasses import replace
@@ -105,7 +108,8 @@ def world(written: Path) -> str:
     upkeep.create(database)
     import_files(database, [written / "world"])
     calibrate(database, "base", law="power", chains=2, draws=50)
-    add(database, "base", list(FILES), "new")
+    with few_draws():
+        add(database, "base", list(FILES), "new")
     return database
 
 

@@ -11,7 +11,8 @@ from pyproj import CRS
 from rasterio.transform import Affine
 from scipy.interpolate import RegularGridInterpolator
 
-from avahazard.gis.systems import WGS84, Floats, moved
+from avahazard.arrays import Floats
+from avahazard.gis.systems import WGS84, moved
 from avahazard.gis.terrain_model import _has_cells, open_terrain
 from avahazard.records.errors import AvahazardError
 from tests.gis.surface import CODE, NORTH, WEST, surface, write_dem

@@ -23,7 +23,7 @@ def test_growth_and_drive_are_the_integrals(curvature, constant, drag) -> None:
     def theta(x):
         return -np.arctan(profile.derivatives(x)[1])
 
-    for i in range(0, TERRAIN.n_cells, 9):
+    for i in range(0, TERRAIN.n_cells, 19):
         x0, x1 = TERRAIN.x[i], TERRAIN.x[i + 1]
         for mu in (0.15, 0.6, 1.2):
 

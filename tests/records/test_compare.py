@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.records.compare import differences, profile_difference, same_profile
+from avahazard.records.compare import differences, profile_difference
 from avahazard.records.event import Event
 from avahazard.records.path import Profile
 
@@ -43,8 +43,7 @@ def test_the_first_different_point_is_found(other: Profile, place: int, column: 
     found = profile_difference(PROFILE, other)
     assert found is not None
     assert (found[0], found[1][0]) == (place, column)
-    assert not same_profile(PROFILE, other)
 
 
 def test_equal_profiles() -> None:
-    assert same_profile(PROFILE, replace(PROFILE, y_m=PROFILE.y_m.copy()))
+    assert profile_difference(PROFILE, replace(PROFILE, y_m=PROFILE.y_m.copy())) is None

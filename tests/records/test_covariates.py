@@ -47,6 +47,15 @@ def test_stored_kind_decides() -> None:
     assert [p.value for p in problems] == ["wet"]
 
 
+def test_a_known_column_of_numbers_holds_no_words_even_where_all_are_words() -> None:
+    table = Table("f.csv", ("id", "width_m"), (2,), ({"id": "1", "width_m": "broad"},))
+    problems: list[RowProblem] = []
+    assert read_covariates([table], {"id"}, {}, problems, []) == {("f.csv", 2): {}}
+    (problem,) = problems
+    assert (problem.line, problem.column) == (2, "width_m")
+    assert "as most of the column" not in problem.accepted
+
+
 def test_kinds_of_stored_records() -> None:
     assert column_kinds([{"a": 1.0}, {"b": "x"}]) == {"a": "number", "b": "text"}
 

@@ -7,6 +7,7 @@ import datetime as dt
 import pytest
 
 from avahazard.records.errors import RowProblem
+from avahazard.records.forms.meanings import MEANINGS, Limits, Meaning
 from avahazard.records.plausible import check_ranges
 from avahazard.records.table import Table
 
@@ -66,6 +67,17 @@ def test_the_doubtful_is_noted_with_its_row(column: str, text: str) -> None:
 )
 def test_the_rest_passes_or_is_for_the_form(column: str, text: str) -> None:
     assert check(column, text) == ([], [])
+
+
+def test_a_further_column_has_its_limits_from_its_meaning_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    depth = Meaning("depth", "m", "number", Limits((0.0, 100.0), (0.0, 20.0)), ("events",))
+    monkeypatch.setitem(MEANINGS, "deposit_depth_m", depth)
+    (problem,), _ = check("deposit_depth_m", "-1")
+    assert problem.accepted == "a number from 0 to 100 m"
+    _, (note,) = check("deposit_depth_m", "30")
+    assert "outside 0 to 20 m" in note
 
 
 def test_what_is_meant_so_needs_no_note_and_stays_within_what_is_possible() -> None:

@@ -14,9 +14,10 @@ from avahazard.store.check import check_database
 from avahazard.store.draws import load_draws
 from avahazard.store.engine import make_engine
 from avahazard.store.models import save_model
-from avahazard.store.path_results import BOUNDS, save_documents
+from avahazard.store.path_results import BOUNDS
 from avahazard.store.results import KINDS, save_result
 from avahazard.store.session import reading, writing
+from tests.store.documents import save_documents
 
 DRAWS = {
     "a": np.linspace(0.4, 0.6, 8000).reshape(2, 4000),

@@ -23,10 +23,10 @@ from avahazard.store.path_results import (
     latest_documents,
     latest_run,
     read_run,
-    save_documents,
     save_paths,
 )
 from avahazard.store.session import reading, writing
+from tests.store.documents import save_documents
 
 P = PathResult(0, "P", ({"path_id": "P", "x": 1.5},), ("far",))
 Q = PathResult(1, "Q", failed="it is flat")

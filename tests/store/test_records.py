@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from sqlalchemy import delete
 
 from avahazard.records.collection import Records
-from avahazard.records.compare import same_profile
+from avahazard.records.compare import profile_difference
 from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.path import Path, Profile
@@ -92,7 +92,9 @@ def assert_same(found: Records, expected: Records) -> None:
     assert found.events == expected.events
     assert found.speeds == expected.speeds
     assert len(found.profiles) == len(expected.profiles)
-    assert all(map(same_profile, found.profiles, expected.profiles))
+    for one, other in zip(found.profiles, expected.profiles, strict=True):
+        assert one.path_id == other.path_id
+        assert profile_difference(one, other) is None
     assert data_fingerprint(found) == data_fingerprint(expected)
 
 

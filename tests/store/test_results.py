@@ -8,9 +8,10 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.store.models import save_model
-from avahazard.store.path_results import BOUNDS, ZONES, latest_documents, save_documents
+from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
 from avahazard.store.results import COMPARISON, DIAGNOSIS, Kind, latest_result, save_result
 from avahazard.store.session import reading, writing
+from tests.store.documents import save_documents
 
 
 def test_the_latest_results_come_back(any_database: str) -> None:

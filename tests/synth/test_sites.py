@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from avahazard.records.reading import read_records
 from avahazard.synth import sites
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
-from avahazard.synth.sites import RUN_ON_M, VALLEY_SLOPE, concave_profile, given_sites, make_sites
+from avahazard.synth.sites import RUN_ON_M, VALLEY_SLOPE, concave_profile, make_sites
 
 
 def events_of(truth: dict[str, Any]) -> list[dict[str, Any]]:
@@ -72,16 +69,3 @@ def test_forest_stands_where_it_stood(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sites, "_run_on", lambda x, y: (x, y))
     assert now == forest()
     assert any(now)
-
-
-def test_given_profiles_are_used_as_they_are(shared_data: Path) -> None:
-    tyrol = read_records([shared_data / "tyrol-profiles"])
-    given = given_sites(3, tyrol, 120)
-    records, truth = make_world(3, sites=given, settings=Settings(smooth_m=200.0))
-    assert len(records.events) == 120
-    assert [p.path_id for p in records.profiles] == [p.path_id for p in tyrol.profiles]
-    assert truth["n_paths"] == 9
-    left = sum(e.left_profile for e in records.events)
-    assert left < 30
-    # Each of these profiles rises somewhere, so that an elevation is not one place.
-    assert all(e.runout_elevation_m is None for e in records.events)

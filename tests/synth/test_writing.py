@@ -20,7 +20,7 @@ from tests.synth.worlds import world
 def test_what_is_written_is_read_back(tmp_path: Path, key: str | None) -> None:
     settings = Settings(speeds=0.1, decoys=4, wrong_share=0.02, censored_share=0.1)
     effects = {} if key is None else {key: 1.0}
-    records, truth = world(6, n_events=150, effects=effects, settings=settings)
+    records, truth = world(6, n_events=60, effects=effects, settings=settings)
     files = write_world(tmp_path / "world", records, truth)
     assert [f.name for f in files] == [
         "paths.csv", "profiles.csv", "events.csv", "velocities.csv", "truth.json",

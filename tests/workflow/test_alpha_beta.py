@@ -15,11 +15,12 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import Spread
 from avahazard.store.models import save_model
-from avahazard.store.path_results import BOUNDS, save_documents
+from avahazard.store.path_results import BOUNDS
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files
 from tests.results.samples import HAZARD_ROW
+from tests.store.documents import save_documents
 
 Write = Callable[[str, str], Path]
 X = np.arange(0.0, 2401.0, 30.0)

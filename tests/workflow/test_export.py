@@ -22,7 +22,7 @@ from avahazard.records.path import Path
 from avahazard.results.database import Layer
 from avahazard.store import upkeep
 from avahazard.store.models import save_model
-from avahazard.store.path_results import BOUNDS, ZONES, latest_documents, save_documents
+from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
 from avahazard.store.records import load_records
 from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
@@ -30,6 +30,7 @@ from avahazard.workflow.export import export
 from avahazard.workflow.import_files import import_files
 from tests.gis.results import bounds, profile, zones
 from tests.gis.surface import write_lines
+from tests.store.documents import save_documents
 from tests.telling import untold
 
 PATHS = (Path("P", covariates={"width_m": 60.0}), Path("Q", release_elevation_m=1900.0), Path("R"))

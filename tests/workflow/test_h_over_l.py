@@ -105,6 +105,7 @@ def test_its_apparent_friction_is_h_over_l(stored: str) -> None:
     assert power.parameters["beta"].value == pytest.approx(slope, rel=0.2)
 
 
+@pytest.mark.usefixtures("drawn_little")
 def test_people_read_no_metres(stored: str, write: Write) -> None:
     avahazard = command_line(stored)
     told = avahazard("compare", "base").stdout

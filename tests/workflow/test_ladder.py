@@ -7,9 +7,13 @@ from pathlib import Path
 import pytest
 
 from avahazard.records.errors import AvahazardError
+from avahazard.store.results import COMPARISON, latest_result
+from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.compare import compare
+from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.ladder import ladder, standing
+
+pytestmark = pytest.mark.usefixtures("drawn_little")
 
 
 def test_models_never_compared_are_compared_on_the_way(snow_database: str, tmp_path: Path) -> None:
@@ -17,7 +21,10 @@ def test_models_never_compared_are_compared_on_the_way(snow_database: str, tmp_p
     picture = tmp_path / "ladder.svg"
     found = ladder(snow_database, plot=picture)
     base, metropolis = found.rows
-    expected = standing(compare(snow_database, "base"))
+    with reading(snow_database) as session:
+        compared = stored_comparison(latest_result(session, COMPARISON, "base"))
+    assert compared is not None
+    expected = standing(compared)
     for key in ("rmse_m", "crps_m", "held_out_crps_m", "elpd_loo", "elpd_loo_se", "coverage_90"):
         assert getattr(base, key) == getattr(expected, key)
     assert base.speed_rmse_m_s is None

@@ -17,8 +17,8 @@ def test_models_in_short_and_in_full(database: str) -> None:
     with writing(database) as session:
         save_records(session, twin_records())
     assert show_models(database) == ()
-    document = calibrate(database, "one", method="gibbs", draws=500)
-    calibrate(database, "two", method="metropolis", law="power", draws=500)
+    document = calibrate(database, "one", method="gibbs", chains=2, draws=100)
+    calibrate(database, "two", method="metropolis", law="power", chains=2, draws=100)
     one, two = show_models(database)
     assert (one.model, one.law, one.method) == ("one", "exponential", "gibbs")
     assert (two.model, two.law, two.converged) == ("two", "power", two.converged)

@@ -24,6 +24,8 @@ from avahazard.workflow.runout import run_model
 from tests.criticism.lengths import as_csv, lengths
 from tests.workflow.worlds import height
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 Write = Callable[[str, str], Path]
 
 

@@ -21,6 +21,7 @@ from avahazard.workflow.provenance import show_provenance
 from avahazard.workflow.rerun import rerun
 from tests.conftest import command_line
 from tests.criticism.lengths import as_csv, lengths
+from tests.few_draws import few_draws
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> str:
     import_files(database, [file])
     calibrate(database, "base", law="power", chains=2, draws=60, seed=5)
     calibrate(database, "paper", law="power", method="gibbs", chains=2, draws=60)
-    add(database, "base", ["covariate:column_1"], "child")
+    with few_draws():
+        add(database, "base", ["covariate:column_1"], "child")
     return database
 
 

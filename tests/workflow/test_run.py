@@ -16,6 +16,8 @@ from avahazard.workflow.project.file import read_project
 from avahazard.workflow.project.state import ProjectState
 from avahazard.workflow.run import _import, run_project
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 SMALL = """
 files = ["world"]
 database = "valley.db"

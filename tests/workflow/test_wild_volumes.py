@@ -17,6 +17,8 @@ from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.fit import fit_laws
 from tests.criticism.lengths import lengths
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 
 @pytest.fixture(params=["one", "all"])
 def wild_database(request: pytest.FixtureRequest, database: str) -> str:

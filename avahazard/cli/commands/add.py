@@ -51,5 +51,4 @@ def add(
         console.print(fall_of_error(found.comparison), soft_wrap=True)
 
     emit(context, found, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)

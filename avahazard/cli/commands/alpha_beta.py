@@ -64,8 +64,7 @@ def alpha_beta(
             console.print("beyond: the line at α meets no ground before the profile ends.")
 
     emit(context, rows, render)
-    for note in dict.fromkeys(note for row in rows for note in row.notes):
-        warn(note)
+    warn(*dict.fromkeys(note for row in rows for note in row.notes))
 
 
 def _cells(row: TerrainRunout) -> tuple[str, ...]:

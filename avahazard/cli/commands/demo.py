@@ -39,8 +39,7 @@ def demo(
     with show_progress() as report:
         found = run_demo(folder, report)
     emit(context, found, lambda console: _show(console, found))
-    for note in (*found.notes, *found.loop.notes):
-        warn(note)
+    warn(*found.notes, *found.loop.notes)
 
 
 def _show(console: Console, found: Demo) -> None:

@@ -99,8 +99,7 @@ def diagnose(
         _next_steps(console, found)
 
     emit(context, found, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
 
 
 def _nearest(console: Console, best: Candidate, n_tried: int) -> None:

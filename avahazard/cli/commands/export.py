@@ -43,6 +43,5 @@ def export(
         rows = [(x.layer, x.n_features, x.crs) for x in found.layers]
         console.print(table(found.file, ("layer", ">features", "crs"), rows))
 
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
     emit(context, found, render)

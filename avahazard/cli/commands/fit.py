@@ -49,5 +49,4 @@ def fit(
         console.print(table("Least squares of apparent friction", columns, rows))
 
     emit(context, found.rows, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)

@@ -79,8 +79,7 @@ def friction(
         _render_perturbation(console, found.perturbation)
 
     emit(context, found, render)
-    for note in found.notes or ():
-        warn(note)
+    warn(*(found.notes or ()))
     for jump in found.jumps:
         warn(
             f"{jump.path_id}: the runout jumps by up to {jump.jump_m:.0f} m (near μ = "

@@ -99,7 +99,6 @@ def hazard(
     )
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
-    for note in found.notes[:MOST_NOTES]:
-        warn(note)
+    warn(*found.notes[:MOST_NOTES])
     if len(found.notes) > MOST_NOTES:
         warn(f"and {len(found.notes) - MOST_NOTES} more notes, which are with the rows of --json.")

@@ -108,6 +108,5 @@ def import_(
 
     for line in found.read:
         errors().print(f"Read {line}.", soft_wrap=True)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
     emit(context, found, render)

@@ -74,8 +74,7 @@ def ladder(
             )
 
     emit(context, document, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
 
 
 def _error(value: float | None, coordinate: str | None) -> str | None:

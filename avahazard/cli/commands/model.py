@@ -41,8 +41,7 @@ def model(
         console.print(f"{line}{parent}, on the records {fingerprint}….")
 
     emit(context, found, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
 
 
 def _show_provenance(context: typer.Context, name: str) -> None:

@@ -55,5 +55,4 @@ def path(
         console.print(table("", (path, ">"), rows))
 
     emit(context, found, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)

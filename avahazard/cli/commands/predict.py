@@ -63,5 +63,4 @@ def predict(
             console.print(crps_words(scores.coordinate))
 
     emit(context, document, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)

@@ -32,5 +32,4 @@ def rerun(context: typer.Context, name: StoredModel, effect_file: EffectFiles = 
         console.print(table(f"{name}: not identical", columns, rows))
 
     emit(context, found, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)

@@ -32,8 +32,7 @@ def run(
     with show_progress() as report:
         found = run_project(file, settings(context).database, report)
     emit(context, found, lambda console: _show(console, found))
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
 
 
 def _show(console: Console, found: ProjectRun) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,10 +10,10 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, OnePath, picture
-from avahazard.cli.output import emit, table, warn
+from avahazard.cli.output import emit, evenly, table, warn
 from avahazard.cli.runout_table import show_table
 from avahazard.cli.settings import settings
-from avahazard.results.terrain import Runout, SpeedHere
+from avahazard.results.terrain import Runout
 
 SHOWN = 10
 """Places in the table of speeds for people."""
@@ -64,7 +63,7 @@ def runout(
     def render(console: Console) -> None:
         console.print(_ending(found), soft_wrap=True)
         if found.status != "not_released":
-            rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in _few(found.speeds)]
+            rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in evenly(found.speeds, SHOWN)]
             console.print(table("", (">x m", ">speed m/s"), rows))
             console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
         show_table(console, found)
@@ -72,8 +71,7 @@ def runout(
     emit(context, found, render)
     if found.lift_off_x_m is not None:
         warn(f"the block loses the ground at x = {found.lift_off_x_m:.0f} m.")
-    for note in found.notes or ():
-        warn(note)
+    warn(*(found.notes or ()))
 
 
 def _run(
@@ -113,9 +111,3 @@ def _ending(found: Runout) -> str:
     if found.status == "not_released":
         return f"{start}does not move: the slope is less than μ."
     return f"{start}stops at {found.runout_elevation_m:.1f} m (x = {found.runout_x_m:.1f} m)."
-
-
-def _few(speeds: Sequence[SpeedHere]) -> list[SpeedHere]:
-    """About `SHOWN` of the places, evenly, with the first and the last."""
-    last = len(speeds) - 1
-    return [speeds[i] for i in sorted({round(k * last / SHOWN) for k in range(SHOWN + 1)})]

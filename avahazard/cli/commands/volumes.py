@@ -63,8 +63,7 @@ def volumes(
         plot=plot,
     )
     emit(context, found.rows, lambda console: _show(console, found.rows))
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
 
 
 def _show(console: Console, entries: Sequence[PathVolumes]) -> None:

@@ -79,5 +79,4 @@ def zones(
             report=report,
         )
     emit(context, found.rows, lambda console: show_zones(console, found.rows))
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.likelihood.posterior import Posterior
-
-Floats = NDArray[np.float64]
 
 
 def explained(fit: Refit, base: Refit) -> Floats:

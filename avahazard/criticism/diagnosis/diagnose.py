@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.criticism.diagnosis.answer import Question, answer_of
 from avahazard.criticism.diagnosis.confounding import correlation, explained
@@ -28,8 +27,6 @@ from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
-
-Floats = NDArray[np.float64]
 
 MAX_REFITS = 6
 ERROR_DRAWS = 400

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit
-
-Floats = NDArray[np.float64]
 
 
 class FrictionVariance(NamedTuple):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.confounding import explained
 from avahazard.criticism.diagnosis.friction_variance import friction_variance
 from avahazard.criticism.diagnosis.refits import Refit
@@ -12,8 +12,6 @@ from avahazard.criticism.diagnosis.speed_measurement import speed_gain
 from avahazard.message import message
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import Measurement
-
-Floats = NDArray[np.float64]
 
 N_MIDDLES, N_TRACKS, N_PLACES = 20, 5, 8
 """Events with a speed at mid-track, or with that many along the whole track."""

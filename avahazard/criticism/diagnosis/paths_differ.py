@@ -9,16 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import MIN_SPREAD
 from avahazard.inference.prediction.fitted_model import FittedModel
-
-Floats = NDArray[np.float64]
 
 WORTH_A_NOTE = float(np.log(3.0))
 """Evidence (nats) from which on paths are said to differ: three to one."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.held_out import choose_groups
 from avahazard.criticism.scoring.held_out_together import held_out_together
 from avahazard.criticism.screening.group_spreads import GroupSpreads, group_spreads
@@ -23,8 +23,6 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

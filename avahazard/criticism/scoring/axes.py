@@ -11,9 +11,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.observations import Observations
 
-Floats = NDArray[np.float64]
 Levels = NDArray[np.str_]
 
 MONTHS = ("January", "February", "March", "April", "May", "June", "July", "August", "September",

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import ErrorBudget, unexplained
 from avahazard.inference.model.observations import Observations
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart, Comparison, EventBudget
-
-Floats = NDArray[np.float64]
 
 SOURCES = ("record", "volume", "release", "scatter", "parameters")
 UNEXPLAINED = "unexplained"

@@ -10,9 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.axes import Levels
-
-Floats = NDArray[np.float64]
 
 
 def contrast_p_values(z: Floats, levels: Levels, path: NDArray[np.int64]) -> dict[str, float]:

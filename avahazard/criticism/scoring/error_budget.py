@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import mean_record_sigma
 from avahazard.inference.model.friction_scatter import draws as scatter_draws
 from avahazard.inference.model.friction_scatter import friction as drawn
@@ -23,8 +23,6 @@ from avahazard.inference.model.observations import LEFT
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import group_shift, look_up
 from avahazard.inference.prediction.table_groups import table_groups
-
-Floats = NDArray[np.float64]
 
 N_DRAWS = 600
 N_TABLES = 12

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 SPARE = 4
 """Draws for each one that is needed, where some would not be seen."""

@@ -10,17 +10,16 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.group_offsets import Offsets
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator
 
-Floats = NDArray[np.float64]
 Density = Callable[[Floats], float]
 
 N_CENTRES = 150

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_scatter import below, log_density
 from avahazard.physics.runout_curve import MU
-
-Floats = NDArray[np.float64]
 
 TINY = 1e-290
 

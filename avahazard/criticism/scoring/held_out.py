@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
@@ -22,7 +23,6 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 
-Floats = NDArray[np.float64]
 Groups = NDArray[np.int64]
 
 MIN_PATHS = 3

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.fit_draws import fit_draws
 from avahazard.criticism.scoring.held_out import DENSITY_DRAWS, key_of
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 
-Floats = NDArray[np.float64]
 Groups = NDArray[np.int64]
 
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import ExpectedRecords
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.physics.smooth_profile import SmoothProfile
-
-Floats = NDArray[np.float64]
 
 N_PLACES = 4001
 

@@ -6,14 +6,12 @@ from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.held_out import left_out_log_density
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
-
-Floats = NDArray[np.float64]
 
 ALIKE = 1e-9
 """Log densities (nats) that differ by less are those of one weight."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import ExpectedRecords
 from avahazard.results.comparison import RunoutScores, SpeedScores
-
-Floats = NDArray[np.float64]
 
 CRPS_OF_NORMAL = 1.0 / np.sqrt(np.pi)
 """Expected CRPS of a normal forecast that is right, per standard deviation."""

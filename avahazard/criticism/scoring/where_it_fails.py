@@ -9,12 +9,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.axes import Levels
 from avahazard.criticism.scoring.contrasts import contrast_p_values
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
-
-Floats = NDArray[np.float64]
 
 MIN_EVENTS = 5
 MIN_PATHS = 5

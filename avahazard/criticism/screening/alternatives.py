@@ -12,6 +12,7 @@ from itertools import product
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.criticism.screening.other_designs import (
     law_design,
@@ -20,7 +21,7 @@ from avahazard.criticism.screening.other_designs import (
     with_columns,
 )
 from avahazard.criticism.screening.tables import Tables, make_tables
-from avahazard.effects.effect import Definition, Effect, Floats
+from avahazard.effects.effect import Definition, Effect
 from avahazard.inference.fitting.mode_search import thinned
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, predict_records

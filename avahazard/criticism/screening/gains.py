@@ -7,23 +7,23 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
-from avahazard.criticism.screening.laplace_fit import Design, Edges, LaplaceFit, laplace_fit
+from avahazard.criticism.screening.laplace_fit import Design, LaplaceFit, laplace_fit
 from avahazard.criticism.screening.masked_pairs import (
     EffectColumns,
     Paired,
     most_surprising_pair,
 )
+from avahazard.criticism.screening.moments_of_worlds import moments_of, sight_edges
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
-from avahazard.criticism.screening.record_moments import RecordMoments, record_moments
-from avahazard.criticism.screening.tables import LOG_MU, Tables
-from avahazard.inference.model.observations import PLACE, Observations
+from avahazard.criticism.screening.record_moments import RecordMoments
+from avahazard.criticism.screening.tables import Tables
+from avahazard.inference.model.observations import Observations
 from avahazard.workers import ordered_map
 
-Floats = NDArray[np.float64]
 Reference = tuple[RecordMoments, LaplaceFit]
 """What the records of one world say of friction, and the fit of the model itself to them."""
 
@@ -150,64 +150,3 @@ class Gains:
             self.student,
         )
         return fit
-
-
-STEEPNESS = 0.5
-"""Slope by which a height becomes a distance where places x are recorded."""
-
-
-def sight_edges(
-    alternative: Alternative, measured: BootstrapRecords, observations: Observations
-) -> Edges:
-    """Edges of sight where stops above the highest of each path, plus a margin, are not seen."""
-    assert alternative.margin is not None
-    limit = observations.limit.copy()
-    in_x = observations.kind == PLACE
-    for k in range(len(observations.columns.paths)):
-        mine = (
-            (observations.columns.path_index == k) & ~measured.left & np.isnan(observations.limit)
-        )
-        for kind, sign in ((in_x, -1.0), (~in_x, 1.0)):
-            rows = mine & kind
-            if np.any(rows):
-                height = alternative.margin / (STEEPNESS if sign < 0 else 1.0)
-                everyone = (
-                    (observations.columns.path_index == k) & kind & np.isnan(observations.limit)
-                )
-                limit[everyone] = sign * (np.max(sign * measured.observed[rows]) + height)
-    nobody = np.zeros(len(limit), dtype=np.bool_)
-    silent = alternative.tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
-    place = record_moments(
-        alternative.tables.record,
-        alternative.tables.bounds,
-        alternative.tables.last_left,
-        alternative.tables.height,
-        np.nan_to_num(limit),
-        alternative.tables.sigma,
-        nobody,
-        LOG_MU,
-        silent,
-        measured.speeds,
-    )
-    return alternative.tables.edges._replace(
-        seen=place.mean,
-        seen_sd=np.sqrt(place.variance),
-        has_limit=np.isfinite(limit) & (observations.columns.path_index >= 0),
-    )
-
-
-def moments_of(tables: Tables, measured: BootstrapRecords) -> RecordMoments:
-    """RecordMoments of one world under one set of tables."""
-    moments: RecordMoments = record_moments(
-        tables.record,
-        tables.bounds,
-        tables.last_left,
-        tables.height,
-        measured.observed,
-        tables.sigma,
-        measured.left,
-        LOG_MU,
-        tables.speeds,
-        measured.speeds,
-    )
-    return moments

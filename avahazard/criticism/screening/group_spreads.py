@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.offset_plan import OffsetPlan
-
-Floats = NDArray[np.float64]
 
 N_POINTS = 40
 N_DRAWS = 400

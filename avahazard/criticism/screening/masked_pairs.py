@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaincc
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.laplace_fit import Design, LaplaceFit
 from avahazard.criticism.screening.record_moments import RecordMoments
 from avahazard.criticism.screening.tables import Tables
 from avahazard.inference.model.friction_scatter import STUDENT_PULL
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 MOST = 30

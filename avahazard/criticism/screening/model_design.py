@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
-from avahazard.effects.effect import Floats
 from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.offset_plan import OffsetPlan

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.criticism.screening.model_design import read_by_volume
-from avahazard.effects.effect import Effect, Floats
+from avahazard.effects.effect import Effect
 from avahazard.effects.error_factor import HALF_OCTAVES
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_scatter import volume_share

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.chance_gains import WorldGains, gains_by_chance
 from avahazard.criticism.screening.group_spreads import GroupSpreads
 from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL, group_level
@@ -22,8 +22,6 @@ from avahazard.criticism.screening.significance import PairTest, Screening, judg
 from avahazard.criticism.screening.tested_model import TestedModel, tested_model
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior
-
-Floats = NDArray[np.float64]
 
 BATCH = 40
 """Worlds made before it is asked whether more are needed."""

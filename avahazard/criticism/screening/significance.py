@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.levels import EXPECTED_SHARE, LEVEL, SIGHT_LEVEL
 from avahazard.effects.effect import Definition
-
-Floats = NDArray[np.float64]
 
 MIN_POSITIVE = 15
 """Gains in made worlds from which on a gamma distribution is fitted to them."""

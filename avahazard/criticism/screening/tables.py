@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.speed_points import SpeedGrid
 from avahazard.criticism.screening.stop_moments import record_bounds
-from avahazard.effects.effect import Floats
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.model.observations import LENGTH, Observations

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.design import design_of
@@ -22,8 +21,6 @@ from avahazard.message import message
 from avahazard.results.base import Rows
 from avahazard.results.hazard import Quantiles
 from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, ZonedPath
-
-Floats = NDArray[np.float64]
 
 N_PLACES = 81
 HELD_WORTH_A_NOTE = 0.05

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.runout_bounds import spread
 from avahazard.hazard.zones.limits import Limits, Rule
 from avahazard.results.base import Rows
 from avahazard.results.zones import Zone
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 DENSITY_KG_M3, DENSITY_SD_KG_M3 = 300.0, 50.0
 """Dense flow: 300 kg/m3 is the value of the Swiss guideline; measured flows hold 200 to 400."""

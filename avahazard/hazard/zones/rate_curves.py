@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.avalanches import Avalanches, friction_below
 from avahazard.physics.runout_curve import MU
-
-Floats = NDArray[np.float64]
 
 N_NODES = 128
 REACH, STUDENT_REACH = 6.0, 16.0

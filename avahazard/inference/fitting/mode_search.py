@@ -12,13 +12,11 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode, climb, find_mode
 from avahazard.inference.fitting.refinement import settled
 from avahazard.inference.likelihood.posterior import Posterior
-
-Floats = NDArray[np.float64]
 
 FIRST_POINTS, OTHER_POINTS = 5, 3
 """Points tried of the first parameter of an effect, and of each other one."""

@@ -8,13 +8,11 @@ the spot would give. So it is held against these at the mode.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import build_layout
-
-Floats = NDArray[np.float64]
 
 TOLERANCE = 1.0
 """Largest error (nats) of the interpolation at a mode."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
-
-Floats = NDArray[np.float64]
 
 STEEP = 100.0
 """Change of log friction per coordinate from which on a coordinate is too coarse to move in."""

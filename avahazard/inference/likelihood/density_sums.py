@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.exponentials import ExpMemory, exp_memory, exponentials
 from avahazard.inference.model.friction_scatter import (
     NORMAL_PEAK,
@@ -19,8 +19,6 @@ from avahazard.inference.model.friction_scatter import (
     student_shape,
 )
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 LANES = 8
 """Numbers of the widest registers: the nodes are filled up to a multiple of these."""

@@ -7,17 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.density_sums import normal_sums, student_sums, sum_memory
+from avahazard.inference.likelihood.edge_terms import add_tails, edge_probability
 from avahazard.inference.likelihood.nodes import Nodes
-from avahazard.inference.model.friction_scatter import (
-    normal_below,
-    normal_density,
-    student_below,
-    student_density,
-)
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 
 class EventTerms(NamedTuple):
@@ -115,7 +109,9 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, s
         place, weight = nodes.place[i, :used], nodes.weight[i, :used]
         if nodes.is_probability[i]:
             for q in range(n_volumes):
-                _probability(place, weight, location[i, q], scatter[i, q], student, slopes, part[q])
+                edge_probability(
+                    place, weight, location[i, q], scatter[i, q], student, slopes, part[q]
+                )
         elif student:
             student_sums(place, weight, location[i], scatter[i], slopes, memory, part)
         else:
@@ -123,7 +119,7 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, s
         has_tail = nodes.tail[i, 0] > 0.0 or nodes.tail[i, 1] > 0.0
         if has_tail and not nodes.is_probability[i]:
             for q in range(n_volumes):
-                _tails(
+                add_tails(
                     nodes.tail_place[i],
                     nodes.tail[i],
                     location[i, q],
@@ -140,7 +136,7 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, s
         curvature[i] = total[1]
         if nodes.has_limit[i]:
             for q in range(n_volumes):
-                _probability(
+                edge_probability(
                     nodes.seen_place[i, :used],
                     nodes.seen_weight[i, :used],
                     location[i, q],
@@ -206,47 +202,3 @@ def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-un
         by_location[q] = weight[q] * part[q, 1] / safe
         by_scatter[q] = weight[q] * part[q, 2] / safe
     return total, second / safe - (first / safe) ** 2
-
-
-@kernel
-def _tails(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
-    """Add w P(ν < ν_0 | m, σ) + w' P(ν > ν_1 | m, σ) and its derivatives to `out`."""
-    for side in range(2):
-        if weight[side] == 0.0:
-            continue
-        sign = 1.0 if side == 0 else -1.0
-        z = (place[side] - m) / sigma
-        if student:
-            cdf = student_below(sign * z)
-            pdf, pull, _ = student_density(z)
-        else:
-            cdf = normal_below(sign * z)
-            pdf, pull = normal_density(z), z
-        out[0] += weight[side] * cdf
-        out[1] -= sign * weight[side] * pdf / sigma
-        out[2] -= sign * weight[side] * z * pdf
-        out[3] -= sign * weight[side] * pull * pdf / (sigma * sigma)
-
-
-@kernel
-def _probability(place, weight, m, sigma, student, slopes, out):  # type: ignore[no-untyped-def]
-    """Σ w P(ν < ν_k | m, σ) and, with `slopes`, its derivatives in m, log σ, and twice in m."""
-    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
-    for k in range(len(place)):
-        if weight[k] == 0.0:
-            continue
-        z = (place[k] - m) / sigma
-        value += weight[k] * (student_below(z) if student else normal_below(z))
-        if not slopes:
-            continue
-        if student:
-            pdf, pull, _ = student_density(z)
-        else:
-            pdf, pull = normal_density(z), z
-        first -= weight[k] * pdf
-        second -= weight[k] * pull * pdf
-        by_scatter -= weight[k] * z * pdf
-    out[0] = value
-    out[1] = first / sigma
-    out[2] = by_scatter
-    out[3] = second / (sigma * sigma)

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 LOWEST = -708.0
 """What is below counts as this: exp is then 3e-308."""

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.event_terms import event_terms_kernel
 from avahazard.inference.likelihood.offset_system import (
     by_offset,
@@ -19,8 +20,6 @@ from avahazard.inference.likelihood.offset_system import (
     solved,
 )
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 EVALUATIONS = 3
 LONGEST_STEP = 0.5

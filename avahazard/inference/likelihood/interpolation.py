@@ -13,12 +13,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 
 class Line(NamedTuple):

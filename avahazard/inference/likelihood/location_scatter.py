@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.friction_scatter import volume_share, widened
 from avahazard.inference.model.layout import Layout
 
-Floats = NDArray[np.float64]
 Designs = Sequence[tuple[slice, Floats]]
 """The slots of each effect that shifts log friction, and its design `[n_events, n_parameters]`."""
 

@@ -10,14 +10,11 @@ may have.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.model.layout import least_scatter
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 N_NODES = 10
 """Nodes of a likelihood that is narrow enough for Gauss's."""

@@ -9,11 +9,9 @@ some lie anywhere on their path, a share of all that is estimated (`layout.WRONG
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
-
-Floats = NDArray[np.float64]
 
 LONGEST_LENGTH = 10.0
 """Reach of recorded lengths, in fall heights."""

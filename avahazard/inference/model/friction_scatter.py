@@ -10,12 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, stdtr
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 DEGREES = 4
 """Degrees of freedom of Student's t; the closed forms below hold for these alone."""

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.laws import Law
 from avahazard.records.errors import AvahazardError
-
-Floats = NDArray[np.float64]
 
 LEAST_RECIPROCAL_CONDITION = 1e-10
 

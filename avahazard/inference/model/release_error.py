@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import RELEASE_SIGMA
 from avahazard.effects.site import Site, release_place
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED
@@ -22,8 +23,6 @@ from avahazard.physics.terrain import MAX_CELL_M, build_terrain
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path
-
-Floats = NDArray[np.float64]
 
 
 def stated_release_sigma(events: Sequence[Event], paths: Mapping[str, Path]) -> Floats:

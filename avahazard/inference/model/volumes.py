@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.volume_spread import MIN_SPREAD, variance_within
 from avahazard.records.event import Event
-
-Floats = NDArray[np.float64]
 
 N_NODES = 5
 N_BOUNDED = 9

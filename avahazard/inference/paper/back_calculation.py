@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
 from avahazard.inference.paper.apparent import UNIQUE, apparent_friction
@@ -14,8 +15,6 @@ from avahazard.inference.paper.perturbation import Perturbation, perturb
 from avahazard.inference.seeds import generator
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_curve import MU
-
-Floats = NDArray[np.float64]
 
 SEED = 0
 """The perturbation is the same each time that the records are."""

@@ -84,11 +84,11 @@ def holy_density(mu: Array, kappa: float = DEFAULT_KAPPA) -> HolyDensity:
     return HolyDensity(mu, a, multiplier, kappa)
 
 
-def choose_kappa(mu: Array, candidates: Array | None = None) -> float:
+def choose_kappa(mu: Array) -> float:
     """The κ with the largest held-out likelihood in ten folds of the records `mu` [n_events].
 
-    Equal records fall in one fold, since a record must not vouch for its copy. `candidates`: 24
-    values from one to two hundred per range of the records. With fewer than five different
+    Equal records fall in one fold, since a record must not vouch for its copy. 24 values are
+    tried, from one to two hundred per range of the records. With fewer than five different
     records there is nothing to choose by, and κ is 5.
     """
     mu = np.asarray(mu, np.float64)
@@ -96,8 +96,7 @@ def choose_kappa(mu: Array, candidates: Array | None = None) -> float:
     values, group = np.unique(mu, return_inverse=True)
     if values.size < 5:
         return DEFAULT_KAPPA
-    if candidates is None:
-        candidates = np.geomspace(1.0, 200.0, 24) / (values[-1] - values[0])
+    candidates = np.geomspace(1.0, 200.0, 24) / (values[-1] - values[0])
     fold = group % min(N_FOLDS, values.size)
     scores = [_held_out(mu, fold, float(kappa)) for kappa in candidates]
     return float(candidates[int(np.argmax(scores))])

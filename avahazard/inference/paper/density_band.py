@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.paper.density import holy_density
-
-Floats = NDArray[np.float64]
 
 N_DENSITIES = 100
 LEVELS = (0.05, 0.95)

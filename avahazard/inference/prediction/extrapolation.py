@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.friction_scatter import draws, friction, volume_share
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.message import message
-
-Floats = NDArray[np.float64]
 
 LEAST_FRICTION, MOST_FRICTION = 0.1, 1.5
 """What Coulomb friction of avalanches may be.

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import drawn_site
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import look_up
-
-Floats = NDArray[np.float64]
 
 GROUND_DRAWS = 24
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from avahazard.arrays import Floats
 
 
 def table_groups(parameters: Floats, n_groups: int) -> list[NDArray[np.int64]]:

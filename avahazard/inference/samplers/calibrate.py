@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import Observations
@@ -15,8 +13,6 @@ from avahazard.inference.paper.calibration import calibrate_paper
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.marginal import sample
-
-Floats = NDArray[np.float64]
 
 N_CHAINS = 4
 N_DRAWS: dict[MethodName, int] = {"marginal": 1000, "metropolis": 5000, "gibbs": 5000}

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import sharpened
@@ -20,8 +20,6 @@ from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.samplers.convergence import ESS_LIMIT
 from avahazard.inference.samplers.walk import Proposal, dispersed_state, walk
 from avahazard.inference.seeds import generator
-
-Floats = NDArray[np.float64]
 
 KEEP_EVERY = 2
 """Steps for each draw that is kept: one jump and one random-walk step."""

@@ -14,12 +14,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
-
-Floats = NDArray[np.float64]
 
 FREEDOM = 6.0
 """Degrees of freedom of the jumps: tails heavier than the posterior's."""

@@ -12,8 +12,10 @@ from avahazard.records.files.conventions import Conventions
 from avahazard.records.files.spelling import refuse_near, spell
 from avahazard.records.files.understood import summary, understood
 from avahazard.records.forms.event import EventRow
+from avahazard.records.forms.meanings import MEANINGS
 from avahazard.records.forms.path import PathRow
 from avahazard.records.forms.profile import ProfileRow
+from avahazard.records.forms.row import Row
 from avahazard.records.forms.straight import StraightRow
 from avahazard.records.forms.velocity import VelocityRow
 from avahazard.records.intake import Intake
@@ -21,15 +23,20 @@ from avahazard.records.plausible import check_ranges
 from avahazard.records.recognise import Kind, recognise
 from avahazard.records.table import Table
 
+FORMS: dict[Kind, tuple[type[Row], ...]] = {
+    "paths": (PathRow,),
+    "profiles": (ProfileRow,),
+    "events": (EventRow, StraightRow),
+    "velocities": (VelocityRow,),
+}
 COLUMNS: dict[Kind, frozenset[str]] = {
-    "paths": frozenset(
-        {*PathRow.model_fields, "not_observed", "release_area_m2", "width_m", "release_sigma_m"}
-    ),
-    "profiles": frozenset(ProfileRow.model_fields),
-    "events": frozenset(
-        {*EventRow.model_fields, *StraightRow.model_fields, "snow_type", "release_sigma_m"}
-    ),
-    "velocities": frozenset(VelocityRow.model_fields),
+    kind: frozenset(
+        {
+            *(column for form in forms for column in form.model_fields),
+            *(column for column, meaning in MEANINGS.items() if kind in meaning.further),
+        }
+    )
+    for kind, forms in FORMS.items()
 }
 
 

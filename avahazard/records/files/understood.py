@@ -30,7 +30,7 @@ def understood(table: Table, form: str, columns: Collection[str]) -> list[Unders
     for name in table.header:
         values = [cells[name] for cells in table.rows if name in cells]
         if name in columns and name in MEANINGS:
-            words, unit, _ = MEANINGS[name]
+            words, unit = MEANINGS[name].words, MEANINGS[name].unit
             meaning = f"{name}: {words}" if name in table.spelt else words
         else:
             unit = ""

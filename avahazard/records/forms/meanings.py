@@ -1,4 +1,4 @@
-"""What each column of docs/data_forms.md means, in which unit, and what its cells hold."""
+"""What each column of docs/data_forms.md means: its unit, its limits, what its cells hold."""
 
 from __future__ import annotations
 
@@ -7,23 +7,46 @@ from typing import Literal, NamedTuple
 Content = Literal["name", "text", "number", "date", "flag"]
 
 
+class Limits(NamedTuple):
+    """Outside `possible` a value is refused, outside `usual` it is told; both ends count."""
+
+    possible: tuple[float, float]
+    usual: tuple[float, float]
+
+
 class Meaning(NamedTuple):
-    """A column in words; `unit` is empty where it has none."""
+    """A column in words; `unit` is empty where it has none.
+
+    `further` names the forms that keep it beside the columns of their rows (`paths`, `events`):
+    it is stored with what is one's own.
+    """
 
     words: str
     unit: str = ""
     content: Content = "number"
+    limits: Limits | None = None
+    further: tuple[str, ...] = ()
 
 
 def _name(words: str) -> Meaning:
     return Meaning(words, "", "name")
 
 
-def _text(words: str) -> Meaning:
-    return Meaning(words, "", "text")
+def _text(words: str, *further: str) -> Meaning:
+    return Meaning(words, "", "text", None, further)
 
 
-ELEVATION = "m a.s.l."
+def _number(words: str, unit: str = "", limits: Limits | None = None, *further: str) -> Meaning:
+    return Meaning(words, unit, "number", limits, further)
+
+
+ABOVE_SEA = "m a.s.l."
+ELEVATION = Limits((-12_000.0, 9_000.0), (-6_000.0, 8_900.0))  # trenches and summits
+ALONG = Limits((-2e6, 2e6), (-1e5, 1e5))
+LENGTH = Limits((0.0, 1e6), (0.0, 1e5))
+ERROR = Limits((0.0, 1e5), (0.0, 1_000.0))
+# From a snowball to the largest slides of the sea floor, some 2e13 m3.
+VOLUME = Limits((1e-3, 1e15), (1.0, 1e9))
 
 MEANINGS: dict[str, Meaning] = {
     "path_id": _name("the path"),
@@ -32,42 +55,44 @@ MEANINGS: dict[str, Meaning] = {
     "location": _text("where the path is"),
     "orientation": _text("orientation of the path"),
     "section": _text("channelled or open"),
-    "catchment_ha": Meaning("catchment area", "ha"),
-    "release_elevation_m": Meaning("elevation of the release", ELEVATION),
-    "release_sigma_m": Meaning("error of the release elevation (sd)", "m"),
-    "observed_from": Meaning("first year of observation"),
-    "observed_to": Meaning("last year of observation"),
-    "observed_below_m": Meaning("stops above are not seen", ELEVATION),
-    "not_observed": _text("years in which nobody looked"),
-    "release_area_m2": Meaning("area of the release", "m2"),
-    "width_m": Meaning("width of the flow", "m"),
-    "x_m": Meaning("horizontal distance from the top", "m"),
-    "y_m": Meaning("elevation of the point", ELEVATION),
-    "elevation_sigma_m": Meaning("error of the elevation (sd)", "m"),
+    "catchment_ha": _number("catchment area", "ha", Limits((0.0, 1e8), (0.0, 1e5))),
+    "release_elevation_m": _number("elevation of the release", ABOVE_SEA, ELEVATION),
+    "release_sigma_m": _number("error of the release elevation (sd)", "m", None, "paths", "events"),
+    "observed_from": _number("first year of observation"),
+    "observed_to": _number("last year of observation"),
+    "observed_below_m": _number("stops above are not seen", ABOVE_SEA, ELEVATION),
+    "not_observed": _text("years in which nobody looked", "paths"),
+    "release_area_m2": _number("area of the release", "m2", None, "paths"),
+    "width_m": _number("width of the flow", "m", None, "paths"),
+    "x_m": _number("horizontal distance from the top", "m", ALONG),
+    "y_m": _number("elevation of the point", ABOVE_SEA, ELEVATION),
+    "elevation_sigma_m": _number("error of the elevation (sd)", "m"),
     "land_cover": _text("land cover from this point on"),
-    "easting_m": Meaning("easting", "m"),
-    "northing_m": Meaning("northing", "m"),
+    "easting_m": _number("easting", "m"),
+    "northing_m": _number("northing", "m"),
     "crs": _text("coordinate system"),
-    "lon": Meaning("longitude", "degrees"),
-    "lat": Meaning("latitude", "degrees"),
+    "lon": _number("longitude", "degrees"),
+    "lat": _number("latitude", "degrees"),
     "date": Meaning("date, or year", "", "date"),
-    "runout_elevation_m": Meaning("elevation of the stop", ELEVATION),
-    "runout_x_m": Meaning("horizontal distance of the stop", "m"),
-    "runout_sigma_m": Meaning("error of the runout (sd)", "m"),
+    "runout_elevation_m": _number("elevation of the stop", ABOVE_SEA, ELEVATION),
+    "runout_x_m": _number("horizontal distance of the stop", "m", ALONG),
+    "runout_sigma_m": _number("error of the runout (sd)", "m", ERROR),
     "left_profile": Meaning("ran past the profile's end", "", "flag"),
-    "volume_m3": Meaning("volume of the deposit", "m3"),
-    "deposit_length_m": Meaning("length of the deposit", "m"),
-    "deposit_width_m": Meaning("width of the deposit", "m"),
-    "deposit_thickness_m": Meaning("thickness of the deposit", "m"),
-    "volume_rel_sigma": Meaning("error of log volume (sd)"),
-    "snow_type": _text("type of snow"),
-    "fall_height_m": Meaning("height of fall H", "m"),
-    "runout_length_m": Meaning("horizontal reach L", "m"),
-    "h_over_l": Meaning("H over L"),
-    "elevation_m": Meaning("elevation of the speed", ELEVATION),
-    "speed_m_s": Meaning("speed", "m/s"),
-    "speed_sigma_m_s": Meaning("error of the speed (sd)", "m/s"),
-    "return_period_years": Meaning("return period", "years"),
-    "year": Meaning("year"),
-    "depth_m": Meaning("three-day snow depth", "m"),
+    "volume_m3": _number("volume of the deposit", "m3", VOLUME),
+    "deposit_length_m": _number("length of the deposit", "m", LENGTH),
+    "deposit_width_m": _number("width of the deposit", "m", LENGTH),
+    "deposit_thickness_m": _number(
+        "thickness of the deposit", "m", Limits((0.0, 5_000.0), (0.0, 100.0))
+    ),
+    "volume_rel_sigma": _number("error of log volume (sd)", "", Limits((0.0, 10.0), (0.0, 2.5))),
+    "snow_type": _text("type of snow", "events"),
+    "fall_height_m": _number("height of fall H", "m", Limits((0.0, 20_000.0), (0.0, 6_000.0))),
+    "runout_length_m": _number("horizontal reach L", "m", Limits((0.0, 2e6), (0.0, 1e6))),
+    "h_over_l": _number("H over L"),
+    "elevation_m": _number("elevation of the speed", ABOVE_SEA, ELEVATION),
+    "speed_m_s": _number("speed", "m/s", Limits((0.0, 500.0), (0.0, 150.0))),
+    "speed_sigma_m_s": _number("error of the speed (sd)", "m/s", Limits((0.0, 500.0), (0.0, 50.0))),
+    "return_period_years": _number("return period", "years"),
+    "year": _number("year"),
+    "depth_m": _number("three-day snow depth", "m"),
 }

@@ -6,9 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile
 from avahazard.records.terrain_crop import TerrainCrop
@@ -18,7 +16,6 @@ from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.ladder import Rung
 
-Floats = NDArray[np.float64]
 Document = Mapping[str, Any]
 
 
@@ -29,9 +26,9 @@ class EventView:
     `coordinate` is what was recorded: `elevation`, `x` or `length`; `observed_m` is None where
     the event left its profile. `stop_x_m` is its place on the path, None off the profile.
     `predicted` holds the 5, 50 and 95 % quantiles in the same coordinate, None where the model
-    predicts nothing for this event; `p_left` is the predicted chance to leave. `mu` is apparent
-    friction under the model, None where no friction stops the block there, as `mu_status` says;
-    `mu_reference` is the same less what the model's effects on friction and its path add to it.
+    predicts nothing for this event. `mu` is apparent friction under the model, None where no
+    friction stops the block there; `mu_reference` is the same less what the model's effects on
+    friction and its path add to it.
     """
 
     event_id: str
@@ -45,10 +42,8 @@ class EventView:
     sigma_m: float
     stop_x_m: float | None
     mu: float | None
-    mu_status: str
     mu_reference: float | None = None
     predicted: tuple[float, float, float] | None = None
-    p_left: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

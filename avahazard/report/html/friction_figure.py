@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from avahazard.report.html.content import EventView, Floats, FrictionView
+from avahazard.arrays import Floats
+from avahazard.report.html.content import EventView, FrictionView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import BLUE, axis, by_path, layout
 from avahazard.report.html.words import event_words

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.report.html.content import Floats, PathView, PlanView
+from avahazard.arrays import Floats
+from avahazard.report.html.content import PathView, PlanView
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.hillshade import hillshade
 from avahazard.report.html.map_marks import north_arrow, scale_bar

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.report.html.content import Floats
+from avahazard.arrays import Floats
 from avahazard.report.html.figure import Figure, label
 from avahazard.report.html.style import BLUE, SKY, VERMILION, axis, layout
 from avahazard.report.html.words import number, unit_words

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.report.html.content import Floats
 from avahazard.report.html.figure import Trace
 from avahazard.report.html.words import case, interval, metres, volume_words
 from avahazard.report.language import ENGLISH, Language

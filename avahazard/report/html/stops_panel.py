@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from avahazard.report.html.content import EventView, Floats, LoopView, PathView, StateView
+from avahazard.arrays import Floats
+from avahazard.report.html.content import EventView, LoopView, PathView, StateView
 from avahazard.report.html.figure import Trace, label
 from avahazard.report.html.style import BLUE, INK
 from avahazard.report.html.words import event_words

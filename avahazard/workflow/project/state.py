@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
+from avahazard.results.base import Report
 from avahazard.store.results import Kind, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.project.file import Project
 
-Report = Callable[[str, float, float], None]
 DONE, UP_TO_DATE = "done", "up to date"
 
 

@@ -20,6 +20,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.plain import plain
+from avahazard.results.base import Report
 from avahazard.store.path_results import (
     PathResult,
     RunKind,
@@ -33,7 +34,6 @@ from avahazard.store.session import writing
 from avahazard.workflow.stored.model import StoredFit
 from avahazard.workflow.stored.path_hazard import takes_event_columns
 
-Report = Callable[[str, float, float], None]
 Shared = TypeVar("Shared")
 
 BATCH = 50

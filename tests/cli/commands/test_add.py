@@ -12,6 +12,8 @@ from avahazard.results.ladder import BeforeAndAfter
 from tests.cli.commands.snow import document, refused, run
 from tests.results.samples import STANDING
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 
 def test_the_error_falls_and_the_ladder_shows_it(snow_database: str, tmp_path: Path) -> None:
     file = tmp_path / "own.py"

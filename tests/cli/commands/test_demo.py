@@ -23,6 +23,7 @@ from avahazard.store.upkeep import status
 from avahazard.workflow import demo, demo_loop
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
+from tests.few_draws import few_draws
 from tests.report.html.chromium import Seen, chromium
 from tests.telling import untold
 from tests.workflow.twin import TRUTH
@@ -36,12 +37,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
     of it.
     """
     folder = tmp_path_factory.mktemp("a")
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, few_draws():
         patch.chdir(folder)
         patch.setattr(demo, "hazard", partial(hazard, n_draws=1000))
         patch.setattr(demo_loop, "hazard", partial(hazard, n_draws=1000))
-        patch.setattr(demo_loop, "N_EVENTS", 80)
-        patch.setattr(demo_loop, "N_PATHS", 4)
+        patch.setattr(demo_loop, "N_EVENTS", 60)
+        patch.setattr(demo_loop, "N_PATHS", 3)
         patch.setattr(demo, "calibrate", with_fewer_draws)
         patch.setattr(demo_loop, "calibrate", with_fewer_draws)
         done = CliRunner().invoke(app, ["--json", "demo"])

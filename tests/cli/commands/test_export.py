@@ -11,10 +11,11 @@ import pytest
 from typer.testing import Result
 
 from avahazard.store.models import save_model
-from avahazard.store.path_results import BOUNDS, save_documents
+from avahazard.store.path_results import BOUNDS
 from avahazard.store.session import writing
 from tests.gis.results import bounds
 from tests.gis.surface import BOTTOM, TOP, write_dem, write_lines
+from tests.store.documents import save_documents
 
 Run = Callable[..., Result]
 

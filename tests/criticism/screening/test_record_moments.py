@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from avahazard.criticism.screening.gains import moments_of
+from avahazard.criticism.screening.moments_of_worlds import moments_of
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords, real_world
 from avahazard.criticism.screening.record_moments import record_moments
 from avahazard.criticism.screening.stop_moments import record_bounds

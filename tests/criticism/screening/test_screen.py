@@ -9,9 +9,9 @@ import pytest
 from avahazard.criticism.diagnosis.refits import refit, without_groups
 from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.candidates import candidate_definitions
-from avahazard.criticism.screening.gains import sight_edges
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.model_design import base_design
+from avahazard.criticism.screening.moments_of_worlds import sight_edges
 from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screening

@@ -89,9 +89,9 @@ def test_equal_seeds_give_equal_offsets() -> None:
 
 def test_offsets_of_paths_are_drawn_with_the_parameters() -> None:
     model = posterior(observations(speeds=False), "path-effect")
-    found = sample(model, n_chains=2, n_draws=300, seed=1)
+    found = sample(model, n_chains=2, n_draws=150, seed=1)
     assert found.offsets is not None
-    assert found.offsets.shape == (2, 300, 6)
+    assert found.offsets.shape == (2, 150, 6)
     tau = found.coordinates[..., model.layout.spreads["path-effect"]] * 0.2
     # Offsets given τ are drawn about modes that shrink with it.
     large = np.abs(found.offsets).mean(axis=-1)

@@ -20,6 +20,7 @@ from avahazard.workflow.compare import compare
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.zones import zones
+from tests.few_draws import few_draws
 
 DATA = Path(__file__).resolve().parents[3] / "data"
 NAMES = {
@@ -41,7 +42,8 @@ def make_report_database(folder: Path) -> str:
     upkeep.create(database)
     import_files(database, [folder / f"{name}.csv" for name in ("paths", "profiles", "events")])
     calibrate(database, "m", chains=2, draws=100)
-    compare(database, "m")
+    with few_draws():
+        compare(database, "m")
     hazard(database, "m", return_periods=[30.0, 300.0], paths=["scey", "nants"], n_draws=1000)
     zones(database, "m", paths=["scey"])
     with writing(database) as session:
@@ -57,13 +59,15 @@ def make_loop_database(folder: Path) -> str:
     upkeep.create(database)
     import_files(database, [*write_records(folder, records)])
     calibrate(database, "base", chains=2, draws=100)
-    compare(database, "base")
+    with few_draws():
+        compare(database, "base")
     with writing(database) as session:
         found = {**DIAGNOSIS, "model": "base", "verdict": "missing-effect",
                  "missing": ["snow-type"], "where": ["P01 has snow."]}  # fmt: skip
         best = {**DIAGNOSIS["candidates"][0], "effect": "snow-type", "p_value": 1 / 40}
         results.save_result(session, results.DIAGNOSIS, "base", {**found, "candidates": [best]})
-    add(database, "base", ["snow-type"], "child")
+    with few_draws():
+        add(database, "base", ["snow-type"], "child")
     hazard(database, "child", return_periods=[100.0], n_draws=300)
     return database
 

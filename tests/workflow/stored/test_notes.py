@@ -29,6 +29,8 @@ from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import model_notes
 from avahazard.workflow.zones import zones
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 STALE = "the records have changed since base was calibrated."
 UNCONVERGED = "the chains of base have not converged."
 FEW = "base stands on 7 events only."

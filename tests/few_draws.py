@@ -1,0 +1,26 @@
+"""Little drawn, for tests that ask what is told, not how exact it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+FEW = {
+    "avahazard.workflow.compare.RECORD_DRAWS": 200,
+    "avahazard.workflow.report_events.RECORD_DRAWS": 200,
+    "avahazard.workflow.report_states.RECORD_DRAWS": 200,
+    "avahazard.criticism.scoring.held_out.RECORD_DRAWS": 60,
+    "avahazard.criticism.scoring.held_out.DENSITY_DRAWS": 60,
+    "avahazard.inference.prediction.stops.MAX_TABLES": 4,
+}
+
+
+@contextmanager
+def few_draws() -> Iterator[None]:
+    """Let comparisons and reports draw little; what is made once for all tests must not."""
+    with pytest.MonkeyPatch.context() as patch:
+        for place, n in FEW.items():
+            patch.setattr(place, n)
+        yield
