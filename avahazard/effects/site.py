@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.cells import build_cells
 from avahazard.physics.mean_friction import squares_to_rest
 from avahazard.physics.resistance import Resistance
@@ -18,8 +19,6 @@ from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-
-Floats = NDArray[np.float64]
 
 COARSE = 4
 SPEED_CELL_M = 10.0

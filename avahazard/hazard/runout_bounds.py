@@ -10,12 +10,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_curve import RunoutCurve, grid_of, piece_at, pieces
 from avahazard.results.hazard import Spread
 
-Floats = NDArray[np.float64]
 Distribution = Literal["lognormal", "normal"]
 
 QUANTILES = (0.05, 0.5, 0.95)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.hazard.event_volumes import EventVolumes, event_volumes
 from avahazard.hazard.frequency_draws import FrequencyDraws, GevDraws, ThresholdDraws
 from avahazard.hazard.shape_grid import gev_draws, gpd_draws, regional_prior, shape_prior
@@ -16,8 +16,6 @@ from avahazard.hazard.volume_region import FEWEST_TELLING, Region, Together
 from avahazard.message import counted
 from avahazard.records.errors import AvahazardError
 from avahazard.results.volumes import ReturnLevel
-
-Floats = NDArray[np.float64]
 
 ENOUGH_MAXIMA = 30
 """Maxima, or excesses over the threshold, from which a path stands alone."""

@@ -9,12 +9,10 @@ that of the mean friction.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.cells import Cells
 from avahazard.physics.resistance import SPEEDS
-
-Floats = NDArray[np.float64]
 
 TRIED = np.linspace(0.0, 2.0, 81)
 """Frictions between which the mean is sought; between two of them u² goes nearly straight."""

@@ -22,12 +22,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Bools, Floats
 from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
 from avahazard.physics.cells import Cells
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 MU_STEP = 0.0025
 """Spacing of the friction grid where it is even, as in the paper."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from avahazard.effects.catalogue import catalogue, definition, require
@@ -20,6 +20,7 @@ from avahazard.inference.paper.calibration import check_method
 from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
+from avahazard.results.base import Report, silent
 from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
@@ -47,7 +48,7 @@ def calibrate(
     chains: int = N_CHAINS,
     draws: int | None = None,
     seed: int = 0,
-    report: Callable[[str, float, float], None] = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Calibration:
     """Calibrate a model on the records (of `paths`, if any are named) and store it as `name`.
 

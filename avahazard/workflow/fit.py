@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper.back_calculation import back_calculate
@@ -18,8 +18,6 @@ from avahazard.results.base import Rows
 from avahazard.results.friction import Fits, FittedParameter, LeastSquares
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-
-Floats = NDArray[np.float64]
 
 
 def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None) -> Fits:

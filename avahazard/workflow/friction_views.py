@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations
@@ -24,7 +24,6 @@ from avahazard.results.friction import (
     PerturbedParameter,
 )
 
-Floats = NDArray[np.float64]
 Kappa = float | Literal["auto"]
 
 N_POINTS = 201

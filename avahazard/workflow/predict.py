@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import error_budget
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import record_pit, runout_scores
@@ -31,8 +32,6 @@ from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import ignores_volume
-
-Floats = NDArray[np.float64]
 
 STOP_DRAWS = 2000
 RECORD_DRAWS = 1000

@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.samplers.calibrate import calibrate_model
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import Report
+from avahazard.results.base import Report, silent
 from avahazard.results.provenance import Difference, Rerun
 from avahazard.workflow.add import start_from
 from avahazard.workflow.provenance import show_provenance
@@ -24,7 +24,7 @@ def rerun(
     name: str,
     *,
     effect_files: Sequence[Path] = (),
-    report: Report = lambda _what, _done, _total: None,
+    report: Report = silent,
 ) -> Rerun:
     """Calibrate the model `name` again and hold every draw against the stored ones.
 

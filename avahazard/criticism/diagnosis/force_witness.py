@@ -19,14 +19,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import Site
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.resistance import SPEEDS, Resistance
-
-Floats = NDArray[np.float64]
 
 FEWEST_SPEEDS = 4
 """Of a track; two of them go to its own E₀ and μ."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
 from avahazard.inference.model.layout import TRACK_SCATTER
@@ -16,8 +16,6 @@ from avahazard.inference.model.speed_record import track_spread
 from avahazard.inference.seeds import generator
 from avahazard.physics.cells import build_cells
 from avahazard.physics.speed import speeds_along
-
-Floats = NDArray[np.float64]
 
 SPEED_SIGMA_M_S = 1.5
 N_SIMULATIONS = 50

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.axes import terciles
 from avahazard.criticism.scoring.friction_given_record import friction_given_record
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
@@ -22,8 +23,6 @@ from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_curve import between, located, steps_of
 from avahazard.results.base import Rows
 from avahazard.results.comparison import MeasuredForce, SpeedMisfit
-
-Floats = NDArray[np.float64]
 
 N_TABLES = 24
 DRAWS_A_TABLE = 25

@@ -7,8 +7,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.gains import Reference
 from avahazard.criticism.screening.masked_pairs import Paired
 from avahazard.criticism.screening.parametric_bootstrap import (
@@ -21,8 +21,6 @@ from avahazard.engine import spread_map
 from avahazard.engine.choice import LOCAL, chosen
 from avahazard.inference.seeds import generator
 from avahazard.workers import ordered_map
-
-Floats = NDArray[np.float64]
 
 PART = 10
 """Worlds that are given to a worker of another process at once."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import drawn_speeds
@@ -16,8 +17,6 @@ from avahazard.inference.model.observations import LEFT
 from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.prediction.stops import draw_friction, look_up
 from avahazard.physics.runout_curve import MU
-
-Floats = NDArray[np.float64]
 
 MAX_REDRAWS = 200
 

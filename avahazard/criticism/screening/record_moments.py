@@ -10,16 +10,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.speed_points import leaving_points, stop_points
 from avahazard.criticism.screening.stop_moments import nearest_moments, stop_moments
 from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.straight_density import straight_points
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 MOST_POINTS = 4096
 

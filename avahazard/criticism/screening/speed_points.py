@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.stop_moments import REACH, STRETCH, within_reach
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 SPEED_PIECES = 4
 """Parts of a cell of frictions where speeds tell them apart."""

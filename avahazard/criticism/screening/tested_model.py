@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.alternatives import AtHand, alternatives_of
 from avahazard.criticism.screening.gains import Gains
 from avahazard.criticism.screening.group_spreads import GroupSpreads
@@ -20,8 +21,6 @@ from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, predict_records, run_blocks
 from avahazard.physics.runout_curve import RunoutCurve
-
-Floats = NDArray[np.float64]
 
 CURVES = 500
 """Curves that are looked through together."""

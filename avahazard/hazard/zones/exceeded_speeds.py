@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.site import Site
 from avahazard.hazard.avalanches import Avalanches, annual_rate
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
 from avahazard.kernels import kernel
 from avahazard.physics.runout_curve import MU
-
-Floats = NDArray[np.float64]
 
 HALVINGS = 16
 """Of squared speed: 0.1 m/s or less at the slowest that matter."""

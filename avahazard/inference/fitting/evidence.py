@@ -13,15 +13,13 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaln, log_ndtr, logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Layout, build_layout
 from avahazard.inference.seeds import generator
-
-Floats = NDArray[np.float64]
 
 DRAWS = 200
 """Draws of one round."""

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from avahazard.arrays import Floats
 from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 STEP, GRADIENT_STEP = 1e-3, 1e-6

@@ -7,12 +7,11 @@ from functools import reduce
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.interpolation import interpolated, line_weights, stack
 from avahazard.inference.likelihood.nodes import (
-    Ints,
     Nodes,
     build_nodes,
     needed_panels,
@@ -31,8 +30,6 @@ from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
 from avahazard.physics.runout_curve import MU
-
-Floats = NDArray[np.float64]
 
 KEPT_STACKS, KEPT_RUNS, KEPT_TABLES = 64, 64, 16
 """Neighbourhoods of grid points whose nodes are kept side by side, runs of the block (several MB

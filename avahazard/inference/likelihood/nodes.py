@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.node_kernels import fill_record_nodes
 from avahazard.inference.likelihood.panels import finest, n_panels
 from avahazard.inference.likelihood.predicted import Predicted
@@ -27,9 +28,6 @@ from avahazard.inference.model.observations import LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 from avahazard.workers import n_workers, ordered_map
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 class Nodes(NamedTuple):

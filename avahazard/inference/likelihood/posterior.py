@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.event_terms import (
@@ -30,8 +31,6 @@ from avahazard.inference.model.offset_plan import offset_plan
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, rescaled
 from avahazard.physics.resistance import Resistance
-
-Floats = NDArray[np.float64]
 
 KEPT_VOLUMES = 32
 """Factors of the volumes' errors for which the volumes are kept."""

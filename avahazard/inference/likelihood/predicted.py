@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
@@ -17,7 +18,6 @@ from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve
 from avahazard.workers import ordered_map
 
-Floats = NDArray[np.float64]
 Values = dict[str, Floats]
 """Parameter values by effect key."""
 

@@ -10,12 +10,10 @@ alone, what was measured too low would weigh too much.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 MAX_REDRAWS = 100
 

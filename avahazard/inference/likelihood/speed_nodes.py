@@ -12,13 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import JumpedStop
 from avahazard.inference.likelihood.record_density import DEPTH, record_density_nodes
 from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 SPLIT, POINTS = 15, 256
 """Parts of each cell of the friction grid (odd: a block that leaves does so up to the middle of

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.law_prior import LawPrior, law_prior
 from avahazard.inference.model.laws import Law
 from avahazard.records.errors import AvahazardError
@@ -21,7 +21,6 @@ from avahazard.records.errors import AvahazardError
 if TYPE_CHECKING:
     from avahazard.inference.model.layout import Slot
 
-Floats = NDArray[np.float64]
 
 GIVEN = "given:"
 """A source of a law's prior that begins so are numbers, of the parameters that it lists."""

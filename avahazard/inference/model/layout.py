@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect, Parameter
 from avahazard.inference.model.given_prior import with_given
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 
-Floats = NDArray[np.float64]
 Grids = Mapping[str, tuple[float, ...]]
 """Grids of coordinates by slot name."""
 

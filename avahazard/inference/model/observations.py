@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.site import Site, build_site, release_place, stop_place
 from avahazard.engine import spread_map
@@ -20,8 +21,6 @@ from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Profile
-
-Floats = NDArray[np.float64]
 
 ELEVATION, PLACE, LENGTH, LEFT = 0, 1, 2, 3
 """What was recorded: the elevation of the stop, its x, a runout length, or that it left."""

@@ -14,11 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.physics.constants import GRAVITY
-
-Floats = NDArray[np.float64]
 
 FRICTION_CORRELATION_M = 100.0
 """Length over which friction stays alike along a track: about that of a terrain step."""

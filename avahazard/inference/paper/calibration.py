@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import Law, law
@@ -22,8 +23,6 @@ from avahazard.inference.samplers.chains import Chains
 from avahazard.message import message
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
 from avahazard.records.errors import AvahazardError
-
-Floats = NDArray[np.float64]
 
 MIN_EVENTS = 3
 LARGEST = 1e100

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import draws, shifted
@@ -15,8 +16,6 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, between, located, nearest, steps_of
-
-Floats = NDArray[np.float64]
 
 LEAST_FRICTION = 1e-3
 """No flow is known to slide on less; draws of μ ≤ 0 count as the lowest friction of the tables."""

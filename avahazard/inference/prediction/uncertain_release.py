@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.records.event import Event
 
-Floats = NDArray[np.float64]
 Stops = tuple[Floats, NDArray[np.bool_]]
 """Where events stop (m, or H/L) and whether they left their profile, `[n_events, n_draws]` each."""
 

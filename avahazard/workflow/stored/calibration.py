@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.paths_differ import WORTH_A_NOTE, paths_differ
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
@@ -25,8 +25,6 @@ from avahazard.results.calibration import (
 )
 from avahazard.workflow.stored.notes import prior_notes
 from avahazard.workflow.stored.record_notes import record_notes
-
-Floats = NDArray[np.float64]
 
 KDE_DRAWS, KDE_POINTS = 4000, 401
 NARROWEST = 1e-9

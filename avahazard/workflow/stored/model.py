@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitting.refinement import refined_grids
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
@@ -31,8 +31,6 @@ from avahazard.store.models import StoredModel, load_model, save_model
 from avahazard.store.records import load_records
 from avahazard.store.session import Session, reading
 from avahazard.workflow.provenance import surroundings
-
-Floats = NDArray[np.float64]
 
 COORDINATE, OFFSET = "coordinate:", "offset:"
 """How the draws of coordinates and path offsets are told from readable ones in the store."""
