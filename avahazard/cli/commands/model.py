@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -58,7 +58,7 @@ def _show_provenance(context: typer.Context, name: str) -> None:
             ("method", f"{found.method}, {found.chains} chains of {found.draws} draws"),
             ("seed", found.seed),
             ("paths", ", ".join(found.paths) or "all"),
-            *((key, str(value)) for key, value in found.specification.items()),
+            *((key, _told(key, value)) for key, value in found.specification.items()),
             ("effect files, SHA-256", found.effect_sha256),
             ("lock, SHA-256", None if made is None else made.lock_sha256),
         ]
@@ -70,3 +70,12 @@ def _show_provenance(context: typer.Context, name: str) -> None:
     emit(context, found, render)
     if found.records_changed:
         warn(f"the records have changed since {name} was calibrated.")
+
+
+def _told(key: str, value: Any) -> str | None:
+    """A part of the specification; of priors, where they are from or their numbers."""
+    if key == "prior":
+        return value["source"] if value else None
+    if key == "given":
+        return ", ".join(f"{g['name']} {g['mean']:g} ± {g['sd']:g}" for g in value) or None
+    return (", ".join(value) or None) if isinstance(value, list | tuple) else str(value)

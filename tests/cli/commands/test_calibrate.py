@@ -62,6 +62,9 @@ def test_a_prior_as_numbers_is_told(mine: Run) -> None:
     shown = json.loads(mine("--json", "model", "m").stdout)
     assert shown["given_priors"]["n"] == {"mean": 2e-6, "sd": 1e-6, "unit": "1/m3"}
     assert shown["prior"]["source"] == "given:n"
+    provenance = mine("model", "m", "--provenance").stdout
+    assert untold(provenance, "n 2e-06 ± 1e-06, sigma 0.2 ± 0.05", "given:n") == []
+    assert "{" not in provenance
 
 
 def test_a_run_that_has_not_converged_says_so_and_ends_with_0(mine: Run) -> None:

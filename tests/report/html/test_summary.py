@@ -88,7 +88,7 @@ def test_what_it_cannot_tell_comes_from_the_results(content: ReportContent) -> N
 def test_what_is_not_known_is_counted(content: ReportContent) -> None:
     event = replace(content.events[0], volume_m3=None, year=None, left_profile=True, path_id=None)
     text = " ".join(unknown_words(replace(content, events=(event,), covariates={"snow": 1})))
-    for words in ("no volume", "no date", "left their profile", "no path", "“snow”", "No speeds"):
+    for words in ("no volume", "no date", "left its profile", "no path", "“snow”", "No speeds"):
         assert words in text
 
 
