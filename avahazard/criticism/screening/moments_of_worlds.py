@@ -46,7 +46,7 @@ def sight_edges(
         nobody,
         LOG_MU,
         silent,
-        measured.speeds,
+        measured.tracks,
     )
     return alternative.tables.edges._replace(
         seen=place.mean,
@@ -67,6 +67,6 @@ def moments_of(tables: Tables, measured: BootstrapRecords) -> RecordMoments:
         measured.left,
         LOG_MU,
         tables.speeds,
-        measured.speeds,
+        measured.tracks,
     )
     return moments

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.criticism.screening.speed_points import Tracks
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import drawn_speeds
@@ -15,6 +17,7 @@ from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import wrong_ranges
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.model.offset_plan import OffsetPlan
+from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 from avahazard.inference.prediction.stops import draw_friction, look_up
 from avahazard.physics.runout_curve import MU
 
@@ -25,24 +28,31 @@ MAX_REDRAWS = 200
 class BootstrapRecords:
     """What was measured of each event.
 
-    `observed` (m), `left` `[n_events]`, and speeds `[n_rows, n_places]` of the events that have
-    any.
+    `observed` (m), `left` `[n_events]`, and speeds of the events that have any.
     """
 
     observed: Floats
     left: NDArray[np.bool_]
-    speeds: Floats
+    tracks: Tracks
 
 
 def real_world(posterior: Posterior) -> BootstrapRecords:
     """The records themselves."""
     observations = posterior.observations
-    widest = max((len(m.x) for m in observations.speeds), default=1)
-    speeds = np.zeros((max(1, len(observations.speeds)), widest))
-    for r, m in enumerate(observations.speeds):
-        speeds[r, : len(m.x)] = m.speed
     left = observations.kind == LEFT
-    return BootstrapRecords(np.where(left, 0.0, observations.observed), left, speeds)
+    observed = np.where(left, 0.0, observations.observed)
+    return BootstrapRecords(observed, left, _tracks(observations.speeds))
+
+
+def _tracks(records: Sequence[SpeedRecord]) -> Tracks:
+    widest = max((len(m.x) for m in records), default=1)
+    n_rows = max(1, len(records))
+    speed, spread = np.zeros((n_rows, widest)), np.zeros((n_rows, widest, widest))
+    places = np.zeros(n_rows, dtype=np.int64)
+    for r, m in enumerate(records):
+        k = len(m.x)
+        places[r], speed[r, :k], spread[r, :k, :k] = k, m.speed, m.spread
+    return Tracks(speed, places, spread)
 
 
 def make_world(
@@ -67,7 +77,7 @@ def make_world(
         own = np.sqrt(np.sum(plan.alone * tau[:, None] ** 2, axis=0))
         shift = shift + own * rng.standard_normal(len(own))
     friction = draw_friction(posterior, u, shift, rng)
-    observed, elevation, left = _record(predicted, friction, broken, rng)
+    observed, x, elevation, left = _record(predicted, friction, broken, rng)
     for _ in range(MAX_REDRAWS):
         hidden = ~left & (elevation > observations.limit)
         if not np.any(hidden):
@@ -76,19 +86,45 @@ def make_world(
         friction = np.where(hidden, again, friction)
         fresh = _record(predicted, again, broken, rng)
         observed = np.where(hidden, fresh[0], observed)
-        elevation = np.where(hidden, fresh[1], elevation)
-        left = np.where(hidden, fresh[2], left)
-    widest = max((len(m.x) for m in observations.speeds), default=1)
-    speeds = np.zeros((max(1, len(observations.speeds)), widest))
-    for r, (m, table) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
-        square = [np.interp(friction[m.event], MU, column) for column in squares(table).T]
-        at_rest = np.maximum(square, 0.0)[:, None]
-        speeds[r, : len(m.x)] = drawn_speeds(at_rest, m, track_scatter, rng, arrives=False)[:, 0]
+        x = np.where(hidden, fresh[1], x)
+        elevation = np.where(hidden, fresh[2], elevation)
+        left = np.where(hidden, fresh[3], left)
+    tracks = _tracks(
+        [
+            _measured(m, squares(table), friction[m.event], x[m.event], track_scatter, rng)
+            for m, table in zip(observations.speeds, predicted.speeds, strict=True)
+        ]
+    )
     if posterior.specification.tails == "student":
         low, high = wrong_ranges(observations)
         wrong = ~left & (rng.random(observations.n_events) < wrong_chance(posterior, u))
         observed = np.where(wrong, low + (high - low) * rng.random(observations.n_events), observed)
-    return BootstrapRecords(observed, left, speeds)
+    return BootstrapRecords(observed, left, tracks)
+
+
+def _measured(
+    track: SpeedRecord,
+    square: Floats,
+    friction: float,
+    stop_x: float,
+    track_scatter: float,
+    rng: np.random.Generator,
+) -> SpeedRecord:
+    """A track with this friction and stop, its speeds measured at the places that it came to.
+
+    `square` `[n_friction, n_speeds]` is the block's u². What its friction made of it is tied to
+    where it stopped, here as in the records.
+    """
+    k = int(np.searchsorted(track.x, stop_x))
+    mine = [np.interp(friction, MU, column) for column in square[:, :k].T]
+    made = speed_record(
+        track.event, track.x[:k], track.speed[:k], track.sigma[:k], track.release_x, stop_x
+    )
+    if k == 0:
+        return made
+    at_places = np.maximum(mine, 0.0)[:, None]
+    speed = drawn_speeds(at_places, made, track_scatter, rng, arrives=True)[:, 0]
+    return replace(made, speed=speed)
 
 
 def wrong_chance(posterior: Posterior, u: Floats) -> Floats:
@@ -101,7 +137,8 @@ def _record(
     friction: Floats,
     broken: NDArray[np.bool_] | None,
     rng: np.random.Generator,
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    record, _, elevation, left = look_up(predicted, friction[:, None], broken)
+) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    """Record, place x (without the record's error), elevation, and whether it left `[n_events]`."""
+    record, x, elevation, left = look_up(predicted, friction[:, None], broken)
     error = predicted.sigma * rng.standard_normal(len(predicted.sigma))
-    return record[:, 0] + error, elevation[:, 0] + error, left[:, 0]
+    return record[:, 0] + error, x[:, 0], elevation[:, 0] + error, left[:, 0]

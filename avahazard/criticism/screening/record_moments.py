@@ -32,15 +32,15 @@ class RecordMoments(NamedTuple):
 
 @kernel
 def record_moments(  # type: ignore[no-untyped-def]
-    record, bounds, last_left, height, observed, sigma, left, log_mu, speed_grid, speeds
+    record, bounds, last_left, height, observed, sigma, left, log_mu, speed_grid, tracks
 ):
     """RecordMoments of all events.
 
     `record` `[n_events, n_friction]` is what would be recorded, `bounds` its `record_bounds`,
     `height` `[n_events]` the height of fall of events without a profile (else nan),
     `last_left` `[n_events]` the last friction of the grid at which the block leaves (-1: none),
-    `left` `[n_events]` the events that did leave (for these the speeds alone speak), `speeds`
-    `[n_rows, n_places]`.
+    `left` `[n_events]` the events that did leave (for these the speeds alone speak), `tracks` are
+    `Tracks`.
     """
     n = len(record)
     mean = np.zeros(n)
@@ -51,10 +51,12 @@ def record_moments(  # type: ignore[no-untyped-def]
     misfit = np.empty(speed_grid.square.shape[2])
     for i in range(n):
         row = speed_grid.row[i]
+        if row >= 0 and tracks.places[row] == 0:
+            row = -1
         if left[i] and row < 0:
             continue
         if left[i]:
-            errors = _errors(speed_grid, row, speeds)
+            errors = _errors(speed_grid, row, tracks)
             count = leaving_points(
                 last_left[i], log_mu, speed_grid, row, errors, misfit, points, logs
             )
@@ -77,7 +79,7 @@ def record_moments(  # type: ignore[no-untyped-def]
                 log_mu,
                 speed_grid,
                 row,
-                _errors(speed_grid, row, speeds),
+                _errors(speed_grid, row, tracks),
                 misfit,
                 points,
                 logs,
@@ -102,7 +104,7 @@ def record_moments(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _errors(grid, row, speeds):  # type: ignore[no-untyped-def]
+def _errors(grid, row, tracks):  # type: ignore[no-untyped-def]
     """The measured speeds of one row as `whitening` gives them."""
-    k = grid.places[row]
-    return whitening(speeds[row, :k], grid.sigma[row, :k], grid.spread[row], grid.scatter)
+    k = tracks.places[row]
+    return whitening(tracks.speed[row, :k], grid.sigma[row, :k], tracks.spread[row], grid.scatter)

@@ -22,8 +22,7 @@ class SpeedGrid(NamedTuple):
 
     `row` `[n_events]` points to the event's row, -1 for none; `square` `[n_rows, n_coarse,
     n_places]` is u² at every `stride`-th friction, below 0 where the block stops short; `cell`
-    `[n_rows]` and `jumped` `[n_rows, n_places]` are what `JumpedStop` has. `places` `[n_rows]`
-    says how many an event has, `sigma` `[n_rows, n_places]`, `spread` `[n_rows, n_places,
+    `[n_rows]` and `jumped` `[n_rows, n_places]` are what `JumpedStop` has. `sigma` `[n_rows,
     n_places]` and `scatter` (of friction along the tracks) are those of `speed_errors`.
     """
 
@@ -32,10 +31,20 @@ class SpeedGrid(NamedTuple):
     stride: int
     cell: NDArray[np.int64]
     jumped: Floats
-    places: NDArray[np.int64]
     sigma: Floats
-    spread: Floats
     scatter: float
+
+
+class Tracks(NamedTuple):
+    """The speeds (m/s) that were measured in one world, `[n_rows, n_places]`.
+
+    `places` `[n_rows]` says at how many places, the first: those that the avalanche came to.
+    `spread` `[n_rows, n_places, n_places]` as in `SpeedRecord`, by where it stopped.
+    """
+
+    speed: Floats
+    places: NDArray[np.int64]
+    spread: Floats
 
 
 @kernel

@@ -81,17 +81,13 @@ def _speed_grid(observations: Observations, predicted: Predicted, scatter: float
     widest = max((len(m.x) for m in observations.speeds), default=1)
     n_rows = max(1, len(observations.speeds))
     coarse = np.zeros((n_rows, len(MU[::SPEED_STRIDE]), widest), dtype=np.float32)
-    places = np.zeros(n_rows, dtype=np.int64)
     sigma, jumped = np.ones((n_rows, widest)), np.zeros((n_rows, widest))
-    spread = np.zeros((n_rows, widest, widest))
     cell = np.full(n_rows, -1)
     for r, (measured, speeds) in enumerate(zip(observations.speeds, predicted.speeds, strict=True)):
         k = len(measured.x)
         row[measured.event] = r
-        places[r] = k
         coarse[r, :, :k] = squares(speeds[::SPEED_STRIDE])
         sigma[r, :k] = measured.sigma
-        spread[r, :k, :k] = measured.spread
         cell[r] = predicted.jumped[r].cell
         jumped[r, :k] = predicted.jumped[r].square
-    return SpeedGrid(row, coarse, SPEED_STRIDE, cell, jumped, places, sigma, spread, float(scatter))
+    return SpeedGrid(row, coarse, SPEED_STRIDE, cell, jumped, sigma, float(scatter))

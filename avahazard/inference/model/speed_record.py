@@ -26,7 +26,8 @@ FRICTION_CORRELATION_M = 100.0
 class SpeedRecord:
     """Speeds measured along one event: `x`, `speed`, `sigma`, each `[n_speeds]`.
 
-    `stop_x` (m) is where it was recorded to stop, or the end of the profile that it left; `share`
+    `release_x` (m) is where it started, `stop_x` where it was recorded to stop, or the end of the
+    profile that it left; `share`
     `[n_speeds]` of the way there lies above each place. `spread` `[n_speeds, n_speeds]` (m⁴/s⁴) is
     the covariance of r for s = 1, `root` the same times itself transposed.
     """
@@ -35,6 +36,7 @@ class SpeedRecord:
     x: Floats
     speed: Floats
     sigma: Floats
+    release_x: float
     stop_x: float
     share: Floats
     spread: Floats
@@ -50,7 +52,7 @@ def speed_record(
     spread = track_spread(way, length)
     values, vectors = np.linalg.eigh(spread)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return SpeedRecord(event, x, speed, sigma, stop_x, way / length, spread, root)
+    return SpeedRecord(event, x, speed, sigma, release_x, stop_x, way / length, spread, root)
 
 
 def track_spread(way: Floats, length: float) -> Floats:

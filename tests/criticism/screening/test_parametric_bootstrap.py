@@ -9,7 +9,7 @@ from avahazard.criticism.screening.parametric_bootstrap import (
     real_world,
 )
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import LEFT
+from avahazard.inference.model.observations import LEFT, PLACE
 from avahazard.inference.seeds import generator
 from tests.inference import studies
 from tests.inference.groupings import plan_of
@@ -35,8 +35,11 @@ def test_the_real_world_is_the_records() -> None:
     stopped = observations.kind != LEFT
     assert np.array_equal(found.left, ~stopped)
     assert np.array_equal(found.observed[stopped], observations.observed[stopped])
-    for row, measured in zip(found.speeds, observations.speeds, strict=True):
-        assert np.array_equal(row[: len(measured.x)], measured.speed)
+    for r, measured in enumerate(observations.speeds):
+        k = len(measured.x)
+        assert found.tracks.places[r] == k
+        assert np.array_equal(found.tracks.speed[r, :k], measured.speed)
+        assert np.array_equal(found.tracks.spread[r, :k, :k], measured.spread)
 
 
 def test_lengths_scatter_by_friction_volume_and_record() -> None:
@@ -82,9 +85,26 @@ def test_speeds_err_as_said() -> None:
     fixed = {"log sigma": np.log(1e-3), "n in 1e-6/m3": 0.0}
     measured = observations.speeds[0]
     for scatter in (0.0, 0.1):
-        speeds = np.array([w.speeds[0, 0] for w in many(model, 0.0, scatter, **fixed)])
-        own = scatter * np.sqrt(measured.spread[0, 0]) / (2.0 * np.mean(speeds))
+        tracks = [w.tracks for w in many(model, 0.0, scatter, **fixed)]
+        assert all(t.places[0] > 0 for t in tracks)
+        speeds = np.array([t.speed[0, 0] for t in tracks])
+        own = scatter * np.sqrt(tracks[0].spread[0, 0, 0]) / (2.0 * np.mean(speeds))
         assert np.std(speeds) == pytest.approx(np.hypot(measured.sigma[0], own), rel=0.15)
+
+
+def test_speeds_are_measured_where_the_avalanche_came() -> None:
+    observations = studies.observations()
+    measured = observations.speeds[0]
+    model = studies.posterior(observations)
+    worlds = many(model, **{"log sigma": np.log(0.3)})
+    places = np.array([w.tracks.places[0] for w in worlds])
+    assert 0 < np.sum(places < len(measured.x)) < N_WORLDS
+    i = measured.event
+    assert observations.kind[i] == PLACE
+    for w, k in zip(worlds, places, strict=True):
+        came = (w.observed[i] > measured.x) | w.left[i]
+        clear = w.left[i] | (np.abs(measured.x - w.observed[i]) > 5.0 * observations.sigma[i])
+        np.testing.assert_array_equal((np.arange(len(came)) < k)[clear], came[clear])
 
 
 def test_equal_seeds_make_equal_worlds() -> None:
@@ -98,7 +118,7 @@ def test_equal_seeds_make_equal_worlds() -> None:
 
     a, b, c = one(1), one(1), one(2)
     assert np.array_equal(a.observed, b.observed)
-    assert np.array_equal(a.speeds, b.speeds)
+    assert np.array_equal(a.tracks.speed, b.tracks.speed)
     assert not np.array_equal(a.observed, c.observed)
 
 

@@ -80,7 +80,7 @@ def test_an_event_that_left_says_nothing_by_itself() -> None:
 
 def test_a_record_that_no_friction_explains_costs() -> None:
     observations, tables, measured = setting()
-    far = BootstrapRecords(measured.observed.copy(), measured.left, measured.speeds)
+    far = BootstrapRecords(measured.observed.copy(), measured.left, measured.tracks)
     i = int(np.flatnonzero((observations.kind == 0) & (tables.speeds.row < 0))[0])
     costs = []
     for away in (40.0, 80.0):
@@ -108,7 +108,7 @@ def test_coarser_frictions_give_the_same_bump() -> None:
             measured.left[rows],
             LOG_MU[::step].copy(),
             silent,
-            measured.speeds,
+            measured.tracks,
         )
 
     fine, coarse = one(1), one(2)
