@@ -56,9 +56,11 @@ def test_an_unsure_release_widens_what_has_no_runout(snow_database: str, write: 
     # L = H / μ: a fall that is off by 30 % is a length that is.
     share = np.hypot(line.sd_m / line.mean_m, 0.3 * np.hypot(1.0, line.sd_m / line.mean_m))
     assert loose.sd_m / loose.mean_m == pytest.approx(share, rel=0.1)
-    bad = write("bad.csv", text.replace(",80", ",far"))
     with pytest.raises(AvahazardError, match="release_sigma_m of event unsure"):
-        predict(snow_database, "base", bad)
+        predict(snow_database, "base", write("bad.csv", text.replace(",80", ",-80")))
+    with pytest.raises(RejectedRows) as refused:
+        predict(snow_database, "base", write("word.csv", text.replace(",80", ",far")))
+    assert [(p.line, p.column) for p in refused.value.problems] == [(3, "release_sigma_m")]
 
 
 def test_the_records_themselves_are_covered(snow_world: Path) -> None:
