@@ -18,7 +18,7 @@ from avahazard.inference.likelihood.nodes import (
     record_nodes,
     speed_nodes,
 )
-from avahazard.inference.likelihood.panels import N_NODES
+from avahazard.inference.likelihood.panels import A_PANEL, N_NODES
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
     Predicted,
@@ -36,9 +36,9 @@ KEPT_STACKS, KEPT_RUNS, KEPT_TABLES = 64, 64, 16
 each) and tables made from them. Nodes themselves are small."""
 MOST_BYTES, LEAST_KEPT = 64_000_000, 2
 """Memory of what is kept of each of these three, and how many are kept whatever they take."""
-RUN_BYTES, TABLE_BYTES, NODES_BYTES = 17 * len(MU), 25 * len(MU), 32 * N_NODES
+RUN_BYTES, TABLE_BYTES, NODE_BYTES = 17 * len(MU), 25 * len(MU), 32
 """Bytes of one curve of a run (x, elevation, status), of one event's table (its record, too), and
-of one event's nodes."""
+of one node of an event."""
 
 
 class NodeGrid:
@@ -76,10 +76,16 @@ class NodeGrid:
         self._nodes: dict[tuple[int, ...], Nodes] = {}
         self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
 
+    @property
+    def _speed_bytes(self) -> int:
+        """Bytes of the speeds of one run of the block."""
+        return 8 * len(MU) * sum(len(track.x) for track in self.observations.speeds)
+
     def forget_runs(self) -> None:
         """Give back the memory of runs and tables; nodes stay, others are run anew if asked."""
         self._runs = {}
         self._predicted = {}
+        self._stacks = {}
 
     def regridded(self, layout: Layout) -> NodeGrid:
         """The same on the grids of another layout; runs of the block are shared."""
@@ -108,7 +114,8 @@ class NodeGrid:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""
         if windows not in self._stacks:
             n_corners = int(np.prod([width for _, width in windows]))
-            size = n_corners * self.observations.n_events * NODES_BYTES
+            n_nodes = max(N_NODES, A_PANEL * int(np.max(self.panels(), initial=1)))
+            size = n_corners * self.observations.n_events * n_nodes * NODE_BYTES
             make_room(self._stacks, within(KEPT_STACKS, size))
             ranges = [range(first, first + width) for first, width in windows]
             self._stacks[windows] = stack([self.point(index) for index in product(*ranges)])
@@ -181,7 +188,7 @@ class NodeGrid:
         if key not in self._predicted:
             values = self._values(index)
             runs = self._block_runs(values)
-            size = self.observations.n_events * TABLE_BYTES
+            size = self.observations.n_events * TABLE_BYTES + self._speed_bytes
             make_room(self._predicted, within(KEPT_TABLES, size))
             self._predicted[key] = predict_records(
                 self.observations, self.effects, values, self.curvature, runs
@@ -198,6 +205,7 @@ class NodeGrid:
         moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
         if moving not in self._runs:
             size = sum(len(site.release_x) for site in self.observations.sites) * RUN_BYTES
+            size += self._speed_bytes
             make_room(self._runs, within(KEPT_RUNS, size))
             self._runs[moving] = run_blocks(self.observations, self.effects, values, self.curvature)
         return self._runs[moving]
