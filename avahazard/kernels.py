@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from numba import njit
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import FunctionCache
 
 CONTRACT = {"contract"}
 """Fast-math flags of the kernels: products and sums may fuse; NaN and inf keep their meaning."""
@@ -40,15 +40,13 @@ def kernel(function: Callable[..., Any] | None = None, **flags: Any) -> Any:
 
 
 class PackageCache(FunctionCache):
-    """numba's cache of a function, where numba puts it, with `package_stamp` in its key."""
+    """numba's cache of a function, where numba puts it, with `package_stamp` in its version."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        locator = self._impl.locator
-        stamp = (locator.get_source_stamp(), package_stamp())
-        self._cache_file = IndexDataCacheFile(  # type: ignore[no-untyped-call]
-            self._cache_path, self._impl.filename_base, stamp
-        )
+        # The version, not the stamp of the file: an index of another version is not even read. What
+        # it names may be gone, and reading it would then fail.
+        self._cache_file._version += f" {package_stamp()}"
 
 
 @cache

@@ -114,3 +114,31 @@ def test_what_is_compiled_is_kept_where_the_package_cannot_be_written(tmp_path: 
 def test_every_kernel_of_the_package_has_the_one_spelling() -> None:
     for path in kernels.PACKAGE.rglob("*.py"):
         assert path == kernels.PACKAGE / "kernels.py" or "njit" not in path.read_text(), path
+
+
+def test_an_index_whose_classes_are_gone_is_passed_over(tmp_path: Path) -> None:
+    """What kernels are called with may be renamed: what they were called with cannot be read."""
+    package = copied(tmp_path)
+    caller = package / "caller.py"
+    pair = """
+from typing import NamedTuple
+from avahazard.callee import inner
+from avahazard.kernels import kernel
+
+class Pair(NamedTuple):
+    x: float
+
+@kernel
+def of_pair(pair):
+    return 2.0 * inner(pair.x)
+
+def outer(x):
+    return of_pair(Pair(x))
+
+outer.stats = of_pair.stats
+"""
+    caller.write_text(pair)
+    assert call(tmp_path) == [4.0, 0.0]
+    caller.write_text(pair.replace("Pair", "Couple"))
+    assert call(tmp_path) == [4.0, 0.0]
+    assert call(tmp_path) == [4.0, 1.0]
