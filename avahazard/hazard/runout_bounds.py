@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_curve import RunoutCurve, grid_of, piece_at, pieces
+from avahazard.physics.runout_curve import RunoutCurve, friction_grid, piece_at, pieces
 from avahazard.results.hazard import Spread
 
 Distribution = Literal["lognormal", "normal"]
@@ -100,7 +100,7 @@ def draw_runouts(
     kernel = _draw_lognormal if distribution == "lognormal" else _draw_normal
     sd = np.asarray(scatter, np.float64)
     counts = np.zeros(3, dtype=np.int64)
-    n = kernel(rng, rows, status, location, sd, ends, grid_of(curve.mu), x, y, counts)
+    n = kernel(rng, rows, status, location, sd, ends, friction_grid(curve.mu), x, y, counts)
     return x[:n], y[:n], counts
 
 

@@ -214,7 +214,7 @@ def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
     return rows, curve.status[node]
 
 
-class Grid(NamedTuple):
+class FrictionGrid(NamedTuple):
     """Frictions `[n_friction]`, and those between `low` and `high`, which are even.
 
     The first of these has number `first`, and there are `per_step` of them to a unit of friction.
@@ -227,7 +227,7 @@ class Grid(NamedTuple):
     per_step: float
 
 
-def grid_of(mu: Floats) -> Grid:
+def friction_grid(mu: Floats) -> FrictionGrid:
     """The grid with these frictions, its longest even stretch found."""
     width = np.diff(mu)
     edges = np.flatnonzero(~np.isclose(width[1:], width[:-1], rtol=1e-9)) + 1
@@ -235,7 +235,9 @@ def grid_of(mu: Floats) -> Grid:
     longest = int(np.argmax(ends - starts))
     first, last = int(starts[longest]), int(ends[longest])
     per_step = float((last - first) / (mu[last] - mu[first]))
-    return Grid(np.ascontiguousarray(mu), float(mu[first]), float(mu[last]), first, per_step)
+    return FrictionGrid(
+        np.ascontiguousarray(mu), float(mu[first]), float(mu[last]), first, per_step
+    )
 
 
 @kernel(forceinline=True)

@@ -13,7 +13,7 @@ from avahazard.physics.runout_curve import (
     RunoutCurve,
     broken_cells,
     filled,
-    grid_of,
+    friction_grid,
     inverse,
     piece_at,
     pieces,
@@ -74,8 +74,8 @@ def test_frictions_are_counted_in_steps_of_the_grid() -> None:
     np.testing.assert_array_equal(steps_of(np.array([1e-9, -1.0, 99.0])), [0, 0, len(MU) - 1])
     rows = np.zeros((2 * len(MU), 4))
     for m, step in zip(mu, steps, strict=True):
-        assert piece_at.py_func(rows, grid_of(MU), m)[1] == pytest.approx(step, abs=1e-9)
-    assert grid_of(MU)[1:4] == (MU[EVEN][0], MU[EVEN][-1], EVEN.start)
+        assert piece_at.py_func(rows, friction_grid(MU), m)[1] == pytest.approx(step, abs=1e-9)
+    assert friction_grid(MU)[1:4] == (MU[EVEN][0], MU[EVEN][-1], EVEN.start)
 
 
 def test_the_table_is_the_runs() -> None:
@@ -122,7 +122,7 @@ def test_what_is_looked_up_is_the_twins() -> None:
         # And so are the pieces, of which the draws of hazard are made.
         rows, of_piece = pieces(curves[k])
         for m, (stop_x, stop_y, code) in zip(mu[k], one, strict=True):
-            p, t = piece_at.py_func(rows, grid_of(UNEVEN), m)
+            p, t = piece_at.py_func(rows, friction_grid(UNEVEN), m)
             assert of_piece[p] == code
             if code != LEFT_PROFILE:
                 assert rows[p, 0] + rows[p, 1] * t == pytest.approx(stop_x, abs=1e-6)

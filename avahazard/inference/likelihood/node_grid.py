@@ -18,7 +18,6 @@ from avahazard.inference.likelihood.nodes import (
     record_nodes,
     speed_nodes,
 )
-from avahazard.inference.likelihood.panels import A_PANEL, N_NODES
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
     Predicted,
@@ -36,17 +35,16 @@ KEPT_STACKS, KEPT_RUNS, KEPT_TABLES = 64, 64, 16
 each) and tables made from them. Nodes themselves are small."""
 MOST_BYTES, LEAST_KEPT = 64_000_000, 2
 """Memory of what is kept of each of these three, and how many are kept whatever they take."""
-RUN_BYTES, TABLE_BYTES, NODE_BYTES = 17 * len(MU), 25 * len(MU), 32
-"""Bytes of one curve of a run (x, elevation, status), of one event's table (its record, too), and
-of one node of an event."""
+RUN_BYTES, TABLE_BYTES = 17 * len(MU), 25 * len(MU)
+"""Bytes of one curve of a run (x, elevation, status) and of one event's table (its record, too)."""
 
 
 class NodeGrid:
     """What the records say of friction, for every value of the parameters that shape the tables.
 
     These are the parameters of effects on the motion and on the record, and the scatter of
-    speeds. Tables and nodes are built where needed on the grids of `layout` and kept.
-    `curvature` is that of `run_blocks`, `in_log` that of `build_nodes`.
+    friction along tracks. Tables and nodes are built where needed on the grids of `layout` and
+    kept. `curvature` is that of `run_blocks`, `in_log` that of `build_nodes`.
     """
 
     def __init__(
@@ -113,22 +111,20 @@ class NodeGrid:
     def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""
         if windows not in self._stacks:
-            n_corners = int(np.prod([width for _, width in windows]))
-            n_nodes = max(N_NODES, A_PANEL * int(np.max(self.panels(), initial=1)))
-            size = n_corners * self.observations.n_events * n_nodes * NODE_BYTES
-            make_room(self._stacks, within(KEPT_STACKS, size))
             ranges = [range(first, first + width) for first, width in windows]
-            self._stacks[windows] = stack([self.point(index) for index in product(*ranges)])
+            stacked = stack([self.point(index) for index in product(*ranges)])
+            make_room(self._stacks, within(KEPT_STACKS, sum(part.nbytes for part in stacked)))
+            self._stacks[windows] = stacked
         return self._stacks[windows]
 
     def point(self, index: tuple[int, ...]) -> Nodes:
-        """Nodes at one point of the grids, that of the scatter of speeds last."""
+        """Nodes at one point of the grids, that of the scatter along tracks last."""
         if index not in self._nodes:
             values = self._values(index)
-            speed = self.layout.track_scatter
+            slot = self.layout.track_scatter
             track_scatter = 0.0
-            if speed is not None:
-                track_scatter = float(np.exp(self.layout.slots[speed].grid[index[-1]]))
+            if slot is not None:
+                track_scatter = float(np.exp(self.layout.slots[slot].grid[index[-1]]))
             predicted = self.predicted(index)
             key = index[: len(self.layout.tables)]
             if key not in self._record_nodes:
@@ -162,8 +158,8 @@ class NodeGrid:
             predicted = predict_records(
                 self.observations, self.effects, scaled, self.curvature, self._block_runs(values)
             )
-            speed = self.layout.track_scatter
-            scatter = 0.0 if speed is None else float(np.exp(self.layout.slots[speed].mean))
+            slot = self.layout.track_scatter
+            scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
             self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
         return self._panels
 
@@ -171,11 +167,11 @@ class NodeGrid:
         """Nodes from tables made for just these coordinates."""
         if not self.varies:
             return self.point(())
-        speed = self.layout.track_scatter
+        slot = self.layout.track_scatter
         nodes = build_nodes(
             self.observations,
             self.predicted_at(u),
-            0.0 if speed is None else float(np.exp(u[speed])),
+            0.0 if slot is None else float(np.exp(u[slot])),
             self._limit(self.layout.effect_values(u)),
             self.in_log,
             self.panels(),

@@ -27,9 +27,9 @@ class SpeedRecord:
     """Speeds measured along one event: `x`, `speed`, `sigma`, each `[n_speeds]`.
 
     `release_x` (m) is where it started, `stop_x` where it was recorded to stop, or the end of the
-    profile that it left; `share`
-    `[n_speeds]` of the way there lies above each place. `spread` `[n_speeds, n_speeds]` (m⁴/s⁴) is
-    the covariance of r for s = 1, `root` the same times itself transposed.
+    profile that it left; `share` `[n_speeds]` of the way there lies above each place. `spread`
+    `[n_speeds, n_speeds]` (m⁴/s⁴) is the covariance of r for s = 1, `root` times itself transposed
+    the same.
     """
 
     event: int

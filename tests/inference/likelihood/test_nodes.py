@@ -10,6 +10,8 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.likelihood.event_terms import event_terms
+from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
+from avahazard.inference.likelihood.node_kernels import FEW
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
 from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
@@ -166,6 +168,19 @@ def test_what_runs_up_the_other_side_of_a_valley_is_seen(limit: float) -> None:
         gain = _log_likelihood(seen, m, s) - _log_likelihood(plain, m, s)
         if chance > 1e-6:
             assert gain == pytest.approx(-np.log(chance), abs=0.01)
+
+
+@pytest.mark.parametrize(("width", "error"), [(1.0, 0.03), (0.5, 3e-4)])
+def test_a_narrow_edge_of_sight_needs_few_nodes(width: float, error: float) -> None:
+    """Of a normal edge, in scatters of friction, the chance below is known."""
+    points = width * np.linspace(-8.0, 8.0, 2001)
+    place, weight = np.empty(FEW), np.empty(FEW)
+    gauss_nodes(points, stats.norm.pdf(points / width), place, weight)
+    m = np.linspace(-5.0, 5.0, 201)
+    true = stats.norm.cdf(-m / np.hypot(1.0, width))
+    found = stats.norm.cdf(place - m[:, None]) @ weight
+    likely = true > 0.01
+    np.testing.assert_allclose(found[likely], true[likely], rtol=error)
 
 
 def test_a_limit_above_every_stop_changes_nothing() -> None:
