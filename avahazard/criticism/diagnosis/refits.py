@@ -44,7 +44,9 @@ class Refit:
     def kept_back(self) -> Floats:
         """Log density of each group of events given the others, `[n_groups]`."""
         groups = choose_groups(self.posterior.observations).fits
-        return held_out_together(self.posterior, groups, self.mode)
+        found = held_out_together(self.posterior, groups, self.mode)
+        self.posterior.nodes.forget_runs()
+        return found
 
     def parameters(self, key: str) -> dict[str, float]:
         """Readable values of the parameters of one effect (or of all) at the mode."""

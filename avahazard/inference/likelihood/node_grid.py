@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import copy
 from functools import reduce
 from itertools import product
@@ -10,7 +11,13 @@ import numpy as np
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
-from avahazard.inference.likelihood.interpolation import interpolated, line_weights, stack
+from avahazard.inference.likelihood.interpolation import (
+    interpolated,
+    line_weights,
+    packed,
+    stack,
+    unpacked,
+)
 from avahazard.inference.likelihood.nodes import (
     Nodes,
     build_nodes,
@@ -30,13 +37,15 @@ from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
 from avahazard.physics.runout_curve import MU
 
-KEPT_STACKS, KEPT_RUNS, KEPT_TABLES = 64, 64, 16
-"""Neighbourhoods of grid points whose nodes are kept side by side, runs of the block (several MB
-each) and tables made from them. Nodes themselves are small."""
+KEPT_STACKS, KEPT_RUNS = 64, 64
+"""Neighbourhoods of grid points whose nodes are kept side by side, and runs of the block (several
+MB each)."""
 MOST_BYTES, LEAST_KEPT = 64_000_000, 2
-"""Memory of what is kept of each of these three, and how many are kept whatever they take."""
-RUN_BYTES, TABLE_BYTES = 17 * len(MU), 25 * len(MU)
-"""Bytes of one curve of a run (x, elevation, status) and of one event's table (its record, too)."""
+"""Memory of what is kept of each of these two, and how many are kept whatever they take."""
+NODE_BYTES = 8 * MOST_BYTES
+"""Memory of the nodes of all grid points: those of a thousand events at a thousand points."""
+RUN_BYTES = 17 * len(MU)
+"""Bytes of one curve of a run (x, elevation, status)."""
 
 
 class NodeGrid:
@@ -64,14 +73,16 @@ class NodeGrid:
         self._axes = layout.tables + (
             () if layout.track_scatter is None else (layout.track_scatter,)
         )
+        self._in_sight = bool(np.all(np.isnan(observations.limit))) and not any(
+            e.limit for e in effects
+        )
         self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
         self._panels: Ints | None = None
         self._forget()
 
     def _forget(self) -> None:
-        self._predicted: dict[tuple[int, ...], Predicted] = {}
-        self._record_nodes: dict[tuple[int, ...], Nodes] = {}
-        self._nodes: dict[tuple[int, ...], Nodes] = {}
+        self._packed: dict[tuple[int, ...], tuple[Nodes, ...]] = {}
+        self._points: dict[tuple[int, ...], Nodes] = {}
         self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
 
     @property
@@ -80,9 +91,8 @@ class NodeGrid:
         return 8 * len(MU) * sum(len(track.x) for track in self.observations.speeds)
 
     def forget_runs(self) -> None:
-        """Give back the memory of runs and tables; nodes stay, others are run anew if asked."""
+        """Give back the memory of runs; nodes stay, others are run anew if asked."""
         self._runs = {}
-        self._predicted = {}
         self._stacks = {}
 
     def regridded(self, layout: Layout) -> NodeGrid:
@@ -112,35 +122,46 @@ class NodeGrid:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""
         if windows not in self._stacks:
             ranges = [range(first, first + width) for first, width in windows]
-            stacked = stack([self.point(index) for index in product(*ranges)])
+            stacked = stack([self._of_point(index) for index in product(*ranges)])
             make_room(self._stacks, within(KEPT_STACKS, sum(part.nbytes for part in stacked)))
             self._stacks[windows] = stacked
         return self._stacks[windows]
 
     def point(self, index: tuple[int, ...]) -> Nodes:
         """Nodes at one point of the grids, that of the scatter along tracks last."""
-        if index not in self._nodes:
-            values = self._values(index)
-            slot = self.layout.track_scatter
-            track_scatter = 0.0
-            if slot is not None:
-                track_scatter = float(np.exp(self.layout.slots[slot].grid[index[-1]]))
-            predicted = self.predicted(index)
-            key = index[: len(self.layout.tables)]
-            if key not in self._record_nodes:
-                records = record_nodes(
-                    self.observations, predicted, self.panels(), self._limit(values), self.in_log
-                )
-                self._record_nodes[key] = records._replace(log_wrong=self._log_wrong)
-            self._nodes[index] = speed_nodes(
-                self._record_nodes[key],
-                self.observations,
-                predicted,
-                self.panels(),
-                track_scatter,
-                self.in_log,
+        if index not in self._points:
+            nodes = unpacked(self._of_point(index))
+            make_room(self._points, LEAST_KEPT)
+            self._points[index] = nodes
+        return self._points[index]
+
+    def _of_point(self, index: tuple[int, ...]) -> Nodes:
+        """The same, packed and kept."""
+        n_tables = len(self.layout.tables)
+        key = index[:n_tables]
+        if key not in self._packed:
+            # All scatters along tracks get asked for, and the tables are too large to be kept.
+            made = tuple(self._along_tracks(key))
+            size = sum(part.nbytes for nodes in made for part in nodes)
+            make_room(self._packed, max(LEAST_KEPT, NODE_BYTES // max(size, 1)))
+            self._packed[key] = made
+        return self._packed[key][index[-1] if len(index) > n_tables else 0]
+
+    def _along_tracks(self, key: tuple[int, ...]) -> Iterator[Nodes]:
+        """Packed nodes at one point of the tables' grids, for every scatter along tracks."""
+        values, panels = self._values(key), self.panels()
+        predicted = self.predicted(key)
+        records = record_nodes(
+            self.observations, predicted, panels, self._limit(values), self.in_log
+        )._replace(log_wrong=self._log_wrong)
+        slot = self.layout.track_scatter
+        for scatter in (-np.inf,) if slot is None else self.layout.slots[slot].grid:
+            nodes = speed_nodes(
+                *(records, self.observations, predicted, panels),
+                track_scatter=float(np.exp(scatter)),
+                in_log=self.in_log,
             )
-        return self._nodes[index]
+            yield packed(nodes, self._in_sight)
 
     def panels(self) -> Ints:
         """Panels of friction for each event `[n_events]`, the same at every point of the grids.
@@ -180,16 +201,10 @@ class NodeGrid:
 
     def predicted(self, index: tuple[int, ...]) -> Predicted:
         """Tables of expected records at one point of the grids."""
-        key = index[: len(self.layout.tables)]
-        if key not in self._predicted:
-            values = self._values(index)
-            runs = self._block_runs(values)
-            size = self.observations.n_events * TABLE_BYTES + self._speed_bytes
-            make_room(self._predicted, within(KEPT_TABLES, size))
-            self._predicted[key] = predict_records(
-                self.observations, self.effects, values, self.curvature, runs
-            )
-        return self._predicted[key]
+        values = self._values(index[: len(self.layout.tables)])
+        return predict_records(
+            self.observations, self.effects, values, self.curvature, self._block_runs(values)
+        )
 
     def predicted_at(self, u: Floats) -> Predicted:
         """Tables of expected records at coordinates u, run afresh."""

@@ -105,7 +105,10 @@ class Posterior:
         if any(e.volume_scale for e in self.effects):
             result[inside] = [self._log_likelihood(v, self._nodes(v))[0] for v in u[inside]]
         else:
-            n_parts = -(-len(inside) * self.observations.volumes.volume.size // MOST_NUMBERS)
+            size = self.observations.volumes.volume.size
+            if self.nodes.varies:  # each has nodes of its own
+                size = max(size, 4 * self._nodes(u[inside[0]]).place.size)
+            n_parts = -(-len(inside) * size // MOST_NUMBERS)
             for part in np.array_split(inside, n_parts):
                 result[part] = self._log_likelihoods(u[part])
         result[inside] += layout.log_prior(u[inside])

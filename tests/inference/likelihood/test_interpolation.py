@@ -7,8 +7,8 @@ import pytest
 
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.refinement import refined
-from avahazard.inference.likelihood.interpolation import _mix, line_weights
-from avahazard.inference.likelihood.nodes import build_nodes
+from avahazard.inference.likelihood.interpolation import _mix, line_weights, packed, unpacked
+from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.synth.making import make_world
@@ -117,13 +117,46 @@ def test_about_the_mode_the_blend_is_close(key: str, tolerance: float) -> None:
     assert np.max(np.abs(errors)) < tolerance
 
 
+USED = np.array([2, 4, 3])
+
+
 @pytest.mark.parametrize("plain", [False, True])
 def test_equal_corners_give_themselves(plain: bool) -> None:
     rng = np.random.default_rng(1)
-    place, weight = rng.normal(-0.7, 0.2, (1, 3, 4)), rng.random((1, 3, 4))
-    weight /= weight.sum(axis=2, keepdims=True)
+    place, weight = rng.normal(-0.7, 0.2, 9), rng.random(9)
+    is_used = np.arange(4) < USED[:, None]
+    weight /= np.repeat(np.add.reduceat(weight, [0, 2, 6]), USED)
     cubic, linear = np.array([-0.1, 0.6, 0.5]), np.array([0.0, 0.4, 0.6])
-    corners = (np.repeat(place, 3, axis=0), np.repeat(weight, 3, axis=0))
-    found = _mix(cubic, linear, *corners, np.full(3, plain))
-    np.testing.assert_allclose(found[0], place[0], rtol=1e-12)
-    np.testing.assert_allclose(found[1], weight[0], rtol=1e-12)
+    corners = (np.tile(place, (3, 1)), np.tile(weight, (3, 1)))
+    for found, one in zip(
+        _mix(cubic, linear, *corners, np.full(3, plain), USED), (place, weight), strict=True
+    ):
+        np.testing.assert_allclose(found[is_used], one, rtol=1e-12)
+        assert not found[~is_used].any()
+
+
+@pytest.mark.parametrize("key", ["turbulent-drag", "observation-limit"])
+def test_nothing_used_is_lost_by_packing(key: str) -> None:
+    model = posterior(observations(), key)
+    grid = model.nodes
+    nodes = build_nodes(model.observations, grid.predicted((1,)), limit=model.observations.limit)
+    small = packed(nodes, in_sight=False)
+    assert small.place.shape == (np.sum(nodes.used),)
+    again = unpacked(small)
+    for name in set(Nodes._fields) - {"place", "seen_place"}:
+        np.testing.assert_array_equal(getattr(again, name), getattr(nodes, name), err_msg=name)
+    # Where no weight is, places say nothing.
+    for place, weight in (("place", "weight"), ("seen_place", "seen_weight")):
+        counts = getattr(nodes, weight) != 0.0
+        one, other = getattr(again, place), getattr(nodes, place)
+        np.testing.assert_array_equal(one[counts], other[counts], err_msg=place)
+
+
+def test_nothing_is_kept_of_what_is_seen_where_all_is() -> None:
+    given = build_observations(make_world(5, 12, 2, {})[0])
+    model = posterior(given, "turbulent-drag")
+    nodes = build_nodes(given, model.nodes.predicted((1,)))
+    assert not nodes.has_limit.any()
+    small = packed(nodes, in_sight=True)
+    assert small.seen_place.size == small.seen_weight.size == 0
+    np.testing.assert_array_equal(unpacked(small).seen_weight, nodes.seen_weight)
