@@ -57,7 +57,7 @@ def event_values(
     student: bool = False,
     keep: NDArray[np.bool_] | None = None,
 ) -> Floats:
-    """`EventTerms.value` alone `[n_events]`, to the same bits in less time."""
+    """`EventTerms.value` alone `[n_events]` in less time; the last bit may be another."""
     keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
     terms = event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, False)
     return np.asarray(terms[0])

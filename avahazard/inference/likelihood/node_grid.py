@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from copy import copy
 from functools import reduce
 from itertools import product
@@ -141,13 +140,13 @@ class NodeGrid:
         key = index[:n_tables]
         if key not in self._packed:
             # All scatters along tracks get asked for, and the tables are too large to be kept.
-            made = tuple(self._along_tracks(key))
+            made = self._along_tracks(key)
             size = sum(part.nbytes for nodes in made for part in nodes)
             make_room(self._packed, max(LEAST_KEPT, NODE_BYTES // max(size, 1)))
             self._packed[key] = made
         return self._packed[key][index[-1] if len(index) > n_tables else 0]
 
-    def _along_tracks(self, key: tuple[int, ...]) -> Iterator[Nodes]:
+    def _along_tracks(self, key: tuple[int, ...]) -> tuple[Nodes, ...]:
         """Packed nodes at one point of the tables' grids, for every scatter along tracks."""
         values, panels = self._values(key), self.panels()
         predicted = self.predicted(key)
@@ -155,13 +154,9 @@ class NodeGrid:
             self.observations, predicted, panels, self._limit(values), self.in_log
         )._replace(log_wrong=self._log_wrong)
         slot = self.layout.track_scatter
-        for scatter in (-np.inf,) if slot is None else self.layout.slots[slot].grid:
-            nodes = speed_nodes(
-                *(records, self.observations, predicted, panels),
-                track_scatter=float(np.exp(scatter)),
-                in_log=self.in_log,
-            )
-            yield packed(nodes, self._in_sight)
+        scatters = [0.0] if slot is None else np.exp(self.layout.slots[slot].grid).tolist()
+        nodes = speed_nodes(records, self.observations, predicted, panels, scatters, self.in_log)
+        return tuple(packed(one, self._in_sight) for one in nodes)
 
     def panels(self) -> Ints:
         """Panels of friction for each event `[n_events]`, the same at every point of the grids.

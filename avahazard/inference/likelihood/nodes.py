@@ -14,6 +14,7 @@ adds w P(ν < lowest) and w P(ν > highest).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measure
 from avahazard.inference.model.observations import LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
-from avahazard.workers import n_workers, ordered_map
+from avahazard.workers import ordered_map
 
 
 class Nodes(NamedTuple):
@@ -73,7 +74,7 @@ def build_nodes(
     if panels is None:
         panels = needed_panels(observations, predicted, track_scatter, in_log)
     records = record_nodes(observations, predicted, panels, limit, in_log)
-    return speed_nodes(records, observations, predicted, panels, track_scatter, in_log)
+    return speed_nodes(records, observations, predicted, panels, [track_scatter], in_log)[0]
 
 
 def needed_panels(
@@ -121,48 +122,27 @@ def speed_nodes(
     observations: Observations,
     predicted: Predicted,
     panels: Ints,
-    track_scatter: float,
+    track_scatters: Sequence[float],
     in_log: bool = True,
-) -> Nodes:
-    """`record_nodes` with those of the events with speeds filled in."""
+) -> list[Nodes]:
+    """`record_nodes` with those of the events with speeds filled in, for each of the scatters."""
     if not observations.speeds:
-        return records
-    nodes = records._replace(
-        place=records.place.copy(),
-        weight=records.weight.copy(),
-        tail=records.tail.copy(),
-        log_scale=records.log_scale.copy(),
-    )
+        return [records] * len(track_scatters)
     measured = measured_speeds(observations.speeds, predicted.jumped)
     speeds = np.concatenate(predicted.speeds, axis=1)
     left, observed_left = predicted.status == LEFT_PROFILE, observations.kind == LEFT
 
-    parts = n_workers()
-
-    def fill(part: int) -> None:
-        mine = np.arange(part, len(measured.event), parts)
-        fill_speed_nodes(
-            measured._replace(
-                event=measured.event[mine],
-                first=measured.first[mine],
-                end=measured.end[mine],
-                first_spread=measured.first_spread[mine],
-                cell=measured.cell[mine],
-            ),
-            speeds,
-            track_scatter,
-            MU,
-            predicted.record,
-            left,
-            observed_left,
-            observations.observed,
-            predicted.sigma,
-            in_log,
-            panels,
-            finest(in_log),
-            nodes,
+    def filled(track_scatter: float) -> Nodes:
+        nodes = records._replace(
+            place=records.place.copy(),
+            weight=records.weight.copy(),
+            tail=records.tail.copy(),
+            log_scale=records.log_scale.copy(),
         )
+        fill_speed_nodes(
+            *(measured, speeds, track_scatter, MU, predicted.record, left, observed_left),
+            *(observations.observed, predicted.sigma, in_log, panels, finest(in_log), nodes),
+        )
+        return nodes
 
-    # Each event's row is its own.
-    list(ordered_map(fill, range(parts)))
-    return nodes
+    return list(ordered_map(filled, track_scatters))

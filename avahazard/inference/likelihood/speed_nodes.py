@@ -155,12 +155,10 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
         size, start = b - a, measured.first_spread[k]
         spread = measured.spread[start : start + size * size].reshape((size, size))
         errors = whitening(measured.speed[a:b], measured.sigma[a:b], spread, scatter)
-        square = mine**2
-        if cell >= 0:
-            # The block that passes comes this slow; so does all that is between it and the next.
-            square[cell] = jumped
-        ends = _log_density(square, errors)
-        bound = _bound(ends, record[i], left[i], observed_left[i], observed[i], error[i])
+        bound = _bound(
+            *(mine, cell, jumped, errors),
+            *(record[i], left[i], observed_left[i], observed[i], error[i]),
+        )
         track = between(mu, record[i], left[i], mine, cell, jumped, bound, observed_left[i])
         nodes.log_scale[i] = record_density_nodes(
             track.record,
@@ -184,12 +182,17 @@ def fill_speed_nodes(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _bound(ends, record, left, observed_left, observed, error):  # type: ignore[no-untyped-def]
-    """The most that the log likelihood can be in each cell of frictions `[n_friction - 1]`."""
-    n = len(ends) - 1
-    bound = np.empty(n)
+def _bound(  # type: ignore[no-untyped-def]
+    predicted, cell, jumped, errors, record, left, observed_left, observed, error
+):
+    """The most that the log likelihood can be in each cell of frictions `[n_friction - 1]`.
+
+    -inf where the record alone leaves less than `DEPTH` below the best: speeds can add no more
+    than their density at its highest.
+    """
+    n = len(record) - 1
+    bound = np.zeros(n)
     for j in range(n):
-        bound[j] = max(ends[j], ends[j + 1])
         if observed_left:
             if not (left[j] or left[j + 1]):
                 bound[j] = -np.inf
@@ -199,9 +202,35 @@ def _bound(ends, record, left, observed_left, observed, error):  # type: ignore[
             z0, z1 = (record[j] - observed) / error, (record[j + 1] - observed) / error
             if z0 * z1 > 0.0:
                 bound[j] -= 0.5 * min(abs(z0), abs(z1)) ** 2
-    if not np.isfinite(np.max(bound)):
-        bound[:] = 0.0
-    return bound
+    best = np.argmax(bound)
+    ends = _at_ends(np.array([best]), predicted, cell, jumped, errors)
+    least = bound[best] + max(ends[best], ends[best + 1]) - DEPTH + errors[2]
+    likely = np.flatnonzero(bound >= least)
+    ends = _at_ends(likely, predicted, cell, jumped, errors)
+    found = np.full(n, -np.inf)
+    found[likely] = bound[likely] + np.maximum(ends[likely], ends[likely + 1])
+    if not np.isfinite(np.max(found)):
+        found[:] = 0.0
+    return found
+
+
+@kernel
+def _at_ends(cells, predicted, cell, jumped, errors):  # type: ignore[no-untyped-def]
+    """Log density of the speeds at the ends of these cells, `[n_friction]`; -inf elsewhere.
+
+    In `cell` the block that passes comes as slow as `jumped`; so does all between it and the next.
+    """
+    asked = np.zeros(len(predicted), dtype=np.bool_)
+    for j in cells:
+        asked[j], asked[j + 1] = True, True
+    rows = np.flatnonzero(asked)
+    square = predicted[rows] ** 2
+    for k in range(len(rows)):
+        if rows[k] == cell:
+            square[k] = jumped
+    result = np.full(len(predicted), -np.inf)
+    result[rows] = _log_density(square, errors)
+    return result
 
 
 def speed_log_likelihood(track: SpeedRecord, predicted: Floats, scatter: float) -> Floats:
