@@ -8,13 +8,14 @@ level and slope: their likelihood is the restricted one (REML), with a band of f
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from avahazard.arrays import Floats
+from avahazard.kernels import kernel
 
 Source = Literal["given", "estimated", "assumed"]
 
@@ -26,7 +27,8 @@ DIFFERENCES = 4
 """Order of the differences that bound the error from above."""
 VARIANCE_OF_DIFFERENCES = 5.26
 """n times the relative variance of the squared error by fourth differences: 2 Σ ρ²."""
-N_WAVELENGTHS = 40
+N_WAVELENGTHS, N_SECTIONS = 40, 14
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,12 +100,7 @@ def _best(x: Floats, y: Floats, sigma: Floats | None) -> tuple[float, float]:
     def at(log_wavelength: float) -> tuple[float, float, float]:
         """Minus the log likelihood, penalty, error."""
         penalty = density * (np.exp(log_wavelength) / (2.0 * np.pi)) ** 4
-        # LAPACK itself: SciPy's checks of each call take longer than the band of a profile.
-        factor, failed = dpbtrf(errors + ground / penalty, lower=0)
-        if failed:
-            raise np.linalg.LinAlgError("The covariance of the points is not positive.")
-        determinant = 2.0 * float(np.sum(np.log(factor[-1])))
-        square = float(z @ dpbtrs(factor, z, lower=0)[0])
+        determinant, square = band_form(errors + ground / penalty, z)
         if sigma is not None:
             return 0.5 * (determinant + square), penalty, 1.0
         variance = square / len(z) + tiny
@@ -112,16 +109,49 @@ def _best(x: Floats, y: Floats, sigma: Floats | None) -> tuple[float, float]:
     grid = np.linspace(np.log(0.5 * length / (len(x) - 1)), np.log(4.0 * length), N_WAVELENGTHS)
     k = int(np.argmin([at(w)[0] for w in grid]))
     low, high = float(grid[max(k - 1, 0)]), float(grid[min(k + 1, N_WAVELENGTHS - 1)])
-    golden = 0.5 * (np.sqrt(5.0) - 1.0)
-    for _ in range(14):
-        left, right = high - golden * (high - low), low + golden * (high - low)
-        if at(left)[0] < at(right)[0]:
-            high = right
-        else:
-            low = left
-    _, penalty, error = at(0.5 * (low + high))
+    _, penalty, error = at(golden_section(lambda w: at(w)[0], low, high))
     # With a common error σ the penalty beside Σ (y - f)² is σ²/τ².
     return (float(penalty / error**2), float(error)) if sigma is None else (float(penalty), 1.0)
+
+
+def golden_section(cost: Callable[[float], float], low: float, high: float) -> float:
+    """Where `cost` is least between two places, to a thousandth of their distance."""
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = cost(left), cost(right)
+    for _ in range(N_SECTIONS):
+        if at_left < at_right:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = cost(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = cost(right)
+    return 0.5 * (low + high)
+
+
+@kernel
+def band_form(band, z):  # type: ignore[no-untyped-def]
+    """log |C| and z' C⁻¹ z of a covariance C of band five; inf and 0 where it is not positive.
+
+    `band` `[3, n]` holds its upper diagonals as LAPACK keeps them, `z` is `[n]`. C = L D L', which
+    one pass down the diagonal gives: LAPACK calls two routines for each of its rows.
+    """
+    determinant, square = 0.0, 0.0
+    d1, d2 = 1.0, 1.0  # D one and two rows above
+    w1, w2 = 0.0, 0.0  # L⁻¹ z there
+    beside = 0.0  # L one row above, beside its diagonal
+    for i in range(len(z)):
+        far = band[0, i] / d2 if i > 1 else 0.0
+        near = (band[1, i] - far * d2 * beside) / d1 if i > 0 else 0.0
+        d = band[2, i] - near * near * d1 - far * far * d2
+        if not d > 0.0:
+            return np.inf, 0.0
+        w = z[i] - near * w1 - far * w2
+        determinant += np.log(d)
+        square += w * w / d
+        d2, d1, w2, w1, beside = d1, d, w1, w, near
+    return determinant, square
 
 
 def _contrasts(x: Floats, y: Floats, sigma: Floats) -> tuple[Floats, Floats, Floats]:

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.polynomial import Legendre
+from numpy.polynomial.legendre import legder, legval, legvander
 from scipy.interpolate import BSpline
 
 from avahazard.arrays import Floats
@@ -115,13 +116,12 @@ def legendre_profile(
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     degree = min(degree, len(x) - 1)
     r = 2.0 * (x - x[0]) / (x[-1] - x[0]) - 1.0
-    basis = [Legendre.basis(n) * np.sqrt(n + 0.5) for n in range(degree + 1)]
-    design = np.column_stack([p(r) for p in basis])
-    bending = np.sqrt(penalty) * np.column_stack([p.deriv(2)(r) for p in basis])
+    norms = np.sqrt(np.arange(degree + 1) + 0.5)
+    design = legvander(r, degree) * norms
+    bending = np.sqrt(penalty) * legval(r, legder(np.diag(norms), 2)).T
     coefficients = np.linalg.lstsq(
         np.vstack([design, bending]), np.concatenate([y, np.zeros(len(x))]), rcond=None
     )[0]
-    norms = np.sqrt(np.arange(degree + 1) + 0.5)
     f = Legendre(coefficients * norms, domain=[x[0], x[-1]])
     slope, bend = f.deriv(1), f.deriv(2)
     deviation = f(x) - y

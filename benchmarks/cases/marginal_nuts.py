@@ -12,11 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 import numpyro
 from jax.scipy.special import ndtr
-from numpyro.distributions import Normal, TruncatedNormal
+from numpyro.distributions import Distribution, Normal, TruncatedNormal
 from numpyro.infer import MCMC, NUTS
 
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Slot
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.samplers.convergence import diagnose_chains
@@ -97,31 +98,45 @@ def _posterior() -> Posterior:
     return assemble(observations, specification, facts)
 
 
+def _prior(slot: Slot) -> Distribution:
+    """The prior of one coordinate; a side without a bound must not be given one."""
+    low, high = (v if np.isfinite(v) else None for v in (slot.low, slot.high))
+    if low is None and high is None:
+        return Normal(slot.mean, slot.sd)
+    return TruncatedNormal(slot.mean, slot.sd, low=low, high=high)
+
+
 def _model(posterior: Posterior):  # type: ignore[no-untyped-def]
-    """The same density in JAX: nodes of the records, volumes, offsets of the paths."""
+    """The same density in JAX: nodes of the records and of sight, volumes, offsets of the paths."""
     layout, plan = posterior.layout, posterior.plan
     nodes = posterior.nodes.point(())
-    if np.any(nodes.has_limit) or np.any(nodes.tail) or np.any(plan.alone):
+    if np.any(nodes.tail) or np.any(plan.alone):
         raise SystemExit("marginal_nuts: these records need more than the model in JAX has.")
     volume = posterior.observations.volumes.volume / 1e6
     weight = posterior.observations.volumes.weight
     (spread,) = layout.spreads.values()
     index = plan.index[0]
+    # Columns that no record uses would cost NUTS time.
+    used, seen_used = nodes.weight.any(axis=0), nodes.seen_weight.any(axis=0)
+    place, node_weight = nodes.place[:, used], nodes.weight[:, used]
+    seen_place, seen_weight = nodes.seen_place[:, seen_used], nodes.seen_weight[:, seen_used]
+
+    def summed(nodes: jax.Array, weights: jax.Array) -> jax.Array:
+        return jnp.sum(weight * jnp.sum(weights[:, None, :] * nodes, axis=2), axis=1)
 
     def model() -> None:
-        u = [
-            numpyro.sample(s.name, TruncatedNormal(s.mean, s.sd, low=s.low, high=s.high))
-            for s in layout.slots
-        ]
+        u = [numpyro.sample(s.name, _prior(s)) for s in layout.slots]
         with numpyro.plate("paths", len(plan.of)):
             z = numpyro.sample("z", Normal(0.0, 1.0))
         tau = u[spread] * layout.slots[spread].scale
         location = u[0] - u[1] * volume + (tau * z)[index][:, None]
         sigma = jnp.exp(u[layout.scatter])
-        away = (nodes.place[:, None, :] - location[:, :, None]) / sigma
+        away = (place[:, None, :] - location[:, :, None]) / sigma
         density = jnp.exp(-0.5 * away**2) / (sigma * np.sqrt(2.0 * np.pi))
         each = jnp.where(nodes.is_probability[:, None, None], ndtr(away), density)
-        total = jnp.sum(weight * jnp.sum(nodes.weight[:, None, :] * each, axis=2), axis=1)
-        numpyro.factor("records", jnp.sum(jnp.log(nodes.floor + total + 1e-290)))
+        total = nodes.floor + summed(each, node_weight)
+        below = ndtr((seen_place[:, None, :] - location[:, :, None]) / sigma)
+        seen = nodes.seen_floor + summed(below, seen_weight)
+        numpyro.factor("records", jnp.sum(jnp.log(total + 1e-290) - jnp.log(seen)))
 
     return model

@@ -3,7 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.physics.point_error import FINEST_M, difference_error, point_error
+from avahazard.physics.point_error import (
+    FINEST_M,
+    band_form,
+    difference_error,
+    golden_section,
+    point_error,
+)
 
 X = np.linspace(0.0, 3000.0, 151)
 
@@ -23,6 +29,28 @@ def naive_likelihood(x, y, sigma, penalty) -> float:
     v = contrasts @ covariance @ contrasts.T
     z = contrasts @ y
     return 0.5 * (np.linalg.slogdet(v)[1] + z @ np.linalg.solve(v, z))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 40])
+def test_the_form_of_a_band_is_that_of_the_whole_matrix(n: int) -> None:
+    rng = np.random.default_rng(n)
+    band = rng.uniform(-1.0, 1.0, (3, n))
+    band[2] += 5.0
+    whole = sum((np.diag(band[2 - k, k:], k) for k in range(min(3, n))), np.zeros((n, n)))
+    whole = whole + np.triu(whole, 1).T
+    z = rng.standard_normal(n)
+    determinant, square = band_form(band, z)
+    assert determinant == pytest.approx(np.linalg.slogdet(whole)[1])
+    assert square == pytest.approx(z @ np.linalg.solve(whole, z))
+    band[2, n // 2] = -9.0
+    assert band_form(band, z) == (np.inf, 0.0)
+
+
+def test_the_least_of_a_bowl_is_found_with_few_looks() -> None:
+    asked = []
+    found = golden_section(lambda x: asked.append(x) or (x - 2.34) ** 2, 1.0, 4.0)  # type: ignore[func-returns-value]
+    assert found == pytest.approx(2.34, abs=3e-3)
+    assert len(asked) == 16
 
 
 def test_the_penalty_is_where_the_restricted_likelihood_is_largest() -> None:
