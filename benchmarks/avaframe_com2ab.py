@@ -12,12 +12,11 @@ import json
 import logging
 import sys
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 from avaframe.com2AB import com2AB
-
-STEEP_DEG = 10.0
 
 
 def main() -> None:
@@ -33,7 +32,8 @@ def main() -> None:
     started = time.perf_counter()
     for line in lines:
         runout(line, parameters, steps)
-    json.dump({"found": found, "seconds": time.perf_counter() - started}, sys.stdout)
+    seconds = time.perf_counter() - started
+    json.dump({"version": version("avaframe"), "found": found, "seconds": seconds}, sys.stdout)
 
 
 def prepared(line: dict, cell_m: float) -> tuple[dict, dict, dict]:
@@ -50,9 +50,8 @@ def prepared(line: dict, cell_m: float) -> tuple[dict, dict, dict]:
     # A column more: ends must lie within the raster.
     row = np.append(y, 2.0 * y[-1] - y[-2])
     dem = {"header": header, "rasterData": np.tile(row, (4, 1))}
-    # The user's split point: a release on flat ground is passed first.
-    steep = np.degrees(np.arctan2(-np.diff(y), np.diff(x))) > STEEP_DEG
-    split = x[int(np.argmax(steep))] - x[0]
+    # The user's split point, above which nothing is looked for: half-way down.
+    split = x[int(np.argmax(y < 0.5 * (y[0] + np.min(y))))] - x[0]
     path = {"x": np.array([0.0, x[-1] - x[0]]), "y": np.full(2, cell_m), "name": ""}
     return path, {"x": np.array([split]), "y": np.array([cell_m])}, dem
 
