@@ -7,6 +7,8 @@ the spot would give. So it is held against these at the mode.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from avahazard.arrays import Floats
@@ -16,8 +18,8 @@ from avahazard.inference.model.layout import build_layout
 
 TOLERANCE = 1.0
 """Largest error (nats) of the interpolation at a mode."""
-MAX_SPLITS = 6
-PARTS = 4
+MAX_SPLITS = 10
+PARTS = 3
 """Parts into which a cell of a grid is split."""
 STEP, SLOW_STEP = 1.0, 1.5
 """Longest step near the mode, in standard deviations (cubics are exact for a normal's log). The
@@ -30,16 +32,36 @@ NEAR = 2.0
 def settled(posterior: Posterior, mode: Mode) -> tuple[Posterior, Mode]:
     """The posterior with grids split about its mode until interpolation holds there, and the mode.
 
-    Ranges stay as they are. After `MAX_SPLITS` it is left at what it is: on terrain with steps
-    the likelihood itself may be rough.
+    Only those grids are split along which it errs: each point more is a run of every block. Ranges
+    stay as they are. After `MAX_SPLITS` it is left at what it is: on terrain with steps the
+    likelihood itself may be rough.
     """
     for _ in range(MAX_SPLITS):
-        interpolated = posterior.log_likelihood(mode.u)
-        if abs(interpolated - posterior.exact_log_likelihood(mode.u)) <= TOLERANCE:
+        exact = posterior.exact_log_likelihood(mode.u)
+        if abs(posterior.log_likelihood(mode.u) - exact) <= TOLERANCE:
             break
-        posterior = _split(posterior, mode.u)
+        posterior = _split(posterior, mode.u, _too_coarse(posterior, mode.u, exact))
         mode = find_mode(posterior, mode.u)
     return posterior, mode
+
+
+def _too_coarse(posterior: Posterior, u: Floats, exact: float) -> list[int]:
+    """The slots along whose grids alone interpolation errs by more than a share of `TOLERANCE`.
+
+    That along which it errs most, if all together err and none by itself.
+    """
+    gridded = [k for k, slot in enumerate(posterior.layout.slots) if slot.grid]
+    error = []
+    for k in gridded:
+        slots = {j: posterior.layout.slots[j] for j in gridded if j != k}
+        at_u = {slot.name: _with_point(slot.grid, u[j]) for j, slot in slots.items()}
+        error.append(abs(posterior.regridded(at_u).log_likelihood(u) - exact))
+    chosen = [k for k, e in zip(gridded, error, strict=True) if e > TOLERANCE / len(gridded)]
+    return chosen or [gridded[int(np.argmax(error))]]
+
+
+def _with_point(grid: tuple[float, ...], value: float) -> tuple[float, ...]:
+    return tuple(float(v) for v in np.union1d(grid, [value]))
 
 
 def sharpened(posterior: Posterior, mode: Mode) -> tuple[Posterior, Mode]:
@@ -80,17 +102,17 @@ def refined(posterior: Posterior, mode: Mode) -> Posterior:
     return posterior.regridded(grids) if grids else posterior
 
 
-def _split(posterior: Posterior, u: Floats) -> Posterior:
-    """The posterior with the cell of u, and its neighbours, split on every grid."""
+def _split(posterior: Posterior, u: Floats, slots: Sequence[int]) -> Posterior:
+    """The posterior with the cell of u, and its neighbours, split on the grids of these slots."""
     grids = {}
-    for k, slot in enumerate(posterior.layout.slots):
-        if slot.grid:
-            points = np.asarray(slot.grid)
-            right = int(np.clip(np.searchsorted(points, u[k]), 1, len(points) - 1))
-            first, last = max(right - 2, 0), min(right + 1, len(points) - 1)
-            at = np.linspace(first, last, PARTS * (last - first) + 1)
-            inner = np.interp(at, np.arange(len(points)), points)
-            grids[slot.name] = tuple(float(v) for v in np.union1d(points, inner))
+    for k in slots:
+        slot = posterior.layout.slots[k]
+        points = np.asarray(slot.grid)
+        right = int(np.clip(np.searchsorted(points, u[k]), 1, len(points) - 1))
+        first, last = max(right - 2, 0), min(right + 1, len(points) - 1)
+        at = np.linspace(first, last, PARTS * (last - first) + 1)
+        inner = np.interp(at, np.arange(len(points)), points)
+        grids[slot.name] = tuple(float(v) for v in np.union1d(points, inner))
     return posterior.regridded(grids)
 
 
