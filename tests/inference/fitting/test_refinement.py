@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.mode_search import search_mode
-from avahazard.inference.fitting.refinement import TOLERANCE, refined, settled, sharpened
+from avahazard.inference.fitting.refinement import (
+    TOLERANCE,
+    _too_coarse,
+    refined,
+    settled,
+    sharpened,
+)
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Slot
 from avahazard.inference.model.observations import build_observations
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
@@ -64,6 +73,34 @@ def test_a_blend_that_holds_is_left_alone() -> None:
         model.log_likelihood(mode.u), abs=TOLERANCE
     )
     assert settled(model, mode) == (model, mode)
+
+
+class Errs:
+    """Interpolation that errs by so much along each grid that has no point at u."""
+
+    def __init__(self, errors: tuple[float, ...], grids: dict[str, tuple[float, ...]]) -> None:
+        self.errors, self.grids = errors, grids
+        slots = [Slot(name, "", 0.0, 1.0, grid=grid) for name, grid in grids.items()]
+        self.layout = SimpleNamespace(slots=slots)
+
+    def regridded(self, grids: dict[str, tuple[float, ...]]) -> Errs:
+        return Errs(self.errors, self.grids | grids)
+
+    def log_likelihood(self, u: np.ndarray) -> float:
+        told = zip(self.errors, self.grids.values(), u, strict=True)
+        return 5.0 + sum(e for e, grid, at in told if grid and at not in grid)
+
+
+@pytest.mark.parametrize(
+    ("errors", "coarse"),
+    [((0.7, 9.0, -3.0), [0, 2]), ((0.1, 9.0, 3.0), [2]), ((0.4, 9.0, 0.3), [0])],
+)
+def test_only_grids_along_which_it_errs_are_split(
+    errors: tuple[float, ...], coarse: list[int]
+) -> None:
+    model = Errs(errors, {"a": (0.0, 1.0, 2.0), "no grid": (), "b": (0.0, 1.0)})
+    u = np.array([0.5, 7.0, 0.25])
+    assert _too_coarse(model, u, 5.0) == coarse  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
