@@ -26,9 +26,9 @@ demo: setup
 	$(VENV)/bin/avahazard demo
 
 # Work goes by whole files, in the order of tests/order.py; what both workers need is made and
-# compiled once (tests/once.py).
+# compiled once (tests/once.py). Bytecode is kept: the tests start many processes.
 test: setup
-	$(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder --durations 10
+	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder --durations 10
 
 lint: setup
 	$(PYTHON) -m ruff check .
