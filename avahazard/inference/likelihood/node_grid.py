@@ -202,9 +202,11 @@ class NodeGrid:
         )
 
     def predicted_at(self, u: Floats) -> Predicted:
-        """Tables of expected records at coordinates u, run afresh."""
+        """Tables of expected records at coordinates u; where blocks move by them, run afresh."""
         values = self.layout.effect_values(u)
-        return predict_records(self.observations, self.effects, values, self.curvature)
+        moves = any(effect.motion is not None for effect in self.effects)
+        runs = None if moves else self._block_runs(values)
+        return predict_records(self.observations, self.effects, values, self.curvature, runs)
 
     def _block_runs(self, values: Values) -> BlockRuns:
         """Runs of the block, kept: effects on the record alone leave them as they are."""
