@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict
+from dataclasses import asdict, fields
 
 import numpy as np
 
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
+
+FINGERPRINT = "fingerprint"
+"""Under this name it is kept with the records."""
 
 
 def data_fingerprint(records: Records) -> str:
@@ -19,6 +22,12 @@ def data_fingerprint(records: Records) -> str:
     It depends on what is recorded only, to the last bit of every number, not on the order
     of the records: the same data imported in another order have the same fingerprint.
     """
+    if FINGERPRINT not in records.kept:
+        records.kept[FINGERPRINT] = _fingerprint(records)
+    return str(records.kept[FINGERPRINT])
+
+
+def _fingerprint(records: Records) -> str:
     digest = hashlib.sha256()
     for kind, texts in (
         ("paths", sorted(_line(p) for p in records.paths)),
@@ -45,10 +54,9 @@ def _event_line(event: Event) -> str:
 
 
 def _profile_line(profile: Profile) -> str:
-    values = {
-        name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in asdict(profile).items()
-    }
+    # Not `asdict`, which copies the arrays number by number.
+    told = ((field.name, getattr(profile, field.name)) for field in fields(profile))
+    values = {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in told}
     return json.dumps(_exact(values), sort_keys=True)
 
 
