@@ -13,7 +13,7 @@ import numpy as np
 
 from avahazard.hazard.alpha_beta import BY_NAME, AlphaBeta, alpha_beta
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.synth.sites import concave_profile
+from benchmarks.coverage_study.world import drawn_ground
 from benchmarks.measuring import Result, alternate
 
 N_LINES = 1000
@@ -58,23 +58,13 @@ def measure() -> Result:
         50.0,
         False,
         "time of AvaFrame's com2AB (its kernel, on a raster of four rows) over ours",
-        f"{N_LINES} made lines of 1 to 5 km, points every {CELL_M:g} m. {_agreement(**kept)}",
+        f"{N_LINES} made lines of 2 to 6 km, points every {CELL_M:g} m. {_agreement(**kept)}",
     )
 
 
 def _line(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """x and y (m) every `CELL_M` of a path with steps."""
-    waves = tuple(
-        (float(rng.uniform(0.02, 0.09)), k, float(rng.uniform())) for k in (1.5, 3.0, 4.5)
-    )
-    x, y = concave_profile(
-        float(rng.uniform(600.0, 2000.0)),
-        top_m=2600.0,
-        slopes=(float(rng.uniform(0.95, 1.1)), float(rng.uniform(0.05, 0.12))),
-        power=float(rng.uniform(1.3, 1.9)),
-        waves=waves,
-        tail=(1000.0, 0.03),
-    )
+    x, y = drawn_ground(rng, 1000.0)
     even = np.arange(0.0, x[-1], CELL_M)
     return even, np.interp(even, x, y)
 

@@ -74,20 +74,25 @@ def true_world(seed: int, tau: float = 0.0, unseen: float = 0.0) -> TrueWorld:
     return TrueWorld(seed, records, sites, rates, settings, offsets, (PATHS_DIFFER,))
 
 
-def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> SitePlan:
-    """A path as those of `synth`, with a longer end: its 100-year runout lies on it."""
+def drawn_ground(rng: np.random.Generator, tail_m: float) -> tuple[Floats, Floats]:
+    """x and y (m) of a path as those of `synth`, with steps and a flat end of `tail_m`."""
     waves = tuple(
         (float(rng.uniform(0.02, 0.09)), float(rng.uniform(low, low + 1.5)), float(rng.uniform()))
         for low in (1.0, 2.5, 4.0)
     )
-    x, y = concave_profile(
+    return concave_profile(
         float(rng.uniform(600.0, 2000.0)),
         top_m=2600.0,
         slopes=(float(rng.uniform(0.95, 1.1)), float(rng.uniform(0.05, 0.12))),
         power=float(rng.uniform(1.3, 1.9)),
         waves=waves,
-        tail=(4000.0, 0.03),
+        tail=(tail_m, 0.03),
     )
+
+
+def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> SitePlan:
+    """A path whose end is long: its 100-year runout lies on it."""
+    x, y = drawn_ground(rng, 4000.0)
     path_id = f"P{k + 1}"
     return SitePlan(
         path=Path(path_id, observed_from=FIRST_YEAR, observed_to=LAST_YEAR),
