@@ -24,19 +24,29 @@ PACKAGE = Path(__file__).parent
 _IMPORT = re.compile(rb"^from avahazard\.([\w.]+) import", re.MULTILINE)
 
 
-def kernel(function: Callable[..., Any] | None = None, **flags: Any) -> Any:
+def kernel(function: Callable[..., Any] | None = None, *, inner: bool = False, **flags: Any) -> Any:
     """Compile a function of arrays and floats, once for all processes: `@kernel`.
 
     It leaves Python's lock, a division by zero gives inf or nan, and `fastmath` is `CONTRACT`;
-    `flags` are more of numba's (`@kernel(forceinline=True)`) or replace these.
+    `flags` are more of numba's (`@kernel(forceinline=True)`) or replace these. An `inner` one is
+    called by other kernels alone: ways in from Python and from C take long to compile.
     """
     if function is None:
-        return lambda later: kernel(later, **flags)
+        return lambda later: kernel(later, inner=inner, **flags)
     settings = {"nogil": True, "error_model": "numpy", "fastmath": CONTRACT, **flags}
+    settings |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": inner}
     compiled = njit(**settings)(function)
     # What `cache=True` does, but for the class.
     compiled._cache = PackageCache(function)
+    if inner:
+        # Not a way in that leads nowhere.
+        compiled._insert = lambda *_overload, **_more: None
+        compiled._compile_for_args = _not_from_python
     return compiled
+
+
+def _not_from_python(*_arguments: object, **_named: object) -> None:
+    raise TypeError("This kernel is called by other kernels alone: it is `inner`.")
 
 
 class PackageCache(FunctionCache):

@@ -14,16 +14,17 @@ from typer.testing import CliRunner, Result
 
 from avahazard.store import upkeep
 from tests.few_draws import few_draws
-from tests.once import WORKER, compile_once, made_once
+from tests.once import WORKER, bytecode_once, compile_once, made_once
 from tests.order import ordered
 
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Share what is compiled among workers."""
     if WORKER:
         compile_once()
+        bytecode_once(config)
 
 
 @pytest.hookimpl(trylast=True)

@@ -7,13 +7,18 @@ from contextlib import contextmanager
 
 import pytest
 
-FEW = {
+FEW: dict[str, object] = {
     "avahazard.workflow.compare.RECORD_DRAWS": 200,
     "avahazard.workflow.report_events.RECORD_DRAWS": 200,
     "avahazard.workflow.report_states.RECORD_DRAWS": 200,
+    "avahazard.workflow.report_strength.STRENGTHS": (0.0, 0.5, 1.0, 2.0),
+    "avahazard.criticism.scoring.error_budget.N_DRAWS": 120,
+    "avahazard.criticism.scoring.error_budget.N_TABLES": 4,
+    "avahazard.criticism.scoring.loo.MAX_DRAWS": 200,
     "avahazard.criticism.scoring.held_out.RECORD_DRAWS": 60,
     "avahazard.criticism.scoring.held_out.DENSITY_DRAWS": 60,
     "avahazard.inference.prediction.stops.MAX_TABLES": 4,
+    "avahazard.hazard.posterior_draws.MAX_TABLES": 8,
 }
 
 

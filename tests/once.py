@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import compileall
 import fcntl
 import os
 import shutil
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.assertion import rewrite
 
 WORKER = "PYTEST_XDIST_WORKER" in os.environ
+TOP = Path(__file__).resolve().parents[1]
 
 
 @contextmanager
@@ -39,8 +43,35 @@ def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path],
     return folder
 
 
+def my_share(files: list[Path]) -> list[Path]:
+    """Every n-th of `files`, where n workers run."""
+    me = int(os.environ["PYTEST_XDIST_WORKER"].removeprefix("gw"))
+    return files[me :: int(os.environ["PYTEST_XDIST_WORKER_COUNT"])]
+
+
+def bytecode_once(config: pytest.Config) -> None:
+    """Make this worker's share of the bytecode that a clean tree lacks.
+
+    All workers import the same modules in the same order, so each would make all of it.
+    """
+    if sys.dont_write_bytecode:
+        return
+    for file in my_share(sorted(TOP.glob("avahazard/**/*.py"))):
+        compileall.compile_file(file, quiet=1)
+    state = config.stash[rewrite.assertstate_key]
+    for file in my_share(sorted(TOP.glob("tests/**/test_*.py"))):
+        folder = rewrite.get_cache_dir(file)
+        pyc = folder / (file.stem + rewrite.PYC_TAIL)
+        if rewrite._read_pyc(file, pyc) is None and rewrite.try_makedirs(folder):
+            source, code = rewrite._rewrite_test(file, config)
+            rewrite._write_pyc(state, code, source, pyc)
+
+
 def compile_once() -> None:
-    """Let a worker wait for what another one compiles, and load that."""
+    """Let a worker wait for what another one compiles, and load that.
+
+    What modules of tests call while they are imported all workers compile, or wait for, at once.
+    """
     from numba.core.compiler_lock import global_compiler_lock  # noqa: PLC0415
     from numba.core.dispatcher import Dispatcher  # noqa: PLC0415
 

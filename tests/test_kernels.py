@@ -50,7 +50,7 @@ PACKAGE = {
 from avahazard.constants import STEP
 from avahazard.kernels import kernel
 
-@kernel
+@kernel(inner=True)
 def inner(x):
     return x + STEP
 """,
@@ -101,6 +101,21 @@ def test_an_edit_in_another_file_reaches_the_caller(tmp_path: Path) -> None:
     assert call(tmp_path) == [0.0, 0]
     (package / "constants.py").write_text("STEP = -1.0\n")
     assert call(tmp_path) == [4.0, 0]
+
+
+def test_an_inner_kernel_is_not_called_from_python() -> None:
+    @kernels.kernel(inner=True)
+    def inner(x: float) -> float:
+        return x + 1.0
+
+    @kernels.kernel
+    def outer(x: float) -> float:
+        return 2.0 * inner(x)
+
+    assert outer(1.0) == 4.0
+    for _ in range(2):
+        with pytest.raises(TypeError, match="other kernels alone"):
+            inner(1.0)
 
 
 def test_what_is_compiled_is_kept_where_the_package_cannot_be_written(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ class Batch(NamedTuple):
     rows: int
 
 
-@kernel
+@kernel(inner=True)
 def new_batch(n_rows: int, rows: int) -> Batch:
     """Batch with memory for the given rows of `Batch.w`."""
     return Batch(
@@ -87,7 +87,7 @@ def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> i
     return n_moving
 
 
-@kernel
+@kernel(inner=True)
 def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
     friction, w = batch.friction, batch.w
@@ -125,7 +125,7 @@ def first_of_batch(w: Floats, row: int) -> int:
     return (n + LANES - 1) // LANES * LANES
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     """Stop the blocks whose w touches zero in cell i; their number."""
     row, row_new = i & batch.rows, (i + 1) & batch.rows
@@ -145,7 +145,7 @@ def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     return n
 
 
-@kernel
+@kernel(inner=True)
 def place_stops(cells: Cells, batch: Batch) -> None:
     """Fill `Batch.stop_t` of the blocks that stopped: in vectors where that converges."""
     w0, d0, w1, d1, t = batch.stop_w0, batch.stop_d0, batch.stop_w1, batch.stop_d1, batch.stop_t

@@ -19,7 +19,7 @@ def at_speed(table: np.ndarray, w: float) -> float:
     return between(table, table_place(table, w))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def table_place(table: np.ndarray, w: float) -> float:
     """Place of speed √w in a table over speed, in steps of it; its end for what is beyond."""
     place = np.sqrt(max(w, 0.0)) * (1.0 / SPEED_STEP)
@@ -50,7 +50,7 @@ def load(cells: Cells, bend: float, w: float) -> float:
     return GRAVITY - cells.curvature * bend * w
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def acceleration(
     slope: float, stretch: float, loaded: float, friction: float, constant: float, drag_w: float
 ) -> float:
@@ -61,7 +61,7 @@ def acceleration(
     return 2.0 * (GRAVITY * slope - friction * loaded - (constant + drag_w) * stretch)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def node_acceleration(cells: Cells, i: int, node: int, mu: float, w: float) -> float:
     """dw/dx at a node, an end of cell i, on the ground or off it."""
     slope = cells.slope[node]
@@ -77,7 +77,7 @@ def end_accelerations(cells: Cells, i: int, mu: float, w0: float, w1: float) -> 
     return node_acceleration(cells, i, i, mu, w0), node_acceleration(cells, i, i + 1, mu, w1)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def hermite(t: float, v0: float, d0: float, v1: float, d1: float) -> float:
     """Cubic through v0, v1 with derivatives d0, d1 (per unit of t)."""
     c2 = 3.0 * (v1 - v0) - 2.0 * d0 - d1
@@ -85,7 +85,7 @@ def hermite(t: float, v0: float, d0: float, v1: float, d1: float) -> float:
     return v0 + t * (d0 + t * (c2 + t * c3))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def elevation_in_cell(cells: Cells, i: int, t: float) -> float:
     """Elevation of the path at fraction t of cell i."""
     h = cells.x[i + 1] - cells.x[i]

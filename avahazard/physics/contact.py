@@ -68,7 +68,7 @@ def step_with_contact(
         lost_x[j] = x + t * shape.h if concerned else np.nan
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def fly(
     cells: Cells,
     i: int,
@@ -105,7 +105,7 @@ def fly(
     return (w_changed if changes else w_same), off_at
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def runge_kutta(
     cells: Cells, i: int, shape: Shape, friction: float, constant: float, w: float, t: float
 ) -> float:
@@ -127,7 +127,7 @@ def runge_kutta(
     return w + (k1 + 2.0 * (k2 + k3) + k4) / 6.0
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def rate_at(
     cells: Cells,
     i: int,
@@ -143,7 +143,7 @@ def rate_at(
     return acceleration(slope, stretch, loaded, friction, constant, cells.drag[i] * w)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def cell_shape(cells: Cells, i: int) -> Shape:
     """The shape of cell i from slope and bend at its ends."""
     h = cells.x[i + 1] - cells.x[i]
@@ -165,20 +165,20 @@ def parabola(start: float, middle: float, end: float) -> tuple[float, float, flo
     return start, linear, end - start - linear
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def slope_at(shape: Shape, t: float) -> float:
     """tanθ at fraction t of the cell."""
     return shape.s0 + t * (shape.s1 + t * (shape.s2 + t * shape.s3))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def bend_at(shape: Shape, t: float) -> float:
     """dθ/dx at fraction t of the cell: d(tanθ)/dt times dt/dx cos²θ."""
     steepening = shape.s1 + t * (2.0 * shape.s2 + t * 3.0 * shape.s3)
     return steepening * (shape.q0 + t * (shape.q1 + t * shape.q2))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def bend_rate_at(shape: Shape, t: float) -> float:
     """Derivative of `bend_at` in t."""
     steepening = shape.s1 + t * (2.0 * shape.s2 + t * 3.0 * shape.s3)
@@ -186,7 +186,7 @@ def bend_rate_at(shape: Shape, t: float) -> float:
     return change + steepening * (shape.q1 + 2.0 * t * shape.q2)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def stretch_at(shape: Shape, t: float) -> float:
     """1/cosθ at fraction t of the cell."""
     return shape.r0 + t * (shape.r1 + t * shape.r2)

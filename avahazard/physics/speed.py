@@ -40,7 +40,7 @@ def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
     return speeds
 
 
-@kernel
+@kernel(inner=True)
 def speed_in_cell(cells: Cells, i: int, t: float, batch: Batch, j: int) -> float:
     """Speed of block j at fraction t of cell i, of a block that was released above."""
     w0, w1 = batch.w[i, j], batch.w[i + 1, j]

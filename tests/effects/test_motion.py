@@ -2,42 +2,49 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from avahazard.effects import cohesion, entrainment, forest_drag, speed_weakening, turbulent_drag
 from avahazard.effects.effect import Definition
+from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
 from tests.effects.examples import columns, sites
 
-SITE = sites()[0]
+
+@cache
+def site() -> Site:
+    """The bowl with its forest."""
+    return sites()[0]
 
 
 def _added(entry: Definition, *values: float) -> Resistance:
     """The resistance with the effect on top of some of every kind."""
     effect = entry.build(entry.facts(columns(), sites()))
     assert effect.motion is not None
-    n = SITE.terrain.n_cells
+    n = site().terrain.n_cells
     before = Resistance(np.full(n, 1.1), np.full(n, 0.02), np.full(n, 0.3), np.full(n, 0.001))
-    return effect.motion(SITE, before, np.array(values))
+    return effect.motion(site(), before, np.array(values))
 
 
 def test_drag_is_the_same_everywhere() -> None:
     after = _added(turbulent_drag.DEFINITION, 0.003)
-    assert after.drag == pytest.approx(np.full(SITE.terrain.n_cells, 0.004))
+    assert after.drag == pytest.approx(np.full(site().terrain.n_cells, 0.004))
     assert np.all(after.constant == 0.3)
     assert np.all(after.factor == 1.1)
 
 
 def test_cohesion_is_a_constant() -> None:
     after = _added(cohesion.DEFINITION, 0.8)
-    assert after.constant == pytest.approx(np.full(SITE.terrain.n_cells, 1.1))
+    assert after.constant == pytest.approx(np.full(site().terrain.n_cells, 1.1))
     assert np.all(after.drag == 0.001)
 
 
 def test_forest_brakes_in_its_cells_only() -> None:
     after = _added(forest_drag.DEFINITION, 0.02)
-    middle = SITE.terrain.middle_x
+    middle = site().terrain.middle_x
     forest = (middle > 800.0) & (middle < 1400.0)
     assert forest.any()
     assert not forest.all()
@@ -46,7 +53,7 @@ def test_forest_brakes_in_its_cells_only() -> None:
 
 def test_snow_is_taken_up_above_its_line() -> None:
     after = _added(entrainment.DEFINITION, 0.004, 500.0)
-    y = SITE.terrain.middle_y
+    y = site().terrain.middle_y
     assert after.drag[y > 520.0] == pytest.approx(0.005)
     assert after.drag[y < 480.0] == pytest.approx(0.001)
     between = (y > 480.0) & (y < 520.0)
@@ -68,7 +75,7 @@ def test_two_effects_on_speed_multiply() -> None:
     once = _added(speed_weakening.DEFINITION, 0.4, 8.0)
     effect = speed_weakening.DEFINITION.build({})
     assert effect.motion is not None
-    twice = effect.motion(SITE, once, np.array([0.4, 8.0]))
+    twice = effect.motion(site(), once, np.array([0.4, 8.0]))
     assert once.speed_factor is not None
     assert twice.speed_factor == pytest.approx(once.speed_factor**2)
 
@@ -85,8 +92,8 @@ def test_two_effects_on_speed_multiply() -> None:
 def test_what_resists_shortens_every_run(entry: Definition, values: list[float]) -> None:
     effect = entry.build(entry.facts(columns(), sites()))
     assert effect.motion is not None
-    base = SITE.table(no_resistance(SITE.terrain))
-    held = SITE.table(effect.motion(SITE, no_resistance(SITE.terrain), np.array(values)))
+    base = site().table(no_resistance(site().terrain))
+    held = site().table(effect.motion(site(), no_resistance(site().terrain), np.array(values)))
     both = (base.status == 0) & (held.status == 0)
     assert both.any()
     assert np.all(held.x[both] <= base.x[both] + 1e-3)
@@ -97,10 +104,10 @@ def test_what_resists_shortens_every_run(entry: Definition, values: list[float])
 def test_a_bed_that_weakens_with_speed_lengthens_runs() -> None:
     effect = speed_weakening.DEFINITION.build({})
     assert effect.motion is not None
-    fine = no_resistance(SITE.fine_terrain)
-    base, held = SITE.table(fine), SITE.table(effect.motion(SITE, fine, np.array([0.5, 8.0])))
+    fine = no_resistance(site().fine_terrain)
+    base, held = site().table(fine), site().table(effect.motion(site(), fine, np.array([0.5, 8.0])))
     # Not those that hardly start: there F is not straight between every fourth friction.
-    started = base.x > SITE.release_x[:, None] + 30.0
+    started = base.x > site().release_x[:, None] + 30.0
     both = (base.status == 0) & (held.status == 0) & started
     assert np.all(held.x[both] >= base.x[both] - 1e-9)
     assert np.max((held.x - base.x)[both]) > 100.0

@@ -130,7 +130,7 @@ def laplace_fit(record_moments, left, edges, design, start, log_scatter, first_t
     return LaplaceFit(best, best_beta, best_scatter, best_tau)
 
 
-@kernel
+@kernel(inner=True)
 def _own_offsets(design, tau):  # type: ignore[no-untyped-def]
     """Variance `[n_events]` of the offsets that events have for themselves."""
     total = np.zeros(len(design.constant))
@@ -141,7 +141,7 @@ def _own_offsets(design, tau):  # type: ignore[no-untyped-def]
     return total
 
 
-@kernel
+@kernel(inner=True)
 def _move_spreads(design, tau, offsets, shrunk, dv, iv):  # type: ignore[no-untyped-def]
     """Fisher's scoring of every log τ, in place: slope of the penalties, expected curvature.
 
@@ -162,7 +162,7 @@ def _move_spreads(design, tau, offsets, shrunk, dv, iv):  # type: ignore[no-unty
         tau[a] = min(max(tau[a], LEAST_SPREAD), LARGEST_SPREAD)
 
 
-@kernel
+@kernel(inner=True)
 def _newton(design, g, h, bend, cross, root, pull, beta):  # type: ignore[no-untyped-def]
     """Joint Newton step of coefficients and offsets, the offsets eliminated first."""
     n, p = design.x.shape

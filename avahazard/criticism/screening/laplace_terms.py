@@ -18,7 +18,7 @@ NO_ODDS = 40.0
 """Nats by which a record is likelier right than wrong from which on no digit tells of the wrong."""
 
 
-@kernel
+@kernel(inner=True)
 def laplace_terms(  # type: ignore[no-untyped-def]
     record_moments, left, edges, design, beta, offsets, sigma, lone, student, g, h, dv, iv
 ):

@@ -47,7 +47,7 @@ class Tracks(NamedTuple):
     spread: Floats
 
 
-@kernel
+@kernel(inner=True)
 def stop_points(  # type: ignore[no-untyped-def]
     record, bounds, first, observed, sigma, log_mu, speed_grid, row, errors, misfit, points, logs
 ):
@@ -92,7 +92,7 @@ def stop_points(  # type: ignore[no-untyped-def]
     return count
 
 
-@kernel
+@kernel(inner=True)
 def leaving_points(last_left, log_mu, speed_grid, row, errors, misfit, points, logs):  # type: ignore[no-untyped-def]
     """As `stop_points` for an event that left, of which only the speeds are known."""
     n_cells = max(last_left, 1)
@@ -116,7 +116,7 @@ def leaving_points(last_left, log_mu, speed_grid, row, errors, misfit, points, l
     return count
 
 
-@kernel
+@kernel(inner=True)
 def _speed_log(grid, row, errors, j, misfit, room):  # type: ignore[no-untyped-def]
     """Log density of one event's speeds at place j (not a whole number) of the frictions' grid.
 

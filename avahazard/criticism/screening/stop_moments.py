@@ -23,7 +23,7 @@ def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([np.minimum(low, after), np.maximum(high, after)], axis=2)
 
 
-@kernel
+@kernel(inner=True)
 def stop_moments(record, bounds, first, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
     """Mean, variance and log mass of the likelihood of a stop without speeds.
 
@@ -65,7 +65,7 @@ def stop_moments(record, bounds, first, observed, sigma, log_mu):  # type: ignor
     return origin + by_place, variance, np.log(total) - np.log(sigma) - HALF_LOG_2PI
 
 
-@kernel
+@kernel(inner=True)
 def nearest_moments(record, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
     """Mean, variance and log mass where no friction of the table comes near the record."""
     z = (record - observed) / sigma
@@ -74,7 +74,7 @@ def nearest_moments(record, observed, sigma, log_mu):  # type: ignore[no-untyped
     return log_mu[nearest], 1e-6, log_mass
 
 
-@kernel
+@kernel(inner=True)
 def within_reach(z0, z1):  # type: ignore[no-untyped-def]
     """The part of a cell, from z0 to z1 standard deviations, that is within reach."""
     if z0 == z1:

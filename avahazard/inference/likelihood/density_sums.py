@@ -40,7 +40,7 @@ def sum_memory(n: int) -> SumMemory:
     return SumMemory(np.zeros(n), np.zeros(n), np.zeros(n), exp_memory(n))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _filled(n: int) -> int:
     return (n + LANES - 1) // LANES * LANES
 

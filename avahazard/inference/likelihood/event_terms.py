@@ -189,7 +189,7 @@ def _or_wrong(log_wrong, value, by_location, by_scatter, curvature):  # type: ig
     return total, right * (curvature + (1.0 - right) * slope * slope)
 
 
-@kernel
+@kernel(inner=True)
 def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-untyped-def]
     """Sum over volume nodes; log derivatives; returns the sum and the second log derivative."""
     total, first, second = floor, 0.0, 0.0

@@ -32,14 +32,14 @@ class ExpMemory(NamedTuple):
     power: Floats
 
 
-@kernel
+@kernel(inner=True)
 def exp_memory(n: int) -> ExpMemory:
     """Working memory for n numbers."""
     whole, power_bits = np.empty(n), np.empty(n, dtype=np.int64)
     return ExpMemory(whole, whole.view(np.int64), power_bits, power_bits.view(np.float64))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def exponentials(x: Floats, n: int, memory: ExpMemory) -> None:
     """Put exp in the place of the first n numbers of x, which are 0 or less, or nan."""
     whole, whole_bits, power_bits, power = memory

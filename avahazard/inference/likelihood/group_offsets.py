@@ -106,7 +106,7 @@ def newton_offsets(  # type: ignore[no-untyped-def]
     return offsets, bend, cross, root, value
 
 
-@kernel
+@kernel(inner=True)
 def _as_if_normal(nodes, location, scatter, in_log, keep):  # type: ignore[no-untyped-def]
     """Score and curvature in the shift of each event, as if every likelihood were normal.
 

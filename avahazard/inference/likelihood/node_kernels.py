@@ -103,7 +103,7 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
     )
 
 
-@kernel
+@kernel(inner=True)
 def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def]
     """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀."""
     k = 0
@@ -115,7 +115,7 @@ def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def
     return 1.0 if left[len(left) - 1] else 0.0
 
 
-@kernel
+@kernel(inner=True)
 def _edges_of_sight(elevation, left, limit, sigma, grid, panels, finest, place, weight):  # type: ignore[no-untyped-def]
     """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀.
 

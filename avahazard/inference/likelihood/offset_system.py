@@ -13,7 +13,7 @@ import numpy as np
 from avahazard.kernels import kernel
 
 
-@kernel
+@kernel(inner=True)
 def offset_system(index, rest, h, keep, precision):  # type: ignore[no-untyped-def]
     """Precision of the offsets: `bend` `[n_offsets]`, `cross`, and Cholesky's root of the others.
 
@@ -42,7 +42,7 @@ def offset_system(index, rest, h, keep, precision):  # type: ignore[no-untyped-d
     return bend, cross, np.linalg.cholesky(inner)
 
 
-@kernel
+@kernel(inner=True)
 def _join(groups, rest, h, cross, inner):  # type: ignore[no-untyped-def]
     """Add what one event of curvature h says of the offsets of its `groups` together."""
     for k in groups:
@@ -55,7 +55,7 @@ def _join(groups, rest, h, cross, inner):  # type: ignore[no-untyped-def]
                 inner[rest[k], rest[j]] += h
 
 
-@kernel
+@kernel(inner=True)
 def by_offset(index, keep, g, n_offsets):  # type: ignore[no-untyped-def]
     """Sum of g `[n_events]` over the events of each offset."""
     total = np.zeros(n_offsets)
@@ -90,7 +90,7 @@ def solved(rest, bend, cross, root, slope):  # type: ignore[no-untyped-def]
     return step
 
 
-@kernel
+@kernel(inner=True)
 def _lower(root, right):  # type: ignore[no-untyped-def]
     """x of root x = right."""
     x = right.copy()
@@ -101,7 +101,7 @@ def _lower(root, right):  # type: ignore[no-untyped-def]
     return x
 
 
-@kernel
+@kernel(inner=True)
 def _upper(root, right):  # type: ignore[no-untyped-def]
     """x of rootᵀ x = right."""
     x = right.copy()
@@ -112,7 +112,7 @@ def _upper(root, right):  # type: ignore[no-untyped-def]
     return x
 
 
-@kernel
+@kernel(inner=True)
 def variances(rest, bend, cross, root):  # type: ignore[no-untyped-def]
     """Variance of each offset `[n_offsets]` given nothing but the data and the priors."""
     result = 1.0 / bend

@@ -78,7 +78,7 @@ def panel_nodes(points, masses, panels, place, weight):  # type: ignore[no-untyp
     weight /= total
 
 
-@kernel
+@kernel(inner=True)
 def _two_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     """The two Gauss nodes of a few points, from their first three moments."""
     mass = np.sum(masses)

@@ -73,7 +73,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
     return log_total
 
 
-@kernel
+@kernel(inner=True)
 def _leaving_points(left, log_speed, grid, points, logs):  # type: ignore[no-untyped-def]
     """Points of the frictions that leave the profile, and their log masses; returns how many."""
     count = 0
@@ -89,7 +89,7 @@ def _leaving_points(left, log_speed, grid, points, logs):  # type: ignore[no-unt
     return count
 
 
-@kernel
+@kernel(inner=True)
 def _stop_points(record, left, observed, sigma, log_speed, grid, finest, points, logs):  # type: ignore[no-untyped-def]
     """Points of the frictions that stop within reach of the record; returns how many."""
     count = 0

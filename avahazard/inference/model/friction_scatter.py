@@ -48,7 +48,7 @@ def log_normal_below(z: float) -> tuple[float, float]:
     return math.log(below), normal_density(z) / below
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def student_shape(z2: float) -> float:
     """1 / (1 + z²/4) for z² = `z2`: the density is STUDENT_PEAK shape^(5/2)."""
     return 1.0 / (1.0 + 0.25 * z2)

@@ -16,6 +16,9 @@ from avahazard.records.event import Event
 N_NODES = 5
 N_BOUNDED = 9
 """Nodes where true volumes have an upper bound: their chances are cut there."""
+# Made once: a fit to the errors asks for nodes at each of its steps.
+NORMAL_Z, NORMAL_W = np.polynomial.hermite_e.hermegauss(N_NODES)
+CHANCE, CHANCE_W = np.polynomial.legendre.leggauss(N_BOUNDED)
 MOST_LOG = 700.0
 """Log volumes of the nodes are kept within ± this, where their exponentials are numbers."""
 
@@ -133,11 +136,9 @@ def _nodes(
 def _within(mean: Floats, sd: Floats, largest: float) -> tuple[Floats, Floats]:
     """Nodes z `[..., n_nodes]` of a normal that is cut at log `largest`, and their weights."""
     if np.isinf(largest):
-        return np.polynomial.hermite_e.hermegauss(N_NODES)
-    # Gauss's nodes of the chances up to the cut.
-    chance, weight = np.polynomial.legendre.leggauss(N_BOUNDED)
+        return NORMAL_Z, NORMAL_W
     top = log_ndtr((np.log(largest) - mean) / np.maximum(sd, 1e-9))
-    return ndtri_exp(top[:, None] + np.log(0.5 * (chance + 1.0))), weight
+    return ndtri_exp(top[:, None] + np.log(0.5 * (CHANCE + 1.0))), CHANCE_W
 
 
 def _population(records: VolumeRecords, sigma: Floats) -> tuple[dict[str, float], float, bool]:

@@ -151,7 +151,7 @@ def _solve(mu: Array, kappa: float) -> tuple[Array, bool]:
     return a, False
 
 
-@kernel
+@kernel(inner=True)
 def _times_kernel(decay: Array, a: Array) -> Array:
     """Ka in one pass each way."""
     result = a.copy()

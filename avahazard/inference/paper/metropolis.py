@@ -162,7 +162,7 @@ def run_chain(
     return u, accepted / max(draws.shape[0], 1)
 
 
-@kernel
+@kernel(inner=True)
 def _log_prior(u: Array, mean: Array, precision: Array) -> float:
     total = 0.0
     for j in range(u.size):

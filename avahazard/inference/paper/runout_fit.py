@@ -75,7 +75,7 @@ def line_records(x: NDArray[np.float64], y: NDArray[np.float64]) -> FitRecords:
     return FitRecords(x, y, np.zeros(x.size, np.int64), none, 0.0, 1.0, 0, False)
 
 
-@kernel(fastmath=FAST_BUT_NAN, inline="always")
+@kernel(inner=True, fastmath=FAST_BUT_NAN, inline="always")
 def _exp(x: float) -> float:
     """e^x for |x| < 36 to 1e-12, without a branch, so that the loop over events runs in vectors."""
     r = min(max(x, -36.0), 36.0) * (1.0 / 256.0)

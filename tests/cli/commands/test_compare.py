@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.cli.commands.snow import document, refused, run
 from tests.telling import untold
+
+pytestmark = pytest.mark.usefixtures("drawn_little")
 
 
 def test_people_and_programs(snow_database: str, tmp_path: Path) -> None:

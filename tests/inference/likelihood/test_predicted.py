@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
 from avahazard.effects.effect import Effect, Parameter
-from avahazard.inference.likelihood.predicted import predict_records, resistance_of
+from avahazard.inference.likelihood.predicted import Predicted, predict_records, resistance_of
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.prediction.stops import look_up
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
@@ -23,7 +24,8 @@ from avahazard.records.path import Path, Profile
 X = np.linspace(0.0, 1900.0, 96)
 
 
-def _study() -> Observations:
+@cache
+def study() -> Observations:
     return build_observations(
         Records(
             (Path("P"), Path("Q")),
@@ -45,14 +47,16 @@ def _effect(**action: object) -> Effect:
     return Effect("e", (Parameter("", "m", 0.0, 0.0, 1.0),), **action)  # type: ignore[arg-type]
 
 
-STUDY = _study()
-BASE = predict_records(STUDY, (), {})
+@cache
+def base() -> Predicted:
+    """What the block without effects leaves."""
+    return predict_records(study(), (), {})
 
 
 def _alone(event: int):
     """The stops of one event's block, run by itself."""
-    site = STUDY.sites[STUDY.columns.path_index[event]]
-    start = site.terrain.node(site.release_x[STUDY.release[event]])
+    site = study().sites[study().columns.path_index[event]]
+    start = site.terrain.node(site.release_x[study().release[event]])
     stops = run(build_cells(site.terrain, no_resistance(site.terrain)), np.array([start]), MU)
     return site, stops.x[0], stops.y[0], stops.status[0]
 
@@ -64,23 +68,23 @@ def test_records_stand_in_the_coordinate_of_each_event(event: int) -> None:
     assert 20 < left.sum() < len(MU) - 100
     record = x if event == 0 else y
     end = site.smooth.x_max if event == 0 else site.terrain.y[-1]
-    assert np.array_equal(BASE.record[event], np.where(left, end, record))
-    assert np.array_equal(BASE.x[event], np.where(left, site.smooth.x_max, x))
-    assert np.array_equal(BASE.elevation[event], np.where(left, site.terrain.y[-1], y))
-    assert np.array_equal(BASE.status[event], status)
+    assert np.array_equal(base().record[event], np.where(left, end, record))
+    assert np.array_equal(base().x[event], np.where(left, site.smooth.x_max, x))
+    assert np.array_equal(base().elevation[event], np.where(left, site.terrain.y[-1], y))
+    assert np.array_equal(base().status[event], status)
 
 
 def test_without_a_profile_the_record_is_that_of_the_energy_line() -> None:
-    assert np.array_equal(BASE.record[2], 500.0 / MU)
-    assert np.isnan(BASE.elevation[2]).all()
-    assert np.all(BASE.status[2] == STOPPED)
+    assert np.array_equal(base().record[2], 500.0 / MU)
+    assert np.isnan(base().elevation[2]).all()
+    assert np.all(base().status[2] == STOPPED)
 
 
 def test_speeds_at_the_places_where_they_were_measured() -> None:
-    site = STUDY.sites[1]
+    site = study().sites[1]
     cells = build_cells(site.terrain, no_resistance(site.terrain))
-    start = site.terrain.node(site.release_x[STUDY.release[1]])
-    (speeds,) = BASE.speeds
+    start = site.terrain.node(site.release_x[study().release[1]])
+    (speeds,) = base().speeds
     assert speeds.shape == (len(MU), 2)
     assert np.array_equal(speeds, speeds_along(cells, start, MU, np.array([400.0, 700.0])))
 
@@ -125,36 +129,38 @@ def test_a_stop_of_a_block_and_one_that_left_jump_nothing() -> None:
 
 def test_a_shift_moves_recorded_elevations_only() -> None:
     effect = _effect(shift=lambda _columns, values: np.array([values[0], values[0], 0.0, 0.0]))
-    moved = predict_records(STUDY, (effect,), {"e": np.array([17.0])})
-    assert np.array_equal(moved.record[0], BASE.record[0])
-    assert moved.record[1] == pytest.approx(BASE.record[1] + 17.0)
-    assert np.array_equal(moved.record[2:], BASE.record[2:])
+    moved = predict_records(study(), (effect,), {"e": np.array([17.0])})
+    assert np.array_equal(moved.record[0], base().record[0])
+    assert moved.record[1] == pytest.approx(base().record[1] + 17.0)
+    assert np.array_equal(moved.record[2:], base().record[2:])
 
 
 @pytest.mark.parametrize("metres", [40.0, -40.0])
 def test_the_front_is_ahead_along_the_path(metres: float) -> None:
     effect = _effect(advance=lambda columns, values: np.full(len(columns), values[0]))
-    moved = predict_records(STUDY, (effect,), {"e": np.array([metres])})
-    site = STUDY.sites[0]
-    inside = (moved.status[0] == STOPPED) & (BASE.status[0] == STOPPED) & (BASE.record[0] > 50.0)
+    moved = predict_records(study(), (effect,), {"e": np.array([metres])})
+    site = study().sites[0]
+    inside = (
+        (moved.status[0] == STOPPED) & (base().status[0] == STOPPED) & (base().record[0] > 50.0)
+    )
     assert inside.sum() > 50
     for j in np.flatnonzero(inside)[::7]:
-        a, b = sorted([BASE.record[0, j], moved.record[0, j]])
+        a, b = sorted([base().record[0, j], moved.record[0, j]])
         x = np.linspace(a, b, 400)
         length = np.sum(np.hypot(np.diff(x), np.diff(site.smooth.height(x))))
         assert length == pytest.approx(abs(metres), abs=0.05)
-        assert np.sign(moved.record[0, j] - BASE.record[0, j]) == np.sign(metres)
+        assert np.sign(moved.record[0, j] - base().record[0, j]) == np.sign(metres)
     height = site.smooth.height(moved.record[0, inside])
     assert moved.elevation[0, inside] == pytest.approx(height)
 
 
 def test_a_front_past_the_end_has_left_where_the_block_has_not() -> None:
     effect = _effect(advance=lambda columns, values: np.full(len(columns), values[0]))
-    moved = predict_records(STUDY, (effect,), {"e": np.array([200.0])})
-    newly = (moved.status[0] == LEFT_PROFILE) & (BASE.status[0] == STOPPED)
+    moved = predict_records(study(), (effect,), {"e": np.array([200.0])})
+    newly = (moved.status[0] == LEFT_PROFILE) & (base().status[0] == STOPPED)
     assert newly.sum() > 3
     assert np.all(moved.record[0, newly] == 1900.0)
-    assert np.all(BASE.record[0, newly] > 1900.0 - 200.0)
+    assert np.all(base().record[0, newly] > 1900.0 - 200.0)
 
 
 def _drag(_site, resistance, values):
@@ -163,15 +169,15 @@ def _drag(_site, resistance, values):
 
 def test_a_neutral_effect_is_the_base_model_bit_for_bit() -> None:
     effect = _effect(motion=_drag)
-    neutral = predict_records(STUDY, (effect,), {"e": np.array([0.0])})
-    assert np.array_equal(neutral.record, BASE.record)
-    strong = predict_records(STUDY, (effect,), {"e": np.array([1e-3])})
-    stopped = (BASE.status[0] == STOPPED) & (MU < 0.7)
-    assert np.all(strong.record[0, stopped] < BASE.record[0, stopped])
+    neutral = predict_records(study(), (effect,), {"e": np.array([0.0])})
+    assert np.array_equal(neutral.record, base().record)
+    strong = predict_records(study(), (effect,), {"e": np.array([1e-3])})
+    stopped = (base().status[0] == STOPPED) & (MU < 0.7)
+    assert np.all(strong.record[0, stopped] < base().record[0, stopped])
 
 
 def test_an_effect_of_speed_runs_over_fine_cells() -> None:
-    site = STUDY.sites[0]
+    site = study().sites[0]
     effect = replace(_effect(motion=_drag), speed_dependent=True)
     active = resistance_of(site, (effect,), {"e": np.array([1e-3])}, 1.0)
     assert len(active.drag) == site.fine_terrain.n_cells
@@ -180,8 +186,8 @@ def test_an_effect_of_speed_runs_over_fine_cells() -> None:
 
 
 def test_without_curvature_the_block_is_on_the_energy_line() -> None:
-    flat = predict_records(STUDY, (), {}, curvature=0.0)
-    site = STUDY.sites[0]
+    flat = predict_records(study(), (), {}, curvature=0.0)
+    site = study().sites[0]
     top = float(site.smooth.height(site.release_x[0]))
     stopped = (flat.status[0] == STOPPED) & (flat.record[0] > 10.0)
     mu = (top - flat.elevation[0, stopped]) / (flat.record[0, stopped] - site.release_x[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,12 +29,16 @@ def stop(z0: float) -> tuple[float, float]:
     return float(x[0]), float(TRACK.elevation(x)[0])
 
 
-X, Y = stop(Z0)
-IN_Y = Event("y", "P0", runout_elevation_m=Y, runout_sigma_m=15.0, release_elevation_m=Z0)
-IN_X = Event("x", "P0", runout_x_m=X, runout_sigma_m=15.0, release_elevation_m=Z0)
-LEFT = Event("l", "P0", left_profile=True, release_elevation_m=Z0)
-LINE = Event("s", fall_height_m=400.0, runout_length_m=900.0, runout_sigma_m=15.0)
-EVENTS = (IN_Y, IN_X, LEFT, LINE)
+@cache
+def events() -> tuple[Event, ...]:
+    """Recorded by elevation and by place, left, and without a profile."""
+    x, y = stop(Z0)
+    return (
+        Event("y", "P0", runout_elevation_m=y, runout_sigma_m=15.0, release_elevation_m=Z0),
+        Event("x", "P0", runout_x_m=x, runout_sigma_m=15.0, release_elevation_m=Z0),
+        Event("l", "P0", left_profile=True, release_elevation_m=Z0),
+        Event("s", fall_height_m=400.0, runout_length_m=900.0, runout_sigma_m=15.0),
+    )
 
 
 def built(*events: Event, **of_path: float | str) -> Observations:
@@ -46,7 +51,7 @@ def with_error(event: Event, sigma: float | str = SIGMA_Z) -> Event:
 
 
 def test_it_is_what_another_release_does_to_the_stop() -> None:
-    found = built(*map(with_error, EVENTS))
+    found = built(*map(with_error, events()))
     (low_x, low_y), (high_x, high_y) = stop(Z0 - SIGMA_Z), stop(Z0 + SIGMA_Z)
     exact = np.array([abs(high_y - low_y), abs(high_x - low_x)]) / 2.0
     assert exact.min() > 5.0
@@ -59,21 +64,22 @@ def test_it_is_what_another_release_does_to_the_stop() -> None:
 
 
 def test_the_paths_error_is_that_of_events_that_state_none() -> None:
-    own = with_error(IN_X, 2.0 * SIGMA_Z)
-    found = built(IN_Y, own, release_sigma_m=SIGMA_Z).release_sigma
-    both = built(with_error(IN_Y), own).release_sigma
+    in_y, in_x, *_ = events()
+    own = with_error(in_x, 2.0 * SIGMA_Z)
+    found = built(in_y, own, release_sigma_m=SIGMA_Z).release_sigma
+    both = built(with_error(in_y), own).release_sigma
     np.testing.assert_array_equal(found, both)
 
 
 def test_where_none_is_stated_nothing_changes_and_it_drives_nothing() -> None:
-    bare = built(*EVENTS)
+    bare = built(*events())
     assert np.array_equal(bare.sigma[[0, 1, 3]], [15.0, 15.0, 15.0])
     assert not bare.release_sigma.any()
-    stated = built(*map(with_error, EVENTS))
+    stated = built(*map(with_error, events()))
     assert "release_sigma_m" not in stated.columns.numbers
 
 
 @pytest.mark.parametrize("wrong", ["far", -1.0, float("nan"), float("inf")])
 def test_what_is_no_error_is_refused(wrong: float | str) -> None:
     with pytest.raises(AvahazardError, match="release_sigma_m of event x"):
-        built(with_error(IN_X, wrong))
+        built(with_error(events()[1], wrong))

@@ -9,6 +9,7 @@ import pytest
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.workflow.report import gather
+from tests.few_draws import few_draws
 from tests.once import made_once
 from tests.report.html.world import make_loop_database
 
@@ -16,7 +17,8 @@ from tests.report.html.world import make_loop_database
 @pytest.fixture(scope="session")
 def content(report_database: str) -> ReportContent:
     """Give what the report of `m` is made of."""
-    return gather(report_database, "m")
+    with few_draws():
+        return gather(report_database, "m")
 
 
 @pytest.fixture(scope="session")
@@ -36,7 +38,9 @@ def report_file(html: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def loop_content(tmp_path_factory: pytest.TempPathFactory) -> ReportContent:
     """Give what the report of a child of a ladder of two models is made of."""
-    return gather(str(made_once(tmp_path_factory, "loop", make_loop_database) / "loop.db"), "child")
+    database = made_once(tmp_path_factory, "loop", make_loop_database) / "loop.db"
+    with few_draws():
+        return gather(str(database), "child")
 
 
 @pytest.fixture(scope="session")

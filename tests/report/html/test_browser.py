@@ -12,7 +12,6 @@ import pytest
 from tests.report.html.chromium import Seen, chromium
 from tests.report.html.world import EVENT
 
-WIDTHS = (390, 1400)
 PAPER_PX = 186 / 25.4 * 96
 """A4 between the margins."""
 
@@ -24,12 +23,22 @@ def browser() -> Iterator[Any]:
         yield started
 
 
-@pytest.fixture(scope="module", params=WIDTHS)
-def seen(request: pytest.FixtureRequest, browser: Any, report_file: Path) -> Iterator[Seen]:
-    """Give the report, open and drawn, on a phone and on a desk."""
-    opened = Seen(browser, report_file, request.param)
-    yield opened
-    opened.page.close()
+@pytest.fixture(scope="module")
+def phone(browser: Any, report_file: Path) -> Seen:
+    """Give the report, open and drawn, on a phone."""
+    return Seen(browser, report_file, 390)
+
+
+@pytest.fixture(scope="module")
+def desk(browser: Any, report_file: Path) -> Seen:
+    """Give the report, open and drawn, on a desk."""
+    return Seen(browser, report_file, 1400)
+
+
+@pytest.fixture(scope="module", params=["phone", "desk"])
+def seen(request: pytest.FixtureRequest) -> Any:
+    """Give it on either."""
+    return request.getfixturevalue(request.param)
 
 
 def test_nothing_is_said_asked_for_or_run(seen: Seen, report_file: Path) -> None:
@@ -47,15 +56,13 @@ def test_every_figure_is_drawn(seen: Seen) -> None:
     assert seen.blank() == []
 
 
-def test_hovering_an_event_names_it(browser: Any, report_file: Path) -> None:
-    seen = Seen(browser, report_file, 1400)
-    assert unescape(seen.point_at_an_event()) in seen.hovered()
-    seen.page.close()
+def test_hovering_an_event_names_it(desk: Seen) -> None:
+    assert unescape(desk.point_at_an_event()) in desk.hovered()
 
 
-def test_a_hostile_name_is_shown_and_not_run(browser: Any, report_file: Path) -> None:
-    seen = Seen(browser, report_file, 1400)
-    found = seen.page.evaluate(
+def test_a_hostile_name_is_shown_and_not_run(desk: Seen) -> None:
+    desk.page.mouse.move(0, 0)
+    found = desk.page.evaluate(
         """() => {
           const place = document.querySelector("[data-figure=predicted-elevation]");
           for (const [k, t] of place.data.entries()) {
@@ -69,13 +76,12 @@ def test_a_hostile_name_is_shown_and_not_run(browser: Any, report_file: Path) ->
         }"""
     )
     assert found
-    assert EVENT in seen.hovered()
-    assert seen.page.evaluate("() => window.evil") is None
-    seen.page.close()
+    assert EVENT in desk.hovered()
+    assert desk.page.evaluate("() => window.evil") is None
 
 
-def test_it_prints_with_every_figure_on_the_paper(browser: Any, report_file: Path) -> None:
-    page = Seen(browser, report_file, 1400).page
+def test_it_prints_with_every_figure_on_the_paper(desk: Seen) -> None:
+    page = desk.page
     printed = page.pdf(prefer_css_page_size=True)
     assert printed.startswith(b"%PDF")
     assert len(printed) > 100_000
@@ -85,7 +91,6 @@ def test_it_prints_with_every_figure_on_the_paper(browser: Any, report_file: Pat
     page.emulate_media(media="screen")
     page.evaluate("() => window.dispatchEvent(new Event('afterprint'))")
     assert widest(page) > 1000
-    page.close()
 
 
 def widest(page: Any) -> float:
