@@ -23,10 +23,11 @@ def kills(found: Found) -> list[str]:
         "## kill -9",
         "",
         *(line for run in runs for line in (command("kills", run, "kills"), "")),
-        f"{total} kills on {' and '.join(places)}, half of those on files within 50 ms of the "
-        "first "
-        "write, the others at any moment. After each: the rows are those of before, those of the "
-        "command, or (bounds, path by path; the steps of `run`) some of the latter; records and "
+        f"{total} kills on {' and '.join(places)}. The command runs in a process forked off one that "
+        "has loaded the program and done it before, so that it is killed at what it is for: half "
+        "of those that write to the database within 5 ms of a random one of the statements by which "
+        "they write, the others at any moment. After each: the rows are those of before, those of "
+        "the command, or (bounds, path by path; the steps of `run`) some of the latter; records and "
         "models are whole; what had been confirmed is there; `db check --full` finds nothing; the "
         "same command, run again, ends as if nothing had happened; no file is half written.",
         "",
