@@ -126,14 +126,15 @@ def judge(found: Cuts, database: str, told: list[str]) -> None:
     found.n_cuts += 1
     found.n_confirmed += len(told)
     try:
-        found.damaged += bool(check(database).problems)
+        damaged = bool(check(database).problems)
         with reading(database) as session:
             ids = session.scalars(text("SELECT event_id FROM events")).all()
             models = set(session.scalars(text("SELECT name FROM models")).all())
+        events = Counter(name.split("-")[0] for name in ids)
     except Exception:  # whatever it is, the database cannot be read
         found.damaged += 1
         return
-    events = Counter(name.split("-")[0] for name in ids)
+    found.damaged += damaged
     found.partial += sum(n != N_EVENTS for n in events.values())
     for line in told:
         what, name = line.split()
