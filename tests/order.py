@@ -13,6 +13,7 @@ NO_KERNELS = (
     "tests/test_kernels.py",
     "tests/docs/test_site.py",
     "tests/trust/test_kills.py",
+    "tests/trust/test_forked.py",
     "tests/trust/test_users.py",
     "tests/trust/test_power.py",
     "tests/trust/test_upgrades.py",
