@@ -3,8 +3,10 @@
 make trust                                    all of it, hours long
 … benchmarks/trust.py power users             these parts; the page keeps what the others found
 … benchmarks/trust.py kills --kills 60        fewer; kills by another --seed are added to the page
+… benchmarks/trust.py kills --only import     kills of one command
 
-PostgreSQL takes part where AVAHAZARD_TEST_POSTGRES names a server on which databases may be made.
+PostgreSQL takes part where AVAHAZARD_TEST_POSTGRES names a server on which databases may be made;
+for power cuts a server of their own is started, where one is installed.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ NO_KERNELS = (
     "tests/report/test_catalogues.py",
     # Their calibrations are short where the other worker has compiled most by now.
     "tests/trust/test_kills.py",
+    "tests/trust/test_forked.py",
     "tests/trust/test_users.py",
     "tests/trust/test_power.py",
     "tests/trust/test_upgrades.py",

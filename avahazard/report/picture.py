@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from avahazard.records.errors import AvahazardError
-from avahazard.report.whole_file import put_in_place
+from avahazard.whole_file import put_in_place
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

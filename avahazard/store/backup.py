@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
-from contextlib import closing, suppress
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path as FilePath
 
 from avahazard.records.errors import AvahazardError
 from avahazard.store.engine import database_url, make_engine, sqlite_file
+from avahazard.whole_file import put_new_in_place
 
 MOST_COPIES = 99
 TOOLS = {"postgresql": "pg_dump", "mysql": "mysqldump", "mariadb": "mariadb-dump"}
@@ -19,11 +22,12 @@ def backup_beside(database: str, name: str) -> str:
     Raises:
         AvahazardError: the copy cannot be made.
     """
-    for number in range(1, MOST_COPIES + 1):
-        file = name if number == 1 else f"{name}-{number}"
-        if not FilePath(file).exists():
-            backup(database, file)
-            return file
+    with _copied(database, FilePath(name)) as part:
+        for number in range(1, MOST_COPIES + 1):
+            file = name if number == 1 else f"{name}-{number}"
+            with suppress(FileExistsError):
+                put_new_in_place(part, FilePath(file))
+                return file
     raise AvahazardError(f"There are {MOST_COPIES} copies {name} already.", "Remove old ones.")
 
 
@@ -33,6 +37,22 @@ def backup(database: str, target: str | FilePath) -> None:
     Raises:
         AvahazardError: it is no SQLite database or missing, or `target` is there already.
     """
+    copy = FilePath(target)
+    there = AvahazardError(
+        f"{copy} is there already; nothing was written.", "Name a file that is not there."
+    )
+    if copy.exists():
+        raise there
+    with _copied(database, copy) as part:
+        try:
+            put_new_in_place(part, copy)
+        except FileExistsError:
+            raise there from None
+
+
+@contextmanager
+def _copied(database: str, target: FilePath) -> Iterator[FilePath]:
+    """A whole copy of `database` beside `target`, under a name that none takes for a copy."""
     url = database_url(database)
     file = sqlite_file(url)
     if file is None:
@@ -42,21 +62,22 @@ def backup(database: str, target: str | FilePath) -> None:
             f"Use the database's own tool, such as {TOOLS.get(backend, 'its dump program')}.",
         )
     make_engine(database).dispose()  # says so when the file is missing
-    copy = FilePath(target)
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    part.unlink(missing_ok=True)  # of a process that was killed
     try:
-        copy.open("xb").close()
-    except FileExistsError:
-        raise AvahazardError(
-            f"{copy} is there already; nothing was written.", "Name a file that is not there."
-        ) from None
-    try:
-        with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(copy)) as sink:
+        part.open("xb").close()
+        with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(part)) as sink:
             source.backup(sink)
             sink.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
+        yield part
     except sqlite3.Error as error:
-        with suppress(OSError):
-            copy.unlink()
         raise AvahazardError(
             f"The database {file} could not be copied: {error}",
             "Look at it with `avahazard db check`.",
         ) from error
+    except OSError as error:
+        error.filename = str(target)  # the name that was asked for
+        raise
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)

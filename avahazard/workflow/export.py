@@ -11,7 +11,6 @@ import numpy as np
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_csv import is_own_csv, write_hazard
 from avahazard.report.hazard_workbook import is_own_workbook, write_hazard_workbook
-from avahazard.report.whole_file import put_in_place
 from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
@@ -19,6 +18,7 @@ from avahazard.store.models import load_model, now
 from avahazard.store.path_results import BOUNDS, ZONES, latest_documents, latest_run, read_run
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.whole_file import put_in_place
 from avahazard.workflow.export_layers import map_layers
 from avahazard.workflow.stored.notes import notes_of
 

@@ -10,7 +10,6 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.html.content import Cover, ReportContent
 from avahazard.report.language import language_of
-from avahazard.report.whole_file import put_in_place
 from avahazard.results.base import Report, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
@@ -19,6 +18,7 @@ from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
 from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.store.terrain import load_terrain
+from avahazard.whole_file import put_in_place
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.friction_views import friction_densities

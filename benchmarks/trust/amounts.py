@@ -11,9 +11,10 @@ LONGEST_FAULT = 300
 
 @dataclass(frozen=True, slots=True)
 class Amounts:
-    """How much of each part is done."""
+    """How much of each part is done; `only` one command is killed, where it is named."""
 
     kills: int = 300
+    only: str = ""
     cuts: int = 500
     sizes: int = 4
     seconds: float = 60.0

@@ -18,6 +18,7 @@ import numpy as np
 
 NUMBERS = struct.Struct("<qqq")
 SECTOR = 512
+Renaming = tuple[str, str, int]
 
 
 class Step(NamedTuple):
@@ -43,36 +44,40 @@ def steps_of(log: Path) -> list[Step]:
 
 @dataclass
 class Disk:
-    """Files by number (`content`, and what is not synced yet), and their names."""
+    """Files by number (`content`, and what is not synced yet), and their names.
+
+    What is not synced carries the number of its step: a sync keeps what stood when it began.
+    """
 
     content: dict[int, bytearray] = field(default_factory=dict)
-    waiting: dict[int, list[Step]] = field(default_factory=dict)
+    waiting: dict[int, list[tuple[int, Step]]] = field(default_factory=dict)
     names: dict[str, int] = field(default_factory=dict)
-    unnamed: list[tuple[str, str, int]] = field(default_factory=list)
+    unnamed: list[tuple[int, Renaming]] = field(default_factory=list)
     descriptors: dict[int, int] = field(default_factory=dict)
+    began: dict[int, int] = field(default_factory=dict)
+    taken: int = 0
 
     def names_now(self) -> dict[str, int]:
-        """The names as the running process sees them."""
+        """The names as the running processes see them."""
         return _renamed(self.names, self.unnamed)
 
     def take(self, step: Step) -> None:
         """Go one record on."""
+        self.taken += 1
         if step.kind == "O":
             self._open(step)
         elif step.kind in "WT" and (file := self.descriptors.get(step.a)) is not None:
-            self.waiting[file].append(step)
+            self.waiting[file].append((self.taken, step))
+        elif step.kind == "F":
+            self.began[step.a] = self.taken
         elif step.kind == "S":
-            self.names, self.unnamed = self.names_now(), []
-            file = self.descriptors.get(step.a)
-            if file is not None:
-                for one in self.waiting[file]:
-                    _apply(self.content[file], one)
-                self.waiting[file] = []
+            self._sync(self.descriptors.get(step.a), self.began.pop(step.a, self.taken))
+        elif step.kind == "P" and (file := self.names_now().get(step.data.decode())) is not None:
+            self.waiting[file].append((self.taken, step._replace(kind="T")))
         elif step.kind == "U":
-            self.unnamed.append(("remove", step.data.decode(), 0))
-        elif step.kind == "R":
-            old, new = step.data.decode().split("\0")
-            self.unnamed += [("name", new, self.names_now()[old]), ("remove", old, 0)]
+            self.unnamed.append((self.taken, ("remove", step.data.decode(), 0)))
+        elif step.kind in "RL":
+            self._name(step)
 
     def after_cut(self, how: str, rng: np.random.Generator) -> dict[str, bytes]:
         """The files by name, of the writes not synced yet `none`, `all`, or `some`."""
@@ -80,7 +85,7 @@ class Disk:
         found = {}
         for name, file in _renamed(self.names, self.unnamed[:n_names]).items():
             content = bytearray(self.content[file])
-            for step in self.waiting[file]:
+            for _, step in self.waiting[file]:
                 if how == "all" or (how == "some" and rng.random() < 0.5):
                     kept = step
                     if how == "some" and step.kind == "W" and rng.random() < 0.3:
@@ -89,6 +94,16 @@ class Disk:
                     _apply(content, kept)
             found[name] = bytes(content)
         return found
+
+    def _sync(self, file: int | None, began: int) -> None:
+        self.names = _renamed(self.names, [one for one in self.unnamed if one[0] <= began])
+        self.unnamed = [one for one in self.unnamed if one[0] > began]
+        if file is None:
+            return
+        for number, one in self.waiting[file]:
+            if number <= began:
+                _apply(self.content[file], one)
+        self.waiting[file] = [one for one in self.waiting[file] if one[0] > began]
 
     def _open(self, step: Step) -> None:
         name = step.data.decode()
@@ -99,17 +114,26 @@ class Disk:
         if name not in there:
             file = len(self.content)
             self.content[file], self.waiting[file] = bytearray(), []
-            self.unnamed.append(("name", name, file))
+            self.unnamed.append((self.taken, ("name", name, file)))
             there[name] = file
         self.descriptors[step.a] = there[name]
         if step.b & os.O_TRUNC:
-            self.waiting[there[name]].append(Step("T", step.a, 0, b""))
+            self.waiting[there[name]].append((self.taken, Step("T", step.a, 0, b"")))
+
+    def _name(self, step: Step) -> None:
+        old, new = step.data.decode().split("\0")
+        file = self.names_now().get(old)
+        if file is None:
+            return  # made by the C library itself, whose calls are not seen: no data are
+        self.unnamed.append((self.taken, ("name", new, file)))
+        if step.kind == "R":
+            self.unnamed.append((self.taken, ("remove", old, 0)))
 
 
 def disk_of(folder: Path) -> Disk:
-    """The disk before anything is done: the files of `folder`, all synced."""
+    """The disk before anything is done: the files below `folder`, all synced."""
     disk = Disk()
-    for k, file in enumerate(sorted(f for f in folder.iterdir() if f.is_file())):
+    for k, file in enumerate(sorted(f for f in folder.rglob("*") if f.is_file())):
         disk.content[k], disk.waiting[k] = bytearray(file.read_bytes()), []
         disk.names[str(file)] = k
     return disk
@@ -123,9 +147,9 @@ def confirmed(steps: list[Step]) -> Iterator[tuple[int, str]]:
                 yield k, line
 
 
-def _renamed(names: dict[str, int], changes: list[tuple[str, str, int]]) -> dict[str, int]:
+def _renamed(names: dict[str, int], changes: list[tuple[int, Renaming]]) -> dict[str, int]:
     found = dict(names)
-    for kind, name, file in changes:
+    for _, (kind, name, file) in changes:
         if kind == "name":
             found[name] = file
         else:

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from avahazard.workflow.database import check
+from benchmarks.trust.alone import Undisturbed, leave_alone, link_records
 from benchmarks.trust.jobs import Job, make_state
-from benchmarks.trust.kills import Undisturbed, leave_alone, link_records
 from benchmarks.trust.places import Files
 from benchmarks.trust.power import HERE
 from benchmarks.trust.rows import contents, faults, same_rows
@@ -64,20 +64,14 @@ def disturb(
             inside.mkdir()
             states[job.state] = place.new(inside)
             make_state(job.state, states[job.state], folder)
-        alone = leave_alone(job, place, states[job.state], folder)
+        alone = leave_alone(job, states[job.state], folder)
         if can_mount():
             for _ in range(n_sizes):
-                free = int(rng.integers(0, _needed_kb(alone)))
-                yield on_mounted(job, alone, folder, free)
+                yield on_mounted(job, alone, folder, int(rng.integers(0, alone.written_kb + 1)))
             yield on_mounted(job, alone, folder, None)
         yield _vanishing(job, alone, folder, float(rng.uniform(0.3, 1.0)))
         for jump in (-3650 * DAY_S, 3650 * DAY_S):
             yield _jumping(job, alone, folder, jump)
-
-
-def _needed_kb(alone: Undisturbed) -> int:
-    """About what the command writes at most, log and file together."""
-    return (alone.size + len(alone.written or b"")) // 1024 + 64
 
 
 def _given(alone: Undisturbed, folder: Path) -> Path:

@@ -15,8 +15,9 @@ from benchmarks.trust.amounts import Amounts, Tell, cut
 from benchmarks.trust.disks import can_mount, disturb
 from benchmarks.trust.jobs import JOBS, write_records
 from benchmarks.trust.kills import kill_jobs
-from benchmarks.trust.places import places
+from benchmarks.trust.places import Files, places
 from benchmarks.trust.power import can_cut, cut_power
+from benchmarks.trust.power_server import can_cut_server, cut_server_power
 from benchmarks.trust.upgrades import earlier_revisions, upgrade_all
 from benchmarks.trust.users import large_imports, mix
 
@@ -27,7 +28,8 @@ def kills(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
     """kill -9 over all writing commands, shared among the databases."""
     write_records(folder)
     found = []
-    mine = places()
+    jobs = [job for job in JOBS if amounts.only in ("", job.name)]
+    mine = [place for place in places() if isinstance(place, Files) or jobs[0].on_server]
     for place in mine:
         rng = np.random.default_rng([amounts.seed, len(place.name)])
         inside = folder / place.name
@@ -35,7 +37,7 @@ def kills(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
         for name in ("world", "changed"):
             (inside / name).symlink_to(folder / name)
         shutil.copy(folder / "avahazard.toml", inside)
-        for one in kill_jobs(JOBS, place, amounts.kills // len(mine), rng, inside):
+        for one in kill_jobs(jobs, place, amounts.kills // len(mine), rng, inside):
             tell(f"{place.name}: {one.job} after {one.moment:.1f} s, {one.stood} {one.faults}")
             found.append(one)
     rows = []
@@ -62,6 +64,13 @@ def power(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
         rng = np.random.default_rng([amounts.seed, k])
         n = amounts.cuts if synchronous == "FULL" else min(amounts.cuts, 100)
         rows.append(asdict(cut_power(inside, n, rng, holder=holder, synchronous=synchronous)))
+        tell(str(rows[-1]))
+    for k, synchronous in enumerate(("on", "off") if can_cut_server() else ()):
+        inside = folder / f"server-{k}"
+        inside.mkdir()
+        rng = np.random.default_rng([amounts.seed, k, len("server")])
+        n = amounts.cuts if synchronous == "on" else min(amounts.cuts, 100)
+        rows.append(asdict(cut_server_power(inside, n, rng, synchronous=synchronous)))
         tell(str(rows[-1]))
     return {"rows": rows}
 

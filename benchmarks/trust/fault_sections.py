@@ -22,18 +22,26 @@ def kills(found: Found) -> list[str]:
     return [
         "## kill -9",
         "",
-        *(line for run in runs for line in (command("kills", run, "kills"), "")),
-        f"{total} kills on {' and '.join(places)}, half of those on files within 50 ms of the "
-        "first "
-        "write, the others at any moment. After each: the rows are those of before, those of the "
-        "command, or (bounds, path by path; the steps of `run`) some of the latter; records and "
-        "models are whole; what had been confirmed is there; `db check --full` finds nothing; the "
-        "same command, run again, ends as if nothing had happened; no file is half written.",
+        *(line for run in runs for line in (_kills_command(run), "")),
+        f"{total} kills on {' and '.join(places)}. The command runs in a process forked off one "
+        "that has loaded the program and done it before, so that it is killed at what it is for: "
+        "half of those that write to the database within 5 ms of a random one of the statements "
+        "by which they write, the others at any moment. After each: the rows are those of before, "
+        "those of the command, or (bounds, path by path; the steps of `run`) some of the latter; "
+        "records and models are whole; what had been confirmed is there; `db check --full` finds "
+        "nothing; the same command, run again, ends as if nothing had happened; no file is half "
+        "written.",
         "",
         *table(("command", "kills", "stood as before", "in between", "as after"), lines),
         *listed(faults, "Nothing was lost, half stored or damaged; no command was refused."),
         *notes,
     ]
+
+
+def _kills_command(run: Found) -> str:
+    only = run["amounts"].get("only")
+    whole = command("kills", run, "kills")
+    return f'{whole.removesuffix("`")} --only "{only}"`' if only else whole
 
 
 def power(found: Found) -> list[str]:
@@ -42,7 +50,7 @@ def power(found: Found) -> list[str]:
         return [*title, f"Not run: {found['skipped']}.", ""]
     lines = [
         (
-            f"{row['synchronous']}{', log held open' if row['holder'] == 'held' else ''}",
+            _synced(row),
             row["n_cuts"],
             row["n_confirmed"],
             row["lost"],
@@ -51,19 +59,30 @@ def power(found: Found) -> list[str]:
         )
         for row in found["rows"]
     ]
+    server = any(row["holder"] == "server" for row in found["rows"])
     return [
         *title,
         "A library that is loaded before the program's own logs every write, sync, rename and "
-        "removal "
-        "of four imports and a calibration on SQLite. A cut falls at a random place of that log: "
-        "what "
-        "was synced is on the disk; of the rest none, all, or a random part, torn at 512 bytes. "
-        "The "
-        "program syncs in full (`synchronous = FULL`); the rows with less show that the study sees "
-        "losses. PostgreSQL's own log is not studied.",
+        "removal of four imports and a calibration. A cut falls at a random place of that log: "
+        "what was synced is on the disk; of the rest none, all, or a random part, torn at 512 "
+        "bytes. "
+        + (
+            "On SQLite it is the program's own files that are logged, on PostgreSQL those of all "
+            "processes of the server, which then recovers by itself. "
+            if server
+            else "PostgreSQL's own log was not studied here. "
+        )
+        + "The program syncs in full (`synchronous = FULL`, and a server's own "
+        "`synchronous_commit = on`); the rows with less show that the study sees losses.",
         "",
         *table(("sync", "cuts", "confirmed", "lost", "in part", "damaged"), lines),
     ]
+
+
+def _synced(row: Found) -> str:
+    if row["holder"] == "server":
+        return f"PostgreSQL, {row['synchronous']}"
+    return f"SQLite, {row['synchronous']}{', log held open' if row['holder'] == 'held' else ''}"
 
 
 def disks(found: Found) -> list[str]:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import signal
-import subprocess
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -14,25 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from avahazard.workflow.database import check
+from benchmarks.trust.alone import Undisturbed, leave_alone_warm, link_records
+from benchmarks.trust.forked import fork
 from benchmarks.trust.jobs import Job, make_state
 from benchmarks.trust.places import Files, Place, copied
-from benchmarks.trust.rows import Contents, contents, faults, same_rows
-from benchmarks.trust.running import run, start
-
-
-@dataclass(frozen=True, slots=True)
-class Undisturbed:
-    """A job that was left alone: the database before and after, its file, how long it took.
-
-    `size`: of the database's file at the end, in bytes (0 on a server).
-    """
-
-    start: str
-    before: Contents
-    after: Contents
-    written: bytes | None
-    seconds: float
-    size: int
+from benchmarks.trust.rows import contents, faults, same_rows
+from benchmarks.trust.running import run
 
 
 @dataclass(slots=True)
@@ -44,23 +28,6 @@ class Killed:
     moment: float
     stood: str = "before"
     faults: list[str] = field(default_factory=list)
-
-
-def leave_alone(job: Job, place: Place, start_database: str, folder: Path) -> Undisturbed:
-    """Run a job in a process of its own, to its end."""
-    before = contents(start_database)
-    inside = folder / "alone"
-    with copied(place, start_database, inside) as database:
-        link_records(folder, inside)
-        began = time.monotonic()
-        process = start(database, job.words, inside, stderr=subprocess.PIPE)
-        errors = process.communicate()[1]
-        seconds = time.monotonic() - began
-        if process.returncode != 0:
-            raise SystemExit(f"{job.name} does not succeed when it is left alone: {errors}")
-        file = (inside / job.file).read_bytes() if job.file else None
-        size = Path(database).stat().st_size if isinstance(place, Files) else 0
-        return Undisturbed(start_database, before, contents(database), file, seconds, size)
 
 
 def kill_jobs(
@@ -79,7 +46,7 @@ def kill_jobs(
                 states[job.state] = place.new(inside)
                 make_state(job.state, states[job.state], folder)
             if job.name not in alone:
-                alone[job.name] = leave_alone(job, place, states[job.state], folder)
+                alone[job.name] = leave_alone_warm(job, place, states[job.state], folder)
             yield kill_once(job, place, alone[job.name], rng, folder)
     finally:
         for database in states.values():
@@ -91,24 +58,22 @@ def kill_once(
 ) -> Killed:
     """Kill a job at a random moment, look at what is left, and run it again.
 
-    Every second kill of a file waits for the first write to it, and comes within 50 ms of that.
+    Every second kill comes within 5 ms of a random one of the statements by which it writes.
     """
     inside = folder / "killed"
     with copied(place, alone.start, inside) as database:
         link_records(folder, inside)
-        process = start(database, job.words, inside)
         began = time.monotonic()
-        if isinstance(place, Files) and job.file is None and rng.random() < 0.5:
-            _await_write(process, Path(f"{database}-wal"), 2.0 * alone.seconds)
-            time.sleep(float(rng.uniform(0.0, 0.05)))
+        process = fork(database, job.words, inside)
+        if alone.n_statements and rng.random() < 0.5:
+            process.await_statements(int(rng.integers(1, alone.n_statements + 1)))
+            process.sleep(float(rng.uniform(0.0, 0.005)))
         else:
-            time.sleep(float(rng.uniform(0.0, 1.05 * alone.seconds)))
-        confirmed = process.poll() == 0
-        if process.returncode is None:
-            os.killpg(process.pid, signal.SIGKILL)
+            process.sleep(float(rng.uniform(0.0, 1.05 * alone.seconds)))
+        process.end(signal.SIGKILL)
         found = Killed(job.name, place.name, time.monotonic() - began)
-        process.wait()
-        _judge(found, job, alone, database, inside, confirmed=confirmed)
+        place.settle(database)
+        _judge(found, job, alone, database, inside, confirmed=process.status == 0)
     return found
 
 
@@ -140,18 +105,3 @@ def _same_file(job: Job, alone: Undisturbed, folder: Path) -> bool:
     if job.file == "copy.db":  # stamped by the hour of the copy
         return contents(str(folder / job.file)) == alone.before
     return (folder / str(job.file)).read_bytes() == alone.written
-
-
-def _await_write(process: subprocess.Popen[str], log: Path, at_most: float) -> None:
-    until = time.monotonic() + at_most
-    while process.poll() is None and time.monotonic() < until:
-        if log.exists() and log.stat().st_size > 0:
-            return
-        time.sleep(0.0005)
-
-
-def link_records(folder: Path, inside: Path) -> None:
-    """Give a job in `inside` the records of `folder`."""
-    for name in ("world", "changed"):
-        (inside / name).symlink_to(folder / name)
-    shutil.copy(folder / "avahazard.toml", inside)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
+import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from sqlalchemy import create_engine, make_url, text
 
@@ -29,6 +31,9 @@ class Files:
         """Copy a database that nobody uses into `folder`."""
         return str(shutil.copy(database, folder / "avahazard.db"))
 
+    def settle(self, database: str) -> None:
+        """Nothing: nobody works on for a process that is dead."""
+
     def drop(self, database: str) -> None:
         """Nothing: the folder goes with all that is in it."""
 
@@ -48,6 +53,15 @@ class Server:
         """Copy a database to which nobody is connected."""
         return self._create(f" TEMPLATE {make_url(database).database}")
 
+    def settle(self, database: str) -> None:
+        """Wait until the server sees that those who worked on a database are dead.
+
+        It ends what it was asked for: a commit, say.
+        """
+        there = f"datname = '{make_url(database).database}' AND backend_type = 'client backend'"
+        while self._run(f"SELECT count(*) FROM pg_stat_activity WHERE {there}"):
+            time.sleep(0.002)
+
     def drop(self, database: str) -> None:
         """Drop a database, whoever may still be connected to it."""
         self._run(f"DROP DATABASE {make_url(database).database} WITH (FORCE)")
@@ -57,11 +71,13 @@ class Server:
         self._run(f"CREATE DATABASE {name}{how}")
         return make_url(self.url).set(database=name).render_as_string(hide_password=False)
 
-    def _run(self, statement: str) -> None:
+    def _run(self, statement: str) -> Any:
         engine = create_engine(self.url, isolation_level="AUTOCOMMIT")
         with engine.connect() as connection:
-            connection.execute(text(statement))
+            result = connection.execute(text(statement))
+            value = result.scalar() if result.returns_rows else None
         engine.dispose()
+        return value
 
 
 Place = Files | Server

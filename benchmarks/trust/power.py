@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import os
 import shutil
-import sqlite3
 import subprocess
 import sys
-from contextlib import closing
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from sqlalchemy import text
 
 from avahazard.store import upkeep
+from avahazard.store.session import reading
 from avahazard.workflow.database import check
-from benchmarks.trust.disk_replay import confirmed, disk_of, steps_of
+from benchmarks.trust.disk_replay import Disk, confirmed, disk_of, steps_of
 
 HERE = Path(__file__).resolve().parent
 N_EVENTS = 200
@@ -61,65 +63,78 @@ def cut_power(
 
     It ends with a calibration, unless `model` is false.
     """
-    sources = _sources(folder / "sources")
     disk_folder = folder / "disk"
     disk_folder.mkdir()
     database = disk_folder / "avahazard.db"
     upkeep.create(str(database))
     disk = disk_of(disk_folder)
-    log = folder / "log"
+    logging = logs(folder, disk_folder)
+    work(str(database), folder, logging, holder, synchronous, model=model)
+    found = Cuts(holder, synchronous)
+    for files, told in disks_after_cuts(disk, logging, n_cuts, rng):
+        left = folder / "left"
+        shutil.rmtree(left, ignore_errors=True)
+        left.mkdir()
+        for name, content in files.items():
+            if not name.endswith("-shm"):  # the index of the log is memory, and made anew
+                (left / Path(name).name).write_bytes(content)
+        judge(found, str(left / "avahazard.db"), told)
+    return found
+
+
+def logs(folder: Path, disk_folder: Path) -> dict[str, str]:
+    """What in its environment lets a process log to `folder` what it asks of `disk_folder`."""
+    return {
+        "LD_PRELOAD": str(build_shim(folder)),
+        "TRUST_LOG": str(folder / "log"),
+        "TRUST_FOLDER": str(disk_folder),
+    }
+
+
+def work(
+    database: str, folder: Path, logging: dict[str, str], *how: str, model: bool = True
+) -> None:
+    """Do the work of `power_work.py`, logged; its files are written to `folder`."""
     last = ["calibrate"] if model else []
+    words = [str(HERE / "power_work.py"), database, *how, *_sources(folder / "sources"), *last]
     subprocess.run(
-        [
-            sys.executable,
-            str(HERE / "power_work.py"),
-            str(database),
-            holder,
-            synchronous,
-            *sources,
-            *last,
-        ],
+        [sys.executable, *words],
         check=True,
         stdout=subprocess.PIPE,
         cwd=HERE.parents[1],
-        env={
-            **os.environ,
-            "LD_PRELOAD": str(build_shim(folder)),
-            "TRUST_LOG": str(log),
-            "TRUST_FOLDER": str(disk_folder),
-            "PYTHONPATH": str(HERE.parents[1]),
-        },
+        env={**os.environ, **logging, "PYTHONPATH": str(HERE.parents[1])},
     )
-    steps = steps_of(log)
+
+
+def disks_after_cuts(
+    disk: Disk, logging: dict[str, str], n_cuts: int, rng: np.random.Generator
+) -> Iterator[tuple[dict[str, bytes], list[str]]]:
+    """The files that each of `n_cuts` may leave, and the lines that had confirmed something."""
+    steps = steps_of(Path(logging["TRUST_LOG"]))
     told = list(confirmed(steps))
-    found = Cuts(holder, synchronous, n_cuts)
     at = 0
     for cut in np.sort(rng.integers(len(steps), size=n_cuts)):
         while at < cut:
             disk.take(steps[at])
             at += 1
         files = disk.after_cut(HOW[int(rng.integers(len(HOW)))], rng)
-        _judge(found, files, [line for k, line in told if k < cut], folder / "left")
-    return found
+        yield files, [line for k, line in told if k < cut]
 
 
-def _judge(found: Cuts, files: dict[str, bytes], told: list[str], folder: Path) -> None:
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
-    for name, content in files.items():
-        if not name.endswith("-shm"):  # the index of the log is memory, and made anew
-            (folder / Path(name).name).write_bytes(content)
-    database = folder / "avahazard.db"
+def judge(found: Cuts, database: str, told: list[str]) -> None:
+    """Count what is lost, in part or damaged in a database after a cut."""
+    found.n_cuts += 1
     found.n_confirmed += len(told)
     try:
-        found.damaged += bool(check(str(database)).problems)
-        with closing(sqlite3.connect(database)) as connection:
-            query = "SELECT substr(event_id, 1, instr(event_id, '-') - 1), count(*) FROM events"
-            events = dict(connection.execute(f"{query} GROUP BY 1").fetchall())
-            models = {name for (name,) in connection.execute("SELECT name FROM models")}
-    except Exception:  # whatever it is, the file cannot be read
+        damaged = bool(check(database).problems)
+        with reading(database) as session:
+            ids = session.scalars(text("SELECT event_id FROM events")).all()
+            models = set(session.scalars(text("SELECT name FROM models")).all())
+        events = Counter(name.split("-")[0] for name in ids)
+    except Exception:  # whatever it is, the database cannot be read
         found.damaged += 1
         return
+    found.damaged += damaged
     found.partial += sum(n != N_EVENTS for n in events.values())
     for line in told:
         what, name = line.split()

@@ -9,7 +9,8 @@ import pytest
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path as AvalanchePath
-from avahazard.store.backup import backup
+from avahazard.store import backup as store_backup
+from avahazard.store.backup import backup, backup_beside
 from avahazard.store.records import load_records
 from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
@@ -34,6 +35,38 @@ def test_nothing_is_overwritten(database: str, tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="there already"):
         backup(database, copy)
     assert copy.read_text() == "mine"
+
+
+def test_a_copy_has_its_name_when_it_is_whole(
+    database: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = tmp_path / "copy.db"
+    put = store_backup.put_new_in_place
+
+    def watched(part: Path, file: Path) -> None:
+        assert not copy.exists()  # who kills it until now leaves nothing that looks like a copy
+        with reading(str(part)) as session:
+            assert load_records(session).paths == ()
+        put(part, file)
+
+    monkeypatch.setattr(store_backup, "put_new_in_place", watched)
+    backup(database, copy)
+    assert copy.exists()
+    assert [file.name for file in tmp_path.iterdir() if ".part" in file.name] == []
+
+
+def test_copies_beside_one_another_are_numbered(database: str, tmp_path: Path) -> None:
+    name = str(tmp_path / "copy.db")
+    assert [backup_beside(database, name) for _ in range(3)] == [name, f"{name}-2", f"{name}-3"]
+
+
+def test_a_missing_folder_is_told_by_the_name_that_was_asked_for(
+    database: str, tmp_path: Path
+) -> None:
+    copy = tmp_path / "nowhere" / "copy.db"
+    with pytest.raises(FileNotFoundError) as caught:
+        backup(database, copy)
+    assert caught.value.filename == str(copy)
 
 
 def test_other_databases_have_their_own_tools(tmp_path: Path) -> None:

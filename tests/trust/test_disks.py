@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.trust.alone import leave_alone
 from benchmarks.trust.disks import can_mount, disturb, on_mounted
 from benchmarks.trust.jobs import JOBS, make_state, write_records
-from benchmarks.trust.kills import leave_alone
 from benchmarks.trust.places import Files
 
 mounts = pytest.mark.skipif(not can_mount(), reason="no file system can be mounted here")
@@ -21,7 +21,7 @@ def test_a_full_disk(tmp_path: Path) -> None:
     place, job = Files(), JOBS[0]
     start = place.new(tmp_path)
     make_state(job.state, start, tmp_path)
-    alone = leave_alone(job, place, start, tmp_path)
+    alone = leave_alone(job, start, tmp_path)
     found = on_mounted(job, alone, tmp_path, free_kb=8)
     assert found.faults == []
     assert found.told

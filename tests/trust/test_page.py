@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from benchmarks.trust.code_section import READ, name_of
 from benchmarks.trust.page import page
 from benchmarks.trust.parts import PARTS
 
@@ -15,6 +16,12 @@ def test_the_page_is_written_from_these_figures() -> None:
     found = json.loads((ROOT / "benchmarks" / "trust.json").read_text(encoding="utf-8"))
     assert (ROOT / "docs" / "trust.md").read_text(encoding="utf-8") == page(found)
     assert set(found) <= set(PARTS)
+
+
+def test_every_survivor_was_read() -> None:
+    found = json.loads((ROOT / "benchmarks" / "trust.json").read_text(encoding="utf-8"))
+    read = json.loads(READ.read_text(encoding="utf-8"))
+    assert {name_of(one) for one in found["code"]["survivors"]} == set(read)
 
 
 def test_faults_are_shown() -> None:

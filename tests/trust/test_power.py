@@ -47,6 +47,41 @@ def test_a_disk_keeps_what_was_synced(tmp_path: Path) -> None:
     assert some == {b"0110", b"0112222"}
 
 
+def test_a_sync_keeps_what_stood_when_it_began(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"0000")
+    disk = disk_of(tmp_path)
+    name = str(tmp_path / "a")
+    for step in (
+        Step("O", 5, os.O_RDWR, name.encode()),
+        Step("O", 6, os.O_RDWR, name.encode()),  # another process
+        Step("W", 5, 0, b"1"),
+        Step("F", 5, 0, b""),
+        Step("W", 6, 1, b"2"),
+        Step("R", 0, 0, f"{name}\0{name}-new".encode()),
+        Step("S", 5, 0, b""),
+    ):
+        disk.take(step)
+    assert disk.content[0] == b"1000"
+    assert set(disk.names) == {name}
+    assert set(disk.names_now()) == {f"{name}-new"}
+
+
+def test_files_are_cut_and_named_by_their_paths(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"0000")
+    disk = disk_of(tmp_path)
+    name = str(tmp_path / "a")
+    for step in (
+        Step("P", 0, 2, name.encode()),
+        Step("L", 0, 0, f"{name}\0{name}-too".encode()),
+        Step("R", 0, 0, f"{name}-unseen\0{name}-other".encode()),
+        Step("O", 7, 0, name.encode()),
+        Step("S", 7, 0, b""),
+    ):
+        disk.take(step)
+    rng = np.random.default_rng(0)
+    assert disk.after_cut("none", rng) == {name: b"00", f"{name}-too": b"00"}
+
+
 def test_names_come_in_their_order() -> None:
     disk = Disk()
     disk.take(Step("O", 5, os.O_CREAT, b"/no/part"))

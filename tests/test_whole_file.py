@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.report.whole_file import put_in_place
+from avahazard.whole_file import put_in_place, put_new_in_place
 
 
 def test_what_is_put_in_place_is_synced_before_it_has_its_name(
@@ -45,3 +45,24 @@ def test_a_disk_that_refuses_leaves_the_file_as_it_was(
     with pytest.raises(OSError, match="No space left"):
         put_in_place(part, file)
     assert file.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_new_file_takes_no_name_that_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
+) -> None:
+    def refused(_part: Path, _file: Path) -> None:
+        raise OSError(1, "Operation not permitted")
+
+    if not links:  # as on a disk that knows one name for a file
+        monkeypatch.setattr(os, "link", refused)
+    part, file = tmp_path / "part", tmp_path / "whole"
+    part.write_bytes(b"new")
+    file.write_bytes(b"old")
+    with pytest.raises(FileExistsError):
+        put_new_in_place(part, file)
+    assert file.read_bytes() == b"old"
+    file.unlink()
+    put_new_in_place(part, file)
+    assert file.read_bytes() == b"new"
+    assert not part.exists()
