@@ -43,6 +43,32 @@ CUT = """() => {
 WIDE = """() => [...document.querySelectorAll("table")].filter((t) => t.scrollWidth
   > document.querySelector("main").clientWidth + 1).map((t) => [t.id, t.scrollWidth])"""
 
+PAPER, HIGH, GAP = 703, 1009, 40
+"""A4 between the margins, and what parts the columns that stand for pages (px)."""
+PAGES = """([wide, high, gap]) => {
+  const all = document.createElement("div");
+  while (document.body.firstChild) { all.appendChild(document.body.firstChild); }
+  document.body.appendChild(all);
+  all.style.cssText = `height:${high}px;width:${wide}px;columns:${wide}px auto;column-gap:${gap}px;`
+    + "column-fill:auto";
+  for (const e of document.querySelectorAll("article:has(figure)")) {
+    e.style.breakBefore = "column";
+  }
+  const left = all.getBoundingClientRect().left;
+  const page = (e) => Math.round((e.getBoundingClientRect().left - left) / (wide + gap));
+  return [...document.querySelectorAll("article")].filter(
+    (sheet) => sheet.querySelector("[data-figure^=path-]")
+  ).map((sheet) => {
+    const place = sheet.querySelector("[data-figure^=path-]");
+    const words = sheet.querySelector("figcaption, ul") || place;
+    return {
+      heading: page(sheet.querySelector("h3")), figure: page(place), words: page(words),
+      high: place.offsetHeight,
+    };
+  });
+}"""
+ORDER = "() => [...document.querySelectorAll('main > section')].map((s) => s.id)"
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
@@ -62,37 +88,60 @@ def page_file(
     return file
 
 
-@pytest.mark.parametrize("width", [390, 1400])
-def test_nothing_is_cut_and_nothing_overlaps(browser: Any, page_file: Path, width: int) -> None:
-    seen = Seen(browser, page_file, width)
+@pytest.fixture(scope="module")
+def desk(browser: Any, page_file: Path) -> Iterator[Seen]:
+    """Give it on a desk."""
+    opened = Seen(browser, page_file, 1400)
+    yield opened
+    opened.page.close()
+
+
+def test_nothing_is_cut_and_nothing_overlaps_on_a_phone(browser: Any, page_file: Path) -> None:
+    seen = Seen(browser, page_file, 390)
+    is_whole(seen)
+    seen.page.close()
+
+
+def test_nothing_is_cut_and_nothing_overlaps_on_a_desk(desk: Seen) -> None:
+    is_whole(desk)
+
+
+def is_whole(seen: Seen) -> None:
     seen.page.mouse.move(5, 5)
     assert seen.said == []
     assert seen.overflow() <= 0
     assert seen.page.evaluate(OVERLAPS) == []
     assert seen.page.evaluate(CUT) == []
-    if width == 1400:
-        sliders_speak(seen)
-        on_paper(seen)
-    seen.page.close()
 
 
-def sliders_speak(seen: Seen) -> None:
-    """What the script says has the decimal sign of the language, and no place is left open."""
-    slider = seen.page.locator("[data-block=mu]").first
+def test_what_the_script_says_is_in_the_language(desk: Seen) -> None:
+    """It has the decimal sign of the language, and no place is left open."""
+    slider = desk.page.locator("[data-block=mu]").first
     slider.evaluate(MOVE, 0.345)
-    words = seen.page.locator(".stop").first.inner_text()
+    words = desk.page.locator(".stop").first.inner_text()
     assert "0,345" in words
-    assert "{" not in words + seen.page.locator(".shown-error").first.inner_text()
-    assert "0,345" in seen.page.locator("[data-block=mu] + output").first.inner_text()
+    assert "{" not in words + desk.page.locator(".shown-error").first.inner_text()
+    assert "0,345" in desk.page.locator("[data-block=mu] + output").first.inner_text()
 
 
-def on_paper(seen: Seen) -> None:
-    """On paper too nothing is cut."""
-    seen.page.emulate_media(media="print")
-    seen.page.set_viewport_size({"width": 703, "height": 1000})
-    seen.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
-    seen.page.wait_for_timeout(300)
-    assert seen.overflow() <= 0
-    assert seen.page.evaluate(WIDE) == []
-    assert seen.page.evaluate(OVERLAPS) == []
-    assert seen.page.evaluate(CUT) == []
+def test_on_paper_nothing_is_cut_and_every_path_fills_a_sheet_at_the_end(desk: Seen) -> None:
+    page = desk.page
+    order = page.evaluate(ORDER)
+    for event in ("beforeprint", "afterprint"):
+        page.evaluate(f"() => window.dispatchEvent(new Event('{event}'))")
+    assert page.evaluate(ORDER) == order
+    page.emulate_media(media="print")
+    page.set_viewport_size({"width": PAPER, "height": 1000})
+    page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    page.wait_for_timeout(400)
+    assert desk.overflow() <= 0
+    assert page.evaluate(WIDE) == []
+    assert page.evaluate(OVERLAPS) == []
+    assert page.evaluate(CUT) == []
+    assert page.evaluate(ORDER) == [name for name in order if name != "paths"] + ["paths"]
+    sheets = page.evaluate(PAGES, [PAPER, HIGH, GAP])
+    assert len(sheets) == 3
+    for k, sheet in enumerate(sheets):
+        on = {sheet[what] for what in ("heading", "figure", "words")}
+        assert on == {sheets[0]["heading"] + k}
+        assert 0.75 * HIGH < sheet["high"] < HIGH
