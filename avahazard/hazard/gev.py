@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import expm1, log1p
 
 from avahazard.arrays import Floats
 
@@ -24,7 +25,7 @@ class Gev:
     def quantile(self, probability: float | Floats) -> Floats:
         """Value `[n]` that a maximum stays under with the given probability over 0."""
         reduced, shape = -np.log(-np.log(probability)), _nonzero(self.shape)
-        return np.asarray(-np.expm1(-shape * reduced) / shape * self.scale + self.location)
+        return np.asarray(-expm1(-shape * reduced) / shape * self.scale + self.location)
 
     def exceedance(self, values: Floats) -> Floats:
         """Chance `[n, n_values]` that a maximum is over each of `values`."""
@@ -32,8 +33,8 @@ class Gev:
         scaled = (values - self.location[:, None]) / self.scale[:, None]
         with np.errstate(divide="ignore", over="ignore"):
             # 1 is the bound: none is over it with a positive shape, all are with a negative one.
-            reduced = -np.log1p(-np.minimum(shape * scaled, 1.0)) / shape
-            return np.asarray(-np.expm1(-np.exp(-reduced)))
+            reduced = -log1p(-np.minimum(shape * scaled, 1.0)) / shape
+            return np.asarray(-expm1(-np.exp(-reduced)))
 
 
 def _nonzero(shape: Floats) -> Floats:
