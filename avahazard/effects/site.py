@@ -138,34 +138,42 @@ def release_place(smooth: SmoothProfile, elevation: float | None) -> float:
 
     The lowest place of the path if it never falls so far.
     """
-    if elevation is None:
-        return smooth.x_min
+    return release_places(smooth, [elevation])[0]
+
+
+def release_places(smooth: SmoothProfile, elevations: Sequence[float | None]) -> list[float]:
+    """`release_place` of each elevation."""
     x, y = smooth.sampled()
-    below = np.flatnonzero(y <= elevation)
-    if len(below) == 0:
-        return float(x[np.argmin(y)])
-    j = int(below[0])
-    if j == 0:
-        return smooth.x_min
-    low, high = float(x[j - 1]), float(x[j])
+    wanted = np.array([np.inf if z is None else z for z in elevations], np.float64)
+    falls = -np.minimum.accumulate(y)
+    cell = np.searchsorted(falls, -wanted)
+    inside = np.flatnonzero((cell > 0) & (cell < len(x)))
+    low, high = x[cell[inside] - 1], x[cell[inside]]
+    row = np.arange(len(inside))
     for _ in range(5):
-        between = np.linspace(low, high, 101)
-        k = max(1, int(np.argmax(smooth.height(between) <= elevation)))
-        low, high = float(between[k - 1]), float(between[k])
+        between = np.linspace(low, high, 101, axis=1)
+        k = np.maximum(1, np.argmax(smooth.height(between) <= wanted[inside, None], axis=1))
+        low, high = between[row, k - 1], between[row, k]
+    found = np.where(cell > 0, x[np.argmin(y)], smooth.x_min)
     # Rounded so that a record read twice gives the same node.
-    return min(round(high, 6), smooth.x_max)
+    found[inside] = np.minimum(np.round(high, 6), smooth.x_max)
+    return [float(place) for place in found]
+
+
+def stop_places(smooth: SmoothProfile, events: Sequence[Event]) -> list[float | None]:
+    """x (m) of the recorded stop of each event, None where it is beyond the profile."""
+    by_elevation = release_places(smooth, [event.runout_elevation_m for event in events])
+    return [
+        None if event.left_profile else place if event.runout_x_m is None else event.runout_x_m
+        for event, place in zip(events, by_elevation, strict=True)
+    ]
 
 
 def stop_place(smooth: SmoothProfile, event: Event) -> float | None:
     """x (m) of the recorded stop, None where it is beyond the profile."""
-    if event.left_profile:
-        return None
-    if event.runout_x_m is not None:
-        return event.runout_x_m
-    return release_place(smooth, event.runout_elevation_m)
+    return stop_places(smooth, [event])[0]
 
 
 def recorded_stops(smooth: SmoothProfile, events: Sequence[Event]) -> Floats:
     """x (m) of the recorded stops of events of a path, those on its profile."""
-    places = [x for event in events if (x := stop_place(smooth, event)) is not None]
-    return np.array(places, np.float64)
+    return np.array([x for x in stop_places(smooth, events) if x is not None], np.float64)

@@ -46,7 +46,7 @@ def middle_runout(avalanches: Avalanches) -> Floats:
 
 def natural_runouts(avalanches: Avalanches) -> Floats:
     """Runouts x (m) `[n_levels]` at even probabilities, all parameters at their middle."""
-    middle = at_the_middle(avalanches, N_LEVELS)
+    middle = at_the_middle(avalanches)
     level = 1.0 - (np.arange(N_LEVELS) + 0.5) / N_LEVELS
     return passing(middle).exceeded(level * middle.volumes.rate)
 
@@ -89,11 +89,11 @@ def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
     )
 
 
-def at_the_middle(avalanches: Avalanches, n: int) -> Avalanches:
-    """The same path with `n` equal draws: rate, shares, friction and tables at their medians."""
+def at_the_middle(avalanches: Avalanches) -> Avalanches:
+    """The same path with one draw: rate, shares, friction and tables at their medians."""
 
     def middle(values: Floats) -> Floats:
-        return np.repeat(np.median(values, axis=0, keepdims=True), n, axis=0)
+        return np.asarray(np.median(values, axis=0, keepdims=True))
 
     share = middle(avalanches.volumes.share)
     share /= share.sum(axis=1, keepdims=True)
@@ -102,7 +102,7 @@ def at_the_middle(avalanches: Avalanches, n: int) -> Avalanches:
         volumes=EventVolumes(middle(avalanches.volumes.rate), avalanches.volumes.log_volume, share),
         location=middle(avalanches.location),
         scatter=middle(avalanches.scatter),
-        group=np.full(n, avalanches.group[avalanches.n_parameters // 2]),
+        group=avalanches.group[[avalanches.n_parameters // 2]],
         sigma_m=None if avalanches.sigma_m is None else middle(avalanches.sigma_m),
     )
 

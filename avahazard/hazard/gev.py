@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import expm1, log1p
 
 from avahazard.arrays import Floats
 
@@ -23,18 +23,20 @@ class Gev:
     scale: Floats
 
     def quantile(self, probability: float | Floats) -> Floats:
-        """Value `[n]` that a maximum stays under with the given probability (-inf at 0)."""
-        return np.asarray(
-            stats.genextreme.ppf(probability, self.shape, loc=self.location, scale=self.scale)
-        )
+        """Value `[n]` that a maximum stays under with the given probability over 0."""
+        reduced, shape = -np.log(-np.log(probability)), _nonzero(self.shape)
+        return np.asarray(-expm1(-shape * reduced) / shape * self.scale + self.location)
 
     def exceedance(self, values: Floats) -> Floats:
         """Chance `[n, n_values]` that a maximum is over each of `values`."""
-        return np.asarray(
-            stats.genextreme.sf(
-                values[None, :],
-                self.shape[:, None],
-                loc=self.location[:, None],
-                scale=self.scale[:, None],
-            )
-        )
+        shape = _nonzero(self.shape)[:, None]
+        scaled = (values - self.location[:, None]) / self.scale[:, None]
+        with np.errstate(divide="ignore", over="ignore"):
+            # 1 is the bound: none is over it with a positive shape, all are with a negative one.
+            reduced = -log1p(-np.minimum(shape * scaled, 1.0)) / shape
+            return np.asarray(-expm1(-np.exp(-reduced)))
+
+
+def _nonzero(shape: Floats) -> Floats:
+    """The shape, next to nought where it is nought: so the formulas hold to the last digits."""
+    return np.where(shape == 0.0, 1e-12, shape)

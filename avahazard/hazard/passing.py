@@ -39,8 +39,8 @@ class Passing(Protocol):
     def exceeded(self, rate: Floats | float) -> Floats:
         """x (m) `[n_parameters]` that is passed at a yearly `rate` (`[n_parameters]`, or one).
 
-        inf where even the end of the profile is passed more often; the highest release where that
-        is passed less often.
+        Of one draw, `[n]` for as many rates. inf where even the end of the profile is passed more
+        often; the highest release where that is passed less often.
         """
 
 
@@ -70,7 +70,7 @@ class _ByFriction:
         return np.asarray(rates_at(self._descent, np.ascontiguousarray(x, np.float64)))
 
     def exceeded(self, rate: Floats | float) -> Floats:
-        levels = np.broadcast_to(np.asarray(rate, np.float64), (self._n,)).copy()
+        levels = rate * np.ones(self._n)
         return np.asarray(exceeded_places(self._descent, levels, *self._ends, HALVINGS))
 
 
@@ -122,6 +122,8 @@ def _thresholds_between(falling: Floats) -> tuple[float, float]:
 def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """A class of each kind of friction `[n_kinds]`, and the kind of each class `[n_classes]`."""
     location, scatter = avalanches.location, avalanches.scatter
+    if np.all(location == location[:, :1]) and np.all(scatter == scatter[:, :1]):
+        return np.zeros(1, np.int64), np.zeros(avalanches.n_classes, np.int64)
     rows = np.hstack([location[0], scatter[0]])
     _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     kind = kind.ravel()
@@ -145,7 +147,8 @@ class _InMetres:
 
     def exceeded(self, rate: Floats | float) -> Floats:
         avalanches = self._avalanches
-        return exceeded(self._rate, rate, *path_ends(avalanches), avalanches.n_parameters)
+        n = max(avalanches.n_parameters, np.size(rate))
+        return exceeded(self._rate, rate, *path_ends(avalanches), n)
 
     def _rate(self, x: Floats) -> Floats:
         return yearly_rate(self._avalanches, self._chance(x))

@@ -156,7 +156,7 @@ def _avalanches(
     in_log = posterior.layout.log_scatter
     location = shifted(location, shift, in_log)
     # Fewer draws of the model than of the volumes serve several times.
-    again = np.arange(n) * len(draws.u) // n
+    again = slice(None) if len(draws.u) == n else np.arange(n) * len(draws.u) // n
     known = Avalanches(
         site=site,
         release=observations.release,

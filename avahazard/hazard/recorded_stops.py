@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.site import stop_place
+from avahazard.effects.site import stop_places
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.collection import Records
 from avahazard.records.lookup import of_path
@@ -55,7 +55,7 @@ class RecordedStops:
 def recorded_stops_of(records: Records, path_id: str, smooth: SmoothProfile) -> RecordedStops:
     """What is recorded on a path whose regularised profile is `smooth`."""
     mine = of_path(records, path_id)
-    places = [stop_place(smooth, event) for event in mine.events]
+    places = stop_places(smooth, mine.events)
     (profile,) = mine.profiles
     return RecordedStops(
         np.array([np.inf if x is None else x for x in places], np.float64),

@@ -13,10 +13,18 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_curve import RunoutCurve, friction_grid, piece_at, pieces
+from avahazard.physics.runout_curve import (
+    FrictionGrid,
+    RunoutCurve,
+    friction_grid,
+    piece_at,
+    pieces,
+)
 from avahazard.results.hazard import Spread
 
 Distribution = Literal["lognormal", "normal"]
+Pieces = tuple[Floats, NDArray[np.int8], FrictionGrid]
+"""`pieces` of curves `[n_curves, …]`, and the grid of their frictions."""
 
 QUANTILES = (0.05, 0.5, 0.95)
 STEPS = tuple(k / 20 for k in range(1, 20))
@@ -93,44 +101,65 @@ def draw_runouts(
     Arguments as for `runout_bounds`. Both arrays are `[n_positive]`; a run that left the profile
     is (+inf, -inf).
     """
-    location = np.log(friction) if distribution == "lognormal" else np.asarray(friction, np.float64)
+    of = np.zeros(len(friction), np.int64)
+    in_log = distribution == "lognormal"
+    location = np.log(friction) if in_log else np.asarray(friction, np.float64)
+    scatter = np.asarray(scatter, np.float64)
+    curves = (*pieces(curve[None]), friction_grid(curve.mu))
+    return draw_stops(curves, of, location, scatter, n_draws, rng, in_log=in_log)
+
+
+def draw_stops(
+    curves: Pieces,
+    of: NDArray[np.int64],
+    location: Floats,
+    scatter: Floats,
+    n_draws: int,
+    rng: np.random.Generator,
+    *,
+    in_log: bool,
+) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """The same by many curves: `of` `[n_posterior]` is that of each posterior draw.
+
+    `location`, `scatter` `[n_posterior]` are of log μ (`in_log`) or μ.
+    """
     ends = np.arange(1, len(location) + 1) * n_draws // len(location)
-    rows, status = pieces(curve)
     x, y = np.empty(n_draws), np.empty(n_draws)
-    kernel = _draw_lognormal if distribution == "lognormal" else _draw_normal
-    sd = np.asarray(scatter, np.float64)
+    kernel = _draw_lognormal if in_log else _draw_normal
     counts = np.zeros(3, dtype=np.int64)
-    n = kernel(rng, rows, status, location, sd, ends, friction_grid(curve.mu), x, y, counts)
+    n = kernel(rng, *curves, of, location, scatter, ends, x, y, counts)
     return x[:n], y[:n], counts
 
 
 @kernel
-def _draw_lognormal(rng, rows, status, location, sd, ends, grid, x, y, counts):  # type: ignore[no-untyped-def]
+def _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     for p in range(len(location)):
+        row, kind = rows[of[p]], status[of[p]]
         while i < ends[p]:
             mu = np.exp(location[p] + sd[p] * rng.standard_normal())
-            k, t = piece_at(rows, grid, mu)
-            x[i] = rows[k, 0] + rows[k, 1] * t
-            y[i] = rows[k, 2] + rows[k, 3] * t
-            counts[status[k]] += 1
+            k, t = piece_at(row, grid, mu)
+            x[i] = row[k, 0] + row[k, 1] * t
+            y[i] = row[k, 2] + row[k, 3] * t
+            counts[kind[k]] += 1
             i += 1
     return i
 
 
 @kernel
-def _draw_normal(rng, rows, status, location, sd, ends, grid, x, y, counts):  # type: ignore[no-untyped-def]
+def _draw_normal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0
     for p in range(len(location)):
+        row, kind = rows[of[p]], status[of[p]]
         while i < ends[p]:
             mu = location[p] + sd[p] * rng.standard_normal()
             i += 1
             if mu > 0.0:
-                k, t = piece_at(rows, grid, mu)
-                x[n] = rows[k, 0] + rows[k, 1] * t
-                y[n] = rows[k, 2] + rows[k, 3] * t
-                counts[status[k]] += 1
+                k, t = piece_at(row, grid, mu)
+                x[n] = row[k, 0] + row[k, 1] * t
+                y[n] = row[k, 2] + row[k, 3] * t
+                counts[kind[k]] += 1
                 n += 1
     return n
 
@@ -151,6 +180,5 @@ def order_statistics(values: Floats, probabilities: Sequence[float]) -> Floats:
 
     np.quantile mixes neighbours, and inf - inf is nan.
     """
-    ranks = [ceil(q * len(values)) - 1 for q in probabilities]
-    found: Floats = np.partition(values, ranks)[ranks]
-    return found
+    # Sorting all takes a sixth of `np.partition`: it runs in vectors.
+    return np.asarray(np.sort(values)[[ceil(q * len(values)) - 1 for q in probabilities]])

@@ -15,6 +15,7 @@ from scipy.special import gamma, logsumexp
 
 from avahazard.arrays import Floats
 from avahazard.hazard.gev import Gev
+from avahazard.inference.likelihood.exponentials import exp_memory, exponentials, logarithms
 from avahazard.kernels import kernel
 
 LOG_SCALES = np.array([-2.6 + 0.07 * k for k in range(61)])
@@ -26,6 +27,8 @@ MEAN_OFFSET = (1.0 - gamma(1.0 + SHAPES)) / SHAPES
 """Mean less location of a GEV, in scales, `[n_shapes]`."""
 DEVIATIONS = np.linspace(-5.0, 5.0, 33)
 """Grid of the mean about the sample's, in standard errors, `[n_locations]`."""
+LEAST_INSIDE = 1e-300
+"""Stands for what is 0 or less, where a maximum is impossible, until all is summed."""
 SPREAD = 1.3
 """Standard deviation of a GEV near shape 0, in scales."""
 SHAPE_CENTRE, SHAPE_SD = 0.2, 0.15
@@ -67,31 +70,42 @@ def gev_likelihood(sample: Floats, least: float = -np.inf) -> Floats:
 
 @kernel
 def _gev_likelihood(centred, log_scales, shapes, locations, least):  # type: ignore[no-untyped-def]
-    n = len(centred)
-    result = np.full((len(log_scales), len(shapes), locations.shape[1]), -np.inf)
+    n, n_locations = len(centred), locations.shape[1]
+    result = np.full((len(log_scales), len(shapes), n_locations), -np.inf)
+    inside, smallest = np.empty(n * n_locations), np.empty(n_locations)
+    bits, memory = inside.view(np.int64), exp_memory(n * n_locations)
     for i in range(len(log_scales)):
         scaled = centred * math.exp(-log_scales[i])
         # A flat prior of the location in log m3 is one of the grid's times the scale.
         norm = (n - 1) * log_scales[i]
         for k in range(len(shapes)):
-            shape = shapes[k]
-            for m in range(locations.shape[1]):
-                total = 0.0
-                possible = True
-                for j in range(n):
-                    inside = 1.0 - shape * (scaled[j] - locations[k, m])
-                    if inside <= 0.0:
-                        possible = False
-                        break
-                    log_inside = math.log(inside)
-                    total += (1.0 / shape - 1.0) * log_inside
-                    total -= math.exp(min(log_inside / shape, 700.0))
-                    # Every maximum takes off: the largest that it can add is under nought.
-                    if total - norm < least:
-                        possible = False
-                        break
-                if possible:
-                    result[i, k, m] = total - norm
+            shape, total = shapes[k], result[i, k]
+            total[:] = -norm
+            smallest[:] = np.inf
+            for j in range(n):
+                row = inside[j * n_locations : (j + 1) * n_locations]
+                for m in range(n_locations):
+                    value = 1.0 - shape * (scaled[j] - locations[k, m])
+                    smallest[m] = min(smallest[m], value)
+                    row[m] = max(value, LEAST_INSIDE)
+            if np.max(smallest) <= 0.0:
+                total[:] = -np.inf
+                continue
+            # log, then exp, of all at once.
+            logarithms(inside, bits, len(inside), memory)
+            for j in range(n):
+                row = inside[j * n_locations : (j + 1) * n_locations]
+                for m in range(n_locations):
+                    total[m] += (1.0 / shape - 1.0) * row[m]
+                    row[m] = min(row[m] / shape, 700.0)
+            exponentials(inside, len(inside), memory)
+            for j in range(n):
+                row = inside[j * n_locations : (j + 1) * n_locations]
+                for m in range(n_locations):
+                    total[m] -= row[m]
+            for m in range(n_locations):
+                if smallest[m] <= 0.0 or total[m] < least:
+                    total[m] = -np.inf
     return result
 
 
@@ -133,14 +147,14 @@ def over_locations(likelihood: Floats) -> Floats:
 def _over_locations(likelihood):  # type: ignore[no-untyped-def]
     n_scales, n_shapes, n_locations = likelihood.shape
     result = np.full((n_scales, n_shapes), -np.inf)
+    part, memory = np.empty(n_locations), exp_memory(n_locations)
     for i in range(n_scales):
         for k in range(n_shapes):
             largest = np.max(likelihood[i, k])
             if largest > -np.inf:
-                total = 0.0
-                for m in range(n_locations):
-                    total += math.exp(likelihood[i, k, m] - largest)
-                result[i, k] = largest + math.log(total)
+                part[:] = likelihood[i, k] - largest
+                exponentials(part, n_locations, memory)
+                result[i, k] = largest + math.log(np.sum(part))
     return result
 
 

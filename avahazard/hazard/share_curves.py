@@ -8,6 +8,7 @@ quintic Hermite interpolation within 1e-8 (docs/theory/hazard.md).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,8 @@ NOTHING = 1e-8
 """A share of avalanches that does not count."""
 FAR = 8.5
 """Standard scatters past which the normal distribution is 0 or 1 to the last bit."""
+REACH = 6.5
+"""Standard scatters to which curves go: past them lie 4e-11 of a normal distribution."""
 
 
 class ShareCurves(NamedTuple):
@@ -73,7 +76,7 @@ def share_curves(
     none = np.zeros(location.shape[:2])
     if not in_log:
         _given_over_nought(location, scatter, weight, none, student)
-    reach = np.inf if student else FAR
+    reach = np.inf if student else REACH
     low = np.maximum(np.min(location - reach * scatter, axis=2), ends[0])
     high = np.minimum(np.max(location + reach * scatter, axis=2), ends[1])
     step = np.min(scatter, axis=2) / PER_SCATTER
@@ -126,49 +129,62 @@ def summed_share(curves, p, k, nu):  # type: ignore[no-untyped-def]
 
 @kernel
 def _tabulate(curves):  # type: ignore[no-untyped-def]
+    density = np.empty((3, curves.nodes.shape[2]))
     for p in range(curves.low.shape[0]):
         for k in range(curves.low.shape[1]):
-            step = 1.0 / curves.per_step[p, k]
-            n = curves.n_nodes[p, k]
-            before = np.zeros(3)
+            n, step = curves.n_nodes[p, k], 1.0 / curves.per_step[p, k]
+            density[:, :n] = 0.0
+            for v in range(curves.location.shape[2]):
+                weight, scatter = curves.weight[p, k, v], curves.scatter[p, k, v]
+                if weight > 0.0:
+                    z = (curves.low[p, k] - curves.location[p, k, v]) / scatter
+                    if curves.student:
+                        _add_student(density, n, z, step / scatter, weight)
+                    else:
+                        _add_normal(density, n, z, step / scatter, weight)
+            node = curves.nodes[p, k]
+            node[0, 0] = summed_share(curves, p, k, curves.low[p, k])
             for j in range(n):
-                nu = curves.low[p, k] + j * step
-                here = _density(curves, p, k, nu, step)
-                node = curves.nodes[p, k, j]
-                if j == 0:
-                    node[0] = summed_share(curves, p, k, nu)
-                else:
-                    # The integral of the quintic through density and derivatives at both ends.
-                    node[0] = curves.nodes[p, k, j - 1, 0] + (
-                        (before[0] + here[0]) / 2.0
-                        + (before[1] - here[1]) / 10.0
-                        + (before[2] + here[2]) / 120.0
-                    )
-                node[1], node[2] = here[0], here[1]
-                before[0], before[1], before[2] = here
+                node[j, 1], node[j, 2] = density[0, j], density[1, j]
+            for j in range(1, n):
+                # The integral of the quintic through density and derivatives at both ends.
+                node[j, 0] = node[j - 1, 0] + (
+                    (density[0, j - 1] + density[0, j]) / 2.0
+                    + (density[1, j - 1] - density[1, j]) / 10.0
+                    + (density[2, j - 1] + density[2, j]) / 120.0
+                )
 
 
 @kernel(forceinline=True)
-def _density(curves, p, k, nu, step):  # type: ignore[no-untyped-def]
-    """Density of ν and its first two derivatives, in steps."""
-    zeroth, first, second = 0.0, 0.0, 0.0
-    for v in range(curves.location.shape[2]):
-        weight = curves.weight[p, k, v]
-        if weight == 0.0:
-            continue
-        scale = step / curves.scatter[p, k, v]
-        z = (nu - curves.location[p, k, v]) / curves.scatter[p, k, v]
-        if curves.student:
-            density, pull, bend = student_density(z)
-        else:
-            if abs(z) > FAR:
-                continue
-            density, pull, bend = normal_density(z), z, z * z - 1.0
-        density *= weight * scale
-        zeroth += density
-        first -= density * pull * scale
-        second += density * bend * scale * scale
-    return zeroth, first, second
+def _add_normal(density, n, z, step, weight):  # type: ignore[no-untyped-def]
+    """Add `weight` of φ at z and n - 1 `step`s on, with two derivatives, in steps `[3, n_nodes]`.
+
+    φ(z + h) = φ(z) e^(-h (z + h/2)), and this factor falls by e^(-h²) from step to step: no node
+    takes an exponential of its own.
+    """
+    first = max(0, math.ceil((-REACH - z) / step))
+    end = min(n, int((REACH - z) / step) + 1)
+    z += first * step
+    value = weight * step * normal_density(z)
+    ratio, fall = math.exp(-step * (z + 0.5 * step)), math.exp(-step * step)
+    for j in range(first, end):
+        density[0, j] += value
+        density[1, j] -= value * z * step
+        density[2, j] += value * (z * z - 1.0) * step * step
+        value *= ratio
+        ratio *= fall
+        z += step
+
+
+@kernel(forceinline=True)
+def _add_student(density, n, z, step, weight):  # type: ignore[no-untyped-def]
+    """The same of Student's t."""
+    for j in range(n):
+        value, pull, bend = student_density(z + j * step)
+        value *= weight * step
+        density[0, j] += value
+        density[1, j] -= value * pull * step
+        density[2, j] += value * bend * step * step
 
 
 @kernel(forceinline=True)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.hazard.elevation_scatter import scattered_stops
 from avahazard.hazard.path_hazard import PathHazard
-from avahazard.hazard.runout_bounds import RunoutBounds, bounds_of_stops, draw_runouts
+from avahazard.hazard.runout_bounds import Pieces, RunoutBounds, bounds_of_stops, draw_stops
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.physics.block import NOT_RELEASED
+from avahazard.physics.runout_curve import MU, friction_grid, pieces
 
 Indices = NDArray[np.int64]
 
@@ -25,46 +28,42 @@ def volume_bounds(
     draws, avalanches, here = path.draws, path.avalanches, path.at_volume[volume_m3]
     parameter = np.arange(n_draws) * len(draws.u) // n_draws
     event = rng.integers(avalanches.n_classes, size=n_draws)
-    location = here.location[parameter, event]
     shift = draws.shift(rng)
-    location = shifted(location, shift[parameter], avalanches.in_log)
-    friction = np.exp(location) if avalanches.in_log else location
+    location = shifted(here.location[parameter, event], shift[parameter], avalanches.in_log)
     scatter = here.scatter[parameter, event]
     if avalanches.student:
         scatter = scatter * widening(rng, n_draws)
     if draws.sigma_m is not None:
         scatter = np.zeros(n_draws)
-    xs, ys, held = [], [], 0
-    for mine in _alike(draws.group[parameter], _kinds(here.tables)[event]):
-        curve = here.tables[int(draws.group[parameter[mine[0]]])].curve
-        x, y, counts = draw_runouts(
-            curve[int(event[mine[0]])],
-            friction[mine],
-            scatter[mine],
-            "lognormal" if avalanches.in_log else "normal",
-            len(mine),
-            rng,
-        )
-        if draws.sigma_m is not None:
-            site = avalanches.site
-            release_x = float(site.release_x[avalanches.release[0]])
-            sigma = draws.sigma_m[parameter[mine]]
-            x, y, counts[NOT_RELEASED] = scattered_stops(site.smooth, release_x, y, sigma, rng)
-        xs.append(x)
-        ys.append(y)
-        held += int(counts[NOT_RELEASED])
-    return bounds_of_stops(np.concatenate(xs), np.concatenate(ys), held, n_draws)
+    curves, kind = _curves(here.tables)
+    of = kind[draws.group[parameter], event]
+    # Draws by one curve together: its pieces are then at hand.
+    order = np.argsort(of.astype(np.uint16), kind="stable")
+    x, y, counts = draw_stops(
+        *(curves, of[order], location[order], scatter[order]),
+        *(n_draws, rng),
+        in_log=avalanches.in_log,
+    )
+    held = int(counts[NOT_RELEASED])
+    if draws.sigma_m is not None:
+        site = avalanches.site
+        release_x = float(site.release_x[avalanches.release[0]])
+        sigma = draws.sigma_m[parameter[order]]
+        x, y, held = scattered_stops(site.smooth, release_x, y, sigma, rng)
+    return bounds_of_stops(x, y, held, n_draws)
 
 
-def _alike(group: Indices, kind: Indices) -> list[Indices]:
-    """Draws that run by the same tables, group by group and in each kind by kind."""
-    key = group * (int(kind.max()) + 1) + kind
-    order = np.argsort(key, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
+@lru_cache(maxsize=4)
+def _curves(tables: tuple[Predicted, ...]) -> tuple[Pieces, Indices]:
+    """The curves of the tables, each once, and which of them each class has.
 
-
-def _kinds(tables: tuple[Predicted, ...]) -> Indices:
-    """A number for each class: those with one number have the same tables."""
+    The latter is `[n_groups, n_classes]`. Of the last tables they are kept, as `passing.stops`.
+    """
     rows = [tuple(row) for row in tables[len(tables) // 2].x.tolist()]
-    number = {row: k for k, row in enumerate(sorted(set(rows)))}
-    return np.array([number[row] for row in rows], np.int64)
+    different = sorted(set(rows))
+    first = [rows.index(row) for row in different]
+    kind = np.array([different.index(row) for row in rows])
+    parts = [pieces(table.curve[first]) for table in tables]
+    straight, status = (np.concatenate(part) for part in zip(*parts, strict=True))
+    curves = straight, status, friction_grid(MU)
+    return curves, np.add.outer(np.arange(len(tables)) * len(first), kind)

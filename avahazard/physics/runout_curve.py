@@ -173,45 +173,57 @@ def inverse(values, broken, level):  # type: ignore[no-untyped-def]
     `values` fall, as stops do; they are inf where the profile was left. The friction is 0 where
     none exceeds the level, inf where all do, and the middle of a cell that is broken.
     """
-    first, end = 0, len(values)
-    while first < end:
-        middle = (first + end) // 2
+    return friction_after(values, broken, level, n_over(values, level, 0, len(values)))
+
+
+@kernel(forceinline=True)
+def n_over(values, level, least, most):  # type: ignore[no-untyped-def]
+    """How many of the falling `values` exceed a level, which is `least` to `most`."""
+    while least < most:
+        middle = (least + most) // 2
         if values[middle] > level:
-            first = middle + 1
+            least = middle + 1
         else:
-            end = middle
-    if first == 0:
+            most = middle
+    return least
+
+
+@kernel(forceinline=True)
+def friction_after(values, broken, level, n):  # type: ignore[no-untyped-def]
+    """`inverse`, where the first n values exceed the level."""
+    if n == 0:
         return 0.0
-    if first == len(values):
+    if n == len(values):
         return np.inf
-    above, under = values[first - 1], values[first]
+    above, under = values[n - 1], values[n]
     part = (above - level) / (above - under)
-    if broken[first - 1] or not np.isfinite(part):
+    if broken[n - 1] or not np.isfinite(part):
         part = 0.5
-    return MU[first - 1] + part * (MU[first] - MU[first - 1])
+    return MU[n - 1] + part * (MU[n] - MU[n - 1])
 
 
 def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
-    """One curve in straight pieces of half a cell each, and their status, for `piece_at`.
+    """Curves in straight pieces of half a cell each, and their status, for `piece_at`.
 
-    They are `[2 n_friction, 4]`, `[2 n_friction]`: in steps t of the grid, piece k holds for
+    They are `[…, 2 n_friction, 4]`, `[…, 2 n_friction]`: in steps t of the grid, piece k holds for
     k - 1 ≤ 2t < k; the first and the last hold for everything below and above the grid, at the
     value of the end node. A row is (x at t = 0, dx/dt, y at t = 0, dy/dt). Left of profile is
     x = +inf, y = -inf.
     """
-    n = len(curve.status)
-    x = np.where(curve.left, np.inf, curve.x)
-    y = np.where(curve.left, -np.inf, curve.y)
-    rows = np.zeros((2 * n, 4))
-    node = np.repeat(np.arange(n), 2)  # each node owns the half cells on both its sides
-    rows[:, 0], rows[:, 2] = x[node], y[node]
-    cells = np.flatnonzero(~curve.broken)
-    for column, value in ((0, x), (2, y)):
-        slope = value[cells + 1] - value[cells]
-        for half in (2 * cells + 1, 2 * cells + 2):
-            rows[half, column] = value[cells] - slope * cells
-            rows[half, column + 1] = slope
-    return rows, curve.status[node]
+    flat, cell = ~curve.broken, np.arange(curve.status.shape[-1] - 1)
+    # Each node owns the half cells on both its sides.
+    status = np.repeat(curve.status, 2, axis=-1)
+    rows = np.zeros((*status.shape, 4))
+    for column, stop, far in ((0, curve.x, np.inf), (2, curve.y, -np.inf)):
+        value = np.where(curve.left, far, stop)
+        with np.errstate(invalid="ignore"):
+            slope = np.where(flat, np.diff(value), 0.0)
+        start = value[..., :-1] - slope * cell
+        rows[..., column] = np.repeat(value, 2, axis=-1)
+        rows[..., 1:-1:2, column] = start
+        rows[..., 2::2, column] = np.where(flat, start, value[..., 1:])
+        rows[..., 1:-1:2, column + 1] = rows[..., 2::2, column + 1] = slope
+    return rows, status
 
 
 class FrictionGrid(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, fields
+from dataclasses import fields
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def _fingerprint(records: Records) -> str:
     digest = hashlib.sha256()
     for kind, texts in (
         ("paths", sorted(_line(p) for p in records.paths)),
-        ("profiles", sorted(_profile_line(p) for p in records.profiles)),
+        ("profiles", sorted(_line(p) for p in records.profiles)),
         ("events", sorted(_event_line(e) for e in records.events)),
         ("speeds", sorted(_line(s) for s in records.speeds)),
     ):
@@ -41,31 +41,33 @@ def _fingerprint(records: Records) -> str:
     return digest.hexdigest()
 
 
-def _line(record: Path | Speed) -> str:
-    return json.dumps(_exact(asdict(record)), sort_keys=True)
+def _line(record: Path | Profile | Speed) -> str:
+    return json.dumps(_exact(_told(record)), sort_keys=True)
 
 
 def _event_line(event: Event) -> str:
-    values = asdict(event)
+    values = _told(event)
     # Records from before this column was have the fingerprint that they had.
     if event.h_over_l is None:
         del values["h_over_l"]
     return json.dumps(_exact(values), sort_keys=True)
 
 
-def _profile_line(profile: Profile) -> str:
-    # Not `asdict`, which copies the arrays number by number.
-    told = ((field.name, getattr(profile, field.name)) for field in fields(profile))
-    values = {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in told}
-    return json.dumps(_exact(values), sort_keys=True)
+def _told(record: Path | Profile | Event | Speed) -> dict[str, object]:
+    # Not `asdict`, which copies all that is in it.
+    return {field.name: getattr(record, field.name) for field in fields(record)}
 
 
 def _exact(value: object) -> object:
     """Write every number as a hexadecimal float, and 0 for -0, which a database does not keep."""
-    if isinstance(value, dict):
-        return {key: _exact(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_exact(item) for item in value]
     if isinstance(value, float):
         return (value + 0.0).hex()
+    if isinstance(value, dict):
+        return {key: _exact(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray) and value.dtype == np.float64:
+        return [*map(float.hex, (value + 0.0).tolist())]
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_exact(item) for item in value]
     return value

@@ -14,6 +14,8 @@ def plain(value: Any) -> Any:
     Arrays become lists, numpy scalars Python ones, and NaN or an infinity None. A dataclass gives
     its fields by `key_of`; those marked `absent` are left out where they are None.
     """
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
     if is_dataclass(value):
         items = [(field, getattr(value, field.name)) for field in fields(value)]
         return {
@@ -22,13 +24,11 @@ def plain(value: Any) -> Any:
             if item is not None or not field.metadata.get("absent")
         }
     if hasattr(value, "tolist"):
-        value = value.tolist()
+        return plain(value.tolist())
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
     return value
 
 

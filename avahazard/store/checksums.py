@@ -9,20 +9,22 @@ from typing import Any
 
 def document_checksum(model: str, document: Any) -> str:
     """SHA-256 of a result by `model`, the same before it is stored and after it is read."""
-    return hashlib.sha256(f"{model}\n{_as_stored(document)}".encode()).hexdigest()
+    # Keys become texts in the database.
+    text = _sorted(json.loads(json.dumps(document)))
+    return hashlib.sha256(f"{model}\n{text}".encode()).hexdigest()
 
 
 def path_checksum(
     run: int, position: int, path_id: str, result: Any, notes: Any, failed: str | None
 ) -> str:
-    """SHA-256 of what was found on one path of a run of `hazard` or `zones`."""
-    text = _as_stored([run, position, path_id, result, notes, failed])
+    """SHA-256 of what was found on one path of a run of `hazard` or `zones`; all keys are texts."""
+    text = _sorted([run, position, path_id, result, notes, failed])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _as_stored(document: Any) -> str:
-    # Keys become texts in the database; their order there is nobody's business.
-    return json.dumps(json.loads(json.dumps(document)), sort_keys=True, ensure_ascii=False)
+def _sorted(document: Any) -> str:
+    # The order of keys in the database is nobody's business.
+    return json.dumps(document, sort_keys=True, ensure_ascii=False)
 
 
 def chunk_checksum(

@@ -23,7 +23,7 @@ READ_AHEAD = 50
 
 @dataclass(frozen=True, slots=True)
 class PathResult:
-    """The documents of one path, the `position`-th of its run, with notes; or why it `failed`.
+    """The documents of one path, plain, the `position`-th of its run; or why it `failed`.
 
     `hint`, what would mend that, is not stored.
     """
@@ -73,7 +73,7 @@ def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> Non
     for found in results:
         if found.path_id not in there:
             place = (run, found.position, found.path_id)
-            told = (plain(found.documents), list(found.notes), found.failed)
+            told = (list(found.documents), list(found.notes), found.failed)
             session.add(
                 PathResultTable(
                     run=run,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.effects.site import build_site, path_site, release_place
+from avahazard.effects.site import build_site, path_site, release_place, release_places
 from avahazard.physics.block import STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -50,6 +50,13 @@ def test_the_first_of_two_places_with_one_elevation() -> None:
     x = np.linspace(0.0, 3000.0, 151)
     smooth = smooth_profile(x, 1000.0 - 0.8 * x + 2e-4 * x**2)
     assert release_place(smooth, 300.0) < 1500.0
+
+
+def test_many_places_at_once_are_those_of_each() -> None:
+    smooth = smooth_profile(X, Y + 30.0 * np.sin(X / 90.0))
+    wanted = [None, 5000.0, 0.0, float(Y[0]), 950.0, 700.0, 400.0, float(Y[-1])]
+    assert release_places(smooth, wanted) == [release_place(smooth, z) for z in wanted]
+    assert release_places(smooth, []) == []
 
 
 def test_releases_are_nodes_once_each_and_in_order() -> None:

@@ -267,10 +267,12 @@ class Posterior:
         """
         passing = ~np.array(self.plan.lasting, dtype=np.bool_)
         own = np.sum(self.layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
-        location, scatter = location_and_scatter(
-            self.layout, self._designs, u, volume[:, None], own
-        )
-        return location[..., 0], scatter[..., 0]
+        # Events that differ in nothing that friction knows are taken once.
+        rows = np.column_stack([volume, *(design for _, design in self._designs)])
+        _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        designs = [(place, design[first]) for place, design in self._designs]
+        location, scatter = location_and_scatter(self.layout, designs, u, volume[first, None], own)
+        return location[..., 0][:, kind.ravel()], scatter[..., 0][:, kind.ravel()]
 
     def terms(
         self,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.site import Site, build_site, release_place, stop_place
+from avahazard.effects.site import Site, build_site, release_places, stop_place
 from avahazard.engine import spread_map
 from avahazard.inference.model.release_error import release_sigma, stated_release_sigma
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record
@@ -110,7 +110,8 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         profile, smooth = profiles[name], known[name]
         own = paths[name].release_elevation_m
         start = {i: _release_elevation(events[i], own) for i in mine}
-        place = {z: release_place(smooth, z) for z in dict.fromkeys(start.values())}
+        different = list(dict.fromkeys(start.values()))
+        place = dict(zip(different, release_places(smooth, different), strict=True))
         site = build_site(paths[name], profile, smooth, list(place.values()))
         sites.append(site)
         for i in mine:
@@ -240,7 +241,8 @@ def _speed_records(
         site = sites[path_id]
         smooth = site.smooth
         stop = stop_place(smooth, events[i])
-        x = [s.x_m if s.x_m is not None else release_place(smooth, s.elevation_m) for s in measured]
+        places = release_places(smooth, [s.elevation_m for s in measured])
+        x = [x if s.x_m is None else s.x_m for s, x in zip(measured, places, strict=True)]
         order = np.argsort(x, kind="stable")
         result.append(
             speed_record(
