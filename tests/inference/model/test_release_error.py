@@ -75,13 +75,15 @@ def friction_to_the_end(z0: float) -> float:
 
 
 def test_what_left_is_off_in_the_friction_that_lets_it() -> None:
-    found = built(*map(with_error, EVENTS))
+    found = built(*map(with_error, events()))
     low, high = (np.log(friction_to_the_end(Z0 + s)) for s in (-SIGMA_Z, SIGMA_Z))
     assert found.leaving_sigma[2] == pytest.approx(0.5 * (high - low), rel=0.05)
     # In elevation, where the ground is nearly flat.
     assert 0.1 < found.release_sigma[2] < 2.0
-    assert found.sigma[2] == pytest.approx(np.hypot(LEFT.runout_sigma_m, found.release_sigma[2]))
-    assert not built(*EVENTS).leaving_sigma.any()
+    assert found.sigma[2] == pytest.approx(
+        np.hypot(events()[2].runout_sigma_m, found.release_sigma[2])
+    )
+    assert not built(*events()).leaving_sigma.any()
 
 
 def test_a_block_that_leaves_or_does_not_start_tells_nothing() -> None:
