@@ -15,13 +15,15 @@ SHOWN = ("mean", "sd", "q05", "q95", "mode")
 COLUMNS = ("", ">mean", ">± sd", ">5 %", ">95 %", ">mode", "unit")
 LONGEST_NAME = 26
 """Names of parameters up to here stand on one line."""
+LONGEST_UNIT = 14
+"""Units up to here do so beside the longest of these names, in 80 columns."""
 
 
 def show_calibration(console: Console, model: Calibration) -> None:
     """Print what a calibration found."""
     parameters = model.parameters
     rows = [
-        (name, *(_as_sure_as(p.sd, getattr(p, key)) for key in SHOWN), p.unit or "–")
+        (name, *(_as_sure_as(p.sd, getattr(p, key)) for key in SHOWN), _unit(p.unit))
         for name, p in parameters.items()
     ]
     made = table(_title(model), COLUMNS, rows)
@@ -42,6 +44,11 @@ def show_calibration(console: Console, model: Calibration) -> None:
         f"{_digits(checks.rhat_max)}, effective sample size at least "
         f"{number(round(checks.ess_bulk_min))}."
     )
+
+
+def _unit(unit: str) -> str:
+    """The unit in the words that fold over the fewest lines."""
+    return (unit if len(unit) <= LONGEST_UNIT else unit.replace("log friction", "log μ")) or "–"
 
 
 def _title(model: Calibration) -> str:

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.hazard.release_zone import ReleaseZone, release_zone
+from avahazard.effects.columns import RELEASE_SIGMA
+from avahazard.hazard.release_zone import ENOUGH_RELEASES, ReleaseZone, release_zone, stated_zone
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.release_error import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -19,11 +21,22 @@ MAX_CLASSES = 24
 
 
 def path_release_zone(records: Records, path_id: str) -> ReleaseZone | None:
-    """The release zone of a path from its records, None where they tell of one place only."""
+    """The release zone of a path from its records, None where they tell of one place only.
+
+    Recorded releases are freed of their errors. Where too few are recorded it is what the path
+    states of its zone, the error of its own release.
+    """
     mine = of_path(records, path_id)
-    recorded = [e.release_elevation_m for e in mine.events if e.release_elevation_m is not None]
-    (top,) = (float(np.max(profile.y_m)) for profile in mine.profiles)
-    return release_zone(np.array(recorded, np.float64), top)
+    ((path,), (profile,)) = mine.paths, mine.profiles
+    top = float(np.max(profile.y_m))
+    recorded = [e for e in mine.events if e.release_elevation_m is not None]
+    if len(recorded) < ENOUGH_RELEASES:
+        stated = path.covariates.get(RELEASE_SIGMA)
+        own = top if path.release_elevation_m is None else path.release_elevation_m
+        return stated_zone(own, float(stated)) if isinstance(stated, int | float) else None
+    elevations = [e.release_elevation_m for e in recorded]
+    sigma = stated_release_sigma(recorded, {path_id: path})
+    return release_zone(np.array(elevations, np.float64), top, sigma)
 
 
 def classes_to_come(

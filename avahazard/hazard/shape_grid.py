@@ -25,6 +25,8 @@ SHAPES = np.array([-0.475 + 0.05 * k for k in range(27)])
 bound. Nought is between two of its points."""
 MEAN_OFFSET = (1.0 - gamma(1.0 + SHAPES)) / SHAPES
 """Mean less location of a GEV, in scales, `[n_shapes]`."""
+STANDARD_DEVIATION = np.sqrt(gamma(1.0 + 2.0 * SHAPES) - gamma(1.0 + SHAPES) ** 2) / np.abs(SHAPES)
+"""Of a GEV, in scales, `[n_shapes]`."""
 DEVIATIONS = np.linspace(-5.0, 5.0, 33)
 """Grid of the mean about the sample's, in standard errors, `[n_locations]`."""
 LEAST_INSIDE = 1e-300
@@ -38,33 +40,44 @@ BETWEEN_SCALE, BETWEEN_SHAPE = 0.2, 0.1
 """How far paths of one region differ in log scale and in shape (standard deviations)."""
 
 
-def shape_prior(centre: float = SHAPE_CENTRE, sd: float = SHAPE_SD) -> Floats:
-    """Log prior density `[n_scales, n_shapes]`: flat in log scale, normal in the shape."""
+def shape_prior(centre: float = SHAPE_CENTRE, sd: float = SHAPE_SD, error: float = 0.0) -> Floats:
+    """Log prior density `[n_scales, n_shapes]`: flat in log scale, normal in the shape.
+
+    Where records have an `error` (sd), it is flat in the log of the scale with which they spread:
+    flat in that of what lies under it, it would let the error be all there is.
+    """
     row: Floats = -0.5 * ((SHAPES - centre) / sd) ** 2
-    return np.asarray(row + np.zeros((len(LOG_SCALES), 1)))
+    return np.asarray(row + 2.0 * (LOG_SCALES[:, None] - with_error(error)))
 
 
-def regional_prior(others: Floats) -> Floats:
+def with_error(error: float) -> Floats:
+    """Log scale `[n_scales, n_shapes]` with which records spread whose errors have this sd."""
+    square = np.exp(2.0 * LOG_SCALES)[:, None] + (error / STANDARD_DEVIATION) ** 2
+    return np.asarray(0.5 * np.log(square))
+
+
+def regional_prior(others: Floats, error: float = 0.0) -> Floats:
     """Log prior `[n_scales, n_shapes]` of a path in the light of other paths.
 
     `others` is the sum of their log likelihoods over the grid. Their common scale and shape are
     known from all together; the path's own differ from these by `BETWEEN_SCALE` and
-    `BETWEEN_SHAPE`.
+    `BETWEEN_SHAPE`. `error` as in `shape_prior`.
     """
-    together = shape_prior() + others
+    together = shape_prior(error=error) + others
     density = np.exp(together - logsumexp(together))
     steps = (BETWEEN_SCALE / np.diff(LOG_SCALES)[0], BETWEEN_SHAPE / np.diff(SHAPES)[0])
     blurred = gaussian_filter(density, steps, mode="nearest")
     return np.asarray(np.log(np.maximum(blurred, 1e-300)))
 
 
-def gev_likelihood(sample: Floats, least: float = -np.inf) -> Floats:
-    """Log likelihood `[n_scales, n_shapes, n_locations]` of maxima `[n]`.
+def gev_likelihood(sample: Floats, least: float = -np.inf, error: float = 0.0) -> Floats:
+    """Log likelihood `[n_scales, n_shapes, n_locations]` of maxima `[n]` recorded with an `error`.
 
-    It is -inf where it is under `least`.
+    With normal errors of that sd they are taken for a GEV of the same mean and shape that spreads
+    by both (`with_error`). It is -inf where it is under `least`.
     """
     centred = sample - sample.mean()
-    grids = (LOG_SCALES, SHAPES, _locations(len(sample)))
+    grids = (with_error(error), SHAPES, _locations(len(sample)))
     return np.asarray(_gev_likelihood(centred, *grids, least))
 
 
@@ -75,12 +88,11 @@ def _gev_likelihood(centred, log_scales, shapes, locations, least):  # type: ign
     inside, smallest = np.empty(n * n_locations), np.empty(n_locations)
     bits, memory = inside.view(np.int64), exp_memory(n * n_locations)
     for i in range(len(log_scales)):
-        scaled = centred * math.exp(-log_scales[i])
-        # A flat prior of the location in log m3 is one of the grid's times the scale.
-        norm = (n - 1) * log_scales[i]
         for k in range(len(shapes)):
             shape, total = shapes[k], result[i, k]
-            total[:] = -norm
+            scaled = centred * math.exp(-log_scales[i, k])
+            # A flat prior of the location in log m3 is one of the grid's times the scale.
+            total[:] = -(n - 1) * log_scales[i, k]
             smallest[:] = np.inf
             for j in range(n):
                 row = inside[j * n_locations : (j + 1) * n_locations]
@@ -110,14 +122,32 @@ def _gev_likelihood(centred, log_scales, shapes, locations, least):  # type: ign
 
 
 def gev_draws(
-    sample: Floats, prior: Floats, likelihood: Floats, n: int, rng: np.random.Generator
+    sample: Floats,
+    prior: Floats,
+    likelihood: Floats,
+    n: int,
+    rng: np.random.Generator,
+    *,
+    error: float = 0.0,
+    middle: float | None = None,
 ) -> Gev:
-    """Draws `[n]` of the GEV of maxima `[n_maxima]`, from `gev_likelihood` and a log prior."""
+    """Draws `[n]` of the GEV of true maxima, from the `gev_likelihood` of `sample` and a log prior.
+
+    `sample` `[n_maxima]` was recorded with `error`. The largest record of a year owes it to its
+    error too: the draws lie nearer to `middle`, the mean of all records, by as much as these
+    spread more than true ones.
+    """
     i, k, m = _cells(likelihood + prior[:, :, None], n, rng)
     scale = np.exp(_spread(LOG_SCALES, i, rng))
+    wider = np.exp(with_error(error)[i, k] - LOG_SCALES[i])
     grid = _locations(len(sample))
     step = (grid[0, 1] - grid[0, 0]) * rng.uniform(-0.5, 0.5, n)
-    return Gev(_spread(SHAPES, k, rng), sample.mean() + (grid[k, m] + step) * scale, scale)
+    centre = sample.mean()
+    if middle is not None:
+        centre = centre - (1.0 - 1.0 / wider) * (centre - middle)
+    # The mean stays; the location is that of a smaller scale.
+    place = (grid[k, m] + step) * wider + (wider - 1.0) * MEAN_OFFSET[k]
+    return Gev(_spread(SHAPES, k, rng), centre + place * scale, scale)
 
 
 def gpd_likelihood(excess: Floats) -> Floats:

@@ -87,12 +87,14 @@ def fit_volume_frequency(
         )
     if len(own) > 1 and np.ptp(own) == 0.0 and not pooled:
         raise AvahazardError(f"All {what} of path {path_id} are equal.", USE_VOLUME)
-    prior = shape_prior()
+    error = region.error(path_id)
+    prior = shape_prior(error=error)
     if pooled:
-        prior = regional_prior(others.likelihood)
+        prior = regional_prior(others.likelihood, region.error())
     draws: FrequencyDraws
     if region.family == "gev":
-        gev = gev_draws(own, prior, likelihood, n_draws, rng)
+        middle = float(region.recorded[path_id].log_volumes.mean())
+        gev = gev_draws(own, prior, likelihood, n_draws, rng, error=error, middle=middle)
         empty = record.n_years - record.n_event_years
         draws = GevDraws(rng.beta(record.n_event_years + 0.5, empty + 0.5, n_draws), gev)
     else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,18 +53,23 @@ class Together:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Region:
-    """Volume records of all paths, free of their errors, and what they say of scale and shape."""
+    """Volume records of all paths, and what they say of scale and shape.
+
+    `records` are free of their errors; `recorded` are as they were: a GEV is fitted to these, with
+    their errors in its likelihood.
+    """
 
     records: dict[str, VolumeRecord]
+    recorded: dict[str, VolumeRecord]
     family: Family
     threshold_m3: float | None
-    kept: dict[str, Together] = field(default_factory=dict, init=False)
+    kept: dict[str, Any] = field(default_factory=dict, init=False)
 
     def sample(self, path_id: str) -> Floats:
         """The yearly maxima of a path, or the excesses over its threshold, of log volume."""
-        record = self.records[path_id]
         if self.family == "gev":
-            return record.log_maxima
+            return self.recorded[path_id].log_maxima
+        record = self.records[path_id]
         over = record.log_volumes - self.threshold(path_id)
         return np.asarray(over[over > 0.0])
 
@@ -75,12 +80,34 @@ class Region:
         values = self.records[path_id].log_volumes
         return float(np.median(values)) if len(values) else 0.0
 
+    def error(self, path_id: str = "") -> float:
+        """What errors add to the spread of the yearly maxima of a path, or of all (log m3, sd).
+
+        The largest of several errs less than each: as maxima spread less than all volumes. 0 for
+        excesses over a threshold, which are free of errors.
+        """
+        if self.family == "gpd":
+            return 0.0
+        named = self.recorded if not path_id else {path_id: self.recorded[path_id]}
+        sigma = np.concatenate([record.maxima_sigma for record in named.values()])
+        return self._of_maxima * float(np.sqrt(np.mean(sigma**2))) if len(sigma) else 0.0
+
+    @property
+    def _of_maxima(self) -> float:
+        """Spread of yearly maxima over that of all volumes, within paths; 1 at most; kept."""
+        if "of maxima" not in self.kept:
+            known = list(self.recorded.values())
+            maxima = _spread_within([r.log_maxima for r in known])
+            volumes = _spread_within([r.log_volumes for r in known])
+            self.kept["of maxima"] = min(maxima / volumes, 1.0) if volumes > 0.0 else 1.0
+        return float(self.kept["of maxima"])
+
     def likelihood(self, path_id: str) -> Floats:
         """Log likelihood over the grid of `shape_grid`, as far as it is not nought."""
         sample = self.sample(path_id)
         if self.family == "gpd":
             return gpd_likelihood(sample)
-        return gev_likelihood(sample, least=IMPOSSIBLE)
+        return gev_likelihood(sample, least=IMPOSSIBLE, error=self.error(path_id))
 
     def scale_and_shape(self, likelihood: Floats) -> Floats:
         """The same of scale and shape alone `[n_scales, n_shapes]`."""
@@ -93,14 +120,15 @@ class Region:
     @property
     def together(self) -> Together:
         """What all paths that tell say together; kept."""
-        if "" not in self.kept:
+        if "together" not in self.kept:
             telling = [path_id for path_id in self.records if self.tells(path_id)]
             total = Together()
             for path_id in telling:
                 own = self.scale_and_shape(self.likelihood(path_id))
                 total = total.plus(own, len(self.sample(path_id)), 1)
-            self.kept[""] = total
-        return self.kept[""]
+            self.kept["together"] = total
+        together: Together = self.kept["together"]
+        return together
 
     def others(self, path_id: str, likelihood: Floats) -> Together:
         """The same without a path, whose `likelihood` is given."""
@@ -109,10 +137,17 @@ class Region:
         return self.together.plus(self.scale_and_shape(likelihood), len(self.sample(path_id)), -1)
 
 
+def _spread_within(samples: Sequence[Floats]) -> float:
+    """Standard deviation about the mean of each sample; 0 where none has two values."""
+    free = sum(max(len(v) - 1, 0) for v in samples)
+    total = sum(float(np.sum((v - v.mean()) ** 2)) for v in samples if len(v))
+    return float(np.sqrt(total / free)) if free else 0.0
+
+
 def region_of(
     records: Sequence[VolumeRecord], family: Family = "gev", threshold_m3: float | None = None
 ) -> Region:
-    """Make the records ready for `fit_volume_frequency`; they are freed of their errors here.
+    """Make the records ready for `fit_volume_frequency`; they are freed of their errors here too.
 
     Raises `AvahazardError` for a threshold that is not over 0, or without the family gpd.
     """
@@ -122,4 +157,5 @@ def region_of(
         raise AvahazardError(
             "A threshold has no use for a GEV of yearly maxima.", "Add --frequency gpd."
         )
-    return Region({r.path_id: r for r in without_record_error(records)}, family, threshold_m3)
+    freed = {r.path_id: r for r in without_record_error(records)}
+    return Region(freed, {r.path_id: r for r in records}, family, threshold_m3)

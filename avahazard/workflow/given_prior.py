@@ -12,19 +12,19 @@ from avahazard.inference.model.given_prior import (
     GivenPrior,
     free_parameters,
     given_law_prior,
+    in_coordinate,
     positive_parameters,
     require_possible,
     require_width,
 )
 from avahazard.inference.model.law_prior import LawPrior
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.layout import Slot, build_layout
+from avahazard.inference.model.layout import Layout, build_layout
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from avahazard.records.errors import AvahazardError
 
-SIGMA = "sigma"
 Numbers = Mapping[str, Sequence[float]]
 """Mean and standard deviation by parameter."""
 
@@ -42,13 +42,9 @@ def with_given_priors(
             has its prior from other records.
     """
     layout = build_layout(specification, tuple(effects), observations, {})
-    others = {
-        slot.name: slot
-        for place in layout.places.values()
-        for slot in layout.slots[place.start : place.stop]
-    }
-    others[SIGMA] = layout.slots[layout.scatter]
-    positive = (*positive_parameters(layout.law), SIGMA)
+    others = layout.beside_the_law()
+    in_log = {*layout.logs, *layout.spreads.values()}
+    positive = {*positive_parameters(layout.law), *(n for n, k in others.items() if k in in_log)}
     known = (*free_parameters(layout.law), *others)
     given = tuple(_given(name, pair) for name, pair in numbers.items())
     for told in given:
@@ -59,9 +55,9 @@ def with_given_priors(
             )
         require_possible(told, told.name in positive)
         if told.name in others:
-            _require_in_range(told, others[told.name])
-            slot, sd = others[told.name], told.in_log[1] if told.name == SIGMA else told.sd
-            require_width(told.name, sd / slot.scale, slot.sd)
+            k = others[told.name]
+            _require_in_range(told, layout, k)
+            require_width(told.name, in_coordinate(layout, k, told)[1], layout.slots[k].sd)
     prior = given_law_prior(layout.law, given)
     if prior is not None and specification.prior is not None:
         raise AvahazardError(
@@ -83,9 +79,10 @@ def _given(name: str, pair: Sequence[float]) -> GivenPrior:
     return GivenPrior(name, float(pair[0]), float(pair[1]))
 
 
-def _require_in_range(told: GivenPrior, slot: Slot) -> None:
+def _require_in_range(told: GivenPrior, layout: Layout, k: int) -> None:
+    slot = layout.slots[k]
     low, high = slot.low * slot.scale, slot.high * slot.scale
-    if told.name == SIGMA:
+    if k in layout.logs:
         low, high = float(np.exp(slot.low)), float(np.exp(slot.high))
     if not low <= told.mean <= high:
         raise AvahazardError(

@@ -60,7 +60,19 @@ def test_names_stay_on_a_line_and_units_are_folded() -> None:
     text = _text(replace(MODEL, parameters={"snow-type.mixed": summary}))
     assert any(line.split()[:1] == ["snow-type.mixed"] for line in text.splitlines())
     assert max(map(len, text.splitlines())) <= 80
-    assert untold(text, "log friction", "against dry") == []
+    assert untold(text, "log μ against dry") == []
+
+
+def test_the_units_of_season_fold_once() -> None:
+    summary = ParameterSummary(0.149, 0.057, 0.151, 0.053, 0.244, "log friction per (60 days)2")
+    offset = replace(summary, unit="log friction")
+    named = {"season.bend": summary, "path:le-tour-de-l-eglise-b": offset}
+    lines = [line.strip() for line in _text(replace(MODEL, parameters=named)).splitlines()]
+    at = next(k for k, line in enumerate(lines) if line.startswith("season.bend"))
+    assert lines[at].endswith("log μ per (60")
+    assert lines[at + 1] == "days)2"
+    assert lines[at + 2].startswith("path:le-tour-de-l-eglise-b")
+    assert max(map(len, lines)) <= 80
 
 
 def test_given_priors_are_told_with_their_units() -> None:

@@ -63,3 +63,26 @@ def test_a_path_without_records_is_like_all_others() -> None:
     found = classes_to_come(both, "C", 2e4, event_columns=True)
     assert [e.covariates["snow_type"] for e in found] == ["dry", "wet"] * 2
     assert {e.path_id for e in found} == {"C"}
+
+
+def test_a_zone_that_the_path_states_is_that_of_avalanches_to_come() -> None:
+    known = records(0)
+    (path,) = known.paths
+    stated = replace(path, release_elevation_m=880.0, covariates={"release_sigma_m": 30.0})
+    found = classes_to_come(replace(known, paths=(stated,)), "B", 2e4, event_columns=False)
+    releases = [e.release_elevation_m or 0.0 for e in found]
+    assert np.mean(releases) == 880.0
+    assert 0.9 * 30.0 < np.std(releases) < 30.0
+
+
+def test_recorded_releases_are_freed_of_their_errors() -> None:
+    exact = records(10, 8.0)
+    (path,) = exact.paths
+    vague = replace(exact, paths=(replace(path, covariates={"release_sigma_m": 18.0}),))
+    sharp, freed = (path_release_zone(r, "B") for r in (exact, vague))
+    assert sharp is not None
+    assert freed is not None
+    recorded = np.var([e.release_elevation_m or 0.0 for e in exact.events], ddof=1)
+    left = np.sqrt(1.0 - 18.0**2 / recorded)
+    spread = [np.std(zone.elevations(200)) for zone in (freed, sharp)]
+    np.testing.assert_allclose(spread[0], left * spread[1], rtol=0.02)

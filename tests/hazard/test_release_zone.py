@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from avahazard.hazard.release_zone import release_zone
+from avahazard.hazard.release_zone import release_zone, stated_zone
 
 
 def test_mean_and_spread_are_those_of_the_records() -> None:
@@ -34,3 +34,31 @@ def test_records_at_both_ends_only() -> None:
     zone = release_zone(np.array([2000.0] * 3 + [2200.0] * 3), 2300.0)
     assert zone is not None
     assert np.isfinite(zone.elevations()).all()
+
+
+def test_avalanches_to_come_have_the_spread_without_the_error_of_the_records() -> None:
+    rng = np.random.default_rng(1)
+    sigma = rng.uniform(20.0, 60.0, 4000)
+    true = 2000.0 + 200.0 * rng.beta(2.0, 2.0, 4000)
+    zone = release_zone(true + sigma * rng.standard_normal(4000), 2500.0, sigma)
+    assert zone is not None
+    drawn = zone.elevations(200)
+    assert np.mean(drawn) == pytest.approx(np.mean(true), abs=2.0)
+    assert np.std(drawn) == pytest.approx(np.std(true), rel=0.05)
+
+
+def test_records_that_differ_by_their_errors_alone_are_one_place() -> None:
+    recorded = np.random.default_rng(2).normal(2100.0, 30.0, 40)
+    zone = release_zone(recorded, 2500.0, 35.0)
+    assert zone is not None
+    drawn = zone.elevations()
+    assert np.mean(drawn) == pytest.approx(np.mean(recorded), abs=1.0)
+    assert np.std(drawn) < 10.0
+
+
+def test_a_stated_zone_has_that_spread() -> None:
+    zone = stated_zone(2000.0, 50.0)
+    assert zone is not None
+    drawn = zone.elevations(200)
+    assert (np.mean(drawn), np.std(drawn)) == pytest.approx((2000.0, 50.0), rel=0.01)
+    assert stated_zone(2000.0, 5.0) is None

@@ -145,6 +145,25 @@ def test_a_given_threshold() -> None:
         region_of([known], "gev", 1e4)
 
 
+def test_the_largest_record_of_a_year_owes_it_to_its_error_too() -> None:
+    rng = np.random.default_rng(6)
+    years, error = 300, 0.7
+    true = rng.normal(9.0, 1.0, (years, 4))
+    told = true + error * rng.standard_normal(true.shape)
+    maxima, sigma = told.max(axis=1), np.full(4 * years, error)
+    known = VolumeRecord(
+        *("p", 1701, 2000, "a test", 4 * years, years, 0),
+        *(maxima, sigma[:years], told.ravel(), sigma),
+    )
+    draws = fitted([known], rng).draws
+    for period in (2.0, 20.0):
+        exact = np.quantile(true.max(axis=1), 1.0 - 1.0 / period)
+        recorded = np.quantile(maxima, 1.0 - 1.0 / period)
+        found = float(np.mean(draws.log_volume(1.0 / period)))
+        assert recorded - exact > 0.2
+        assert abs(found - exact) < 0.5 * (recorded - exact)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("n_years", [60, 150])
 @pytest.mark.parametrize("family", ["gev", "gpd"])

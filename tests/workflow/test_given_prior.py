@@ -100,6 +100,18 @@ def test_a_parameter_of_an_effect(database: str) -> None:
     assert drag.sd == pytest.approx(0.0001, rel=0.4)
 
 
+def test_what_is_sampled_by_its_log_and_a_slope_of_scatter(database: str) -> None:
+    numbers = {"wrong_share": (0.1, 0.005), "sigma_n": (1e-6, 2e-8)}
+    found = calibrate(database, "told", tails="student", scatter="volume", prior=numbers, **QUICK)
+    # So narrow, the priors speak.
+    for name, (mean, sd) in numbers.items():
+        assert found.parameters[name].mean == pytest.approx(mean, abs=1.5 * sd), name
+        assert found.parameters[name].sd == pytest.approx(sd, rel=0.4), name
+    assert set(found.given_priors or {}) == set(numbers)
+    assert "the prior of wrong_share in told is 0.1 ± 0.005, as it was given." in found.notes
+    assert {"log wrong share", "sigma_n"} <= set(found.prior_dominated or {})
+
+
 def test_numbers_are_no_records(database: str) -> None:
     """A model with numbers may be the prior of others: only its records count."""
     calibrate(database, "told", prior={"a": (0.5, 0.02)}, **QUICK)
@@ -124,6 +136,10 @@ def test_numbers_are_no_records(database: str) -> None:
         ({"prior": {"a": (-0.5, 0.1)}}, "a is positive"),
         ({"prior": {"sigma": (-0.5, 0.1)}}, "sigma is positive"),
         ({"prior": {"sigma": (50.0, 0.1)}}, "sigma=50,0.1 is out of range"),
+        ({"prior": {"path-effect.tau": (0.1, 0.05)}}, "no prior of 'path-effect.tau'"),
+        ({"prior": {"track_sigma": (0.05, 0.02)}}, "no prior of 'track_sigma'"),
+        ({"prior": {"wrong_share": (0.5, 0.1)}, "tails": "student"}, "wrong_share=0.5,0.1 is out"),
+        ({"prior": {"sigma_n": (1e-6, 1.0)}, "scatter": "volume"}, "times that of the weak"),
         ({"prior": {"n": (2.0, 1e-6)}}, r"\(n=2 1/m3\) gives friction"),
         ({"prior": {"n": (2e-6, 1.0)}}, "times that of the weak prior"),
         ({"prior": {"a": (0.5,)}}, "1 of two numbers"),

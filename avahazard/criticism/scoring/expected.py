@@ -51,7 +51,7 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
     observations, posterior = model.observations, model.posterior
     limited = bool(np.any(np.isfinite(_limits(posterior, model.draws[:1]))))
     n_stops = SPARE * n_draws if limited else n_draws
-    stops = predict_stops(model, n_stops, rng)
+    stops = predict_stops(model, n_stops, rng, release_off=True)
     end = profile_end(observations)[:, None]
     noise = _errors(observations, stops.sigma) * rng.standard_normal(stops.record.shape)
     draws = np.where(stops.left, end, observations.as_recorded(stops.record) + noise)

@@ -24,10 +24,11 @@ def friction_given_record(
     in_log = posterior.layout.log_scatter
     place, weight = nodes.place[event], nodes.weight[event]
     if nodes.is_probability[event]:
-        # It left the profile: any friction below the highest that lets it.
+        # It left the profile: any friction, by its chance to let it.
+        edges, drops = place, weight
         place = np.log(MU) if in_log else MU
-        edge = np.max(nodes.place[event][weight != 0.0], initial=place[0])
-        weight = np.where(place <= edge, np.gradient(place), 0.0)
+        chance = nodes.floor[event] + (edges > place[:, None]) @ drops
+        weight = np.gradient(place) * np.clip(chance, 0.0, 1.0)
     student = posterior.specification.tails == "student"
     h = posterior.observations.volumes.weight[event]
     z = (place[:, None] - location) / scatter

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Slot
 from avahazard.inference.model.offset_plan import OffsetPlan
 
 N_POINTS = 40
@@ -20,7 +22,8 @@ class GroupSpreads:
 
     `tau` `[n_groupings]` at the mode; `draws` `[n_draws, n_groupings]` of their posterior, since
     few groups hardly tell it: worlds made with the mode alone would hold too little of what groups
-    may differ by. `scale` `[n_groupings]` is that of their half-normal priors.
+    may differ by. `scale` `[n_groupings]` is that of their half-normal priors,
+    or of one as wide as a prior that was given.
     """
 
     plan: OffsetPlan
@@ -42,8 +45,14 @@ def group_spreads(posterior: Posterior, u: Floats) -> GroupSpreads:
         posterior.plan,
         layout.spread_values(u),
         np.column_stack(columns) if columns else np.empty((N_DRAWS, 0)),
-        np.array([layout.slots[k].scale for k in slots]),
+        np.array([scale_of(layout.slots[k]) for k in slots]),
     )
+
+
+def scale_of(slot: Slot) -> float:
+    """Root mean square of a spread before any record: of its half-normal prior, the scale."""
+    mean_square = math.exp(2.0 * (slot.mean + slot.sd**2)) if slot.lognormal else 1.0
+    return slot.scale * math.sqrt(mean_square)
 
 
 def _draws(posterior: Posterior, u: Floats, k: int) -> Floats:

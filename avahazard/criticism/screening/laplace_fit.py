@@ -57,11 +57,12 @@ class Design(NamedTuple):
 class Edges(NamedTuple):
     """Probabilities by one edge each, `[n_events]`: of leaving, and of being seen.
 
-    The event leaves where ν < `leave`; it is seen where ν < `seen`, blurred by `seen_sd`
-    (`has_limit` False: always).
+    The event leaves where ν < `leave`, blurred by `leave_sd`; it is seen where ν < `seen`,
+    blurred by `seen_sd` (`has_limit` False: always).
     """
 
     leave: Floats
+    leave_sd: Floats
     seen: Floats
     seen_sd: Floats
     has_limit: NDArray[np.bool_]

@@ -38,7 +38,7 @@ def laplace_terms(  # type: ignore[no-untyped-def]
                 m += offsets[design.places[a, i]]
         own = (sigma * design.multiplier[i]) ** 2 + lone[i]
         if left[i] and record_moments.variance[i] == 0.0:
-            spread = math.sqrt(own + design.extra[i])
+            spread = math.sqrt(own + edges.leave_sd[i] ** 2 + design.extra[i])
             z = (edges.leave[i] - m) / spread
             log_p, ratio = log_normal_below(z)
             value += log_p

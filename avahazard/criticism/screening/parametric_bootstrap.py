@@ -18,7 +18,7 @@ from avahazard.inference.likelihood.wrong_records import wrong_ranges
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record
-from avahazard.inference.prediction.stops import draw_friction, look_up
+from avahazard.inference.prediction.stops import draw_friction, left_by_chance, look_up
 from avahazard.physics.runout_curve import MU
 
 MAX_REDRAWS = 200
@@ -140,5 +140,6 @@ def _record(
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """Record, place x (without the record's error), elevation, and whether it left `[n_events]`."""
     record, x, elevation, left = look_up(predicted, friction[:, None], broken)
+    left = left_by_chance(predicted, friction[:, None], left, rng, broken)
     error = predicted.sigma * rng.standard_normal(len(predicted.sigma))
     return record[:, 0] + error, x[:, 0], elevation[:, 0] + error, left[:, 0]

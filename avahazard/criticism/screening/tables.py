@@ -71,7 +71,7 @@ def make_tables(
         last_left=last_left.astype(np.int64),
         height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         sigma=predicted.sigma,
-        edges=Edges(leave, seen, seen_sd, has_limit),
+        edges=Edges(leave, predicted.leaving_sigma, seen, seen_sd, has_limit),
         speeds=_speed_grid(observations, predicted, track_scatter),
     )
 

@@ -80,7 +80,7 @@ def log_prior_mass(posterior: Posterior) -> float:
     )
     total = 0.0
     for slot in layout.slots:
-        low, high = (slot.low - slot.mean) / slot.sd, (slot.high - slot.mean) / slot.sd
+        low, high = slot.bounds
         # Above the middle by the mirror image, where the difference keeps its digits.
         low, high = (-high, -low) if low > 0.0 else (low, high)
         mass = float(log_ndtr(high) + np.log1p(-np.exp(log_ndtr(low) - log_ndtr(high))))

@@ -11,6 +11,10 @@ from avahazard.inference.likelihood.straight_density import straight_density_nod
 from avahazard.inference.model.friction_scatter import normal_below
 from avahazard.kernels import kernel
 
+SIDE = 6.0
+"""Standard deviations to which the error of an edge is followed."""
+FEWEST_OF_EDGE, MOST_OF_EDGE = 40, 1000
+"""Points of that error."""
 FEW = 4
 """Nodes of an edge of sight no wider than the least scatter: chances over 1 % err by 3 % at most
 even for that, by 0.03 % for twice it. Each costs a normal probability at every evaluation."""
@@ -24,6 +28,7 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
     observed_left,
     observed,
     sigma,
+    leaving_sigma,
     height,
     limit,
     has_speed,
@@ -54,7 +59,15 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
     for i in range(n):
         if observed_left[i] and not has_speed[i]:
             is_probability[i] = True
-            floor[i] = _edges_of_leaving(left[i], grid, place[i], weight[i])
+            floor[i] = _edges_of_leaving(
+                left[i],
+                leaving_sigma[i],
+                grid,
+                in_log,
+                most_apart,
+                place[i, : used[i]],
+                weight[i, : used[i]],
+            )
         elif not np.isnan(height[i]) and not np.isnan(observed[i]):
             log_scale[i], tail_place[i, 1] = straight_density_nodes(
                 height[i], observed[i], sigma[i], in_log, panels[i], place[i], weight[i], tail[i]
@@ -104,15 +117,41 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
 
 
 @kernel(inner=True)
-def _edges_of_leaving(left, grid, place, weight):  # type: ignore[no-untyped-def]
-    """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀."""
-    k = 0
+def _edges_of_leaving(left, sigma, grid, in_log, finest, place, weight):  # type: ignore[no-untyped-def]
+    """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀.
+
+    Where log friction at an edge has an error `sigma`, the edge is the nodes of a normal.
+    """
+    n_edges = 0
+    for j in range(1, len(left)):
+        n_edges += 1 if left[j - 1] != left[j] else 0
+    room = max(len(place) // max(n_edges, 1), 1) if sigma > 0.0 else 1
+    first = 0
     for j in range(len(left) - 1, 0, -1):
-        if left[j - 1] != left[j] and k < len(place):
-            place[k] = 0.5 * (grid[j - 1] + grid[j])
-            weight[k] = 1.0 if left[j - 1] else -1.0
-            k += 1
+        if left[j - 1] != left[j] and first + room <= len(place):
+            edge = 0.5 * (grid[j - 1] + grid[j])
+            here = slice(first, first + room)
+            if room == 1:
+                place[first], weight[first] = edge, 1.0
+            else:
+                _blurred(edge, sigma, in_log, finest, place[here], weight[here])
+            if not left[j - 1]:
+                weight[here] *= -1.0
+            first += room
     return 1.0 if left[len(left) - 1] else 0.0
+
+
+@kernel(inner=True)
+def _blurred(edge, sigma, in_log, finest, place, weight):  # type: ignore[no-untyped-def]
+    """Nodes of an edge, in log friction or in friction, whose log friction has an error `sigma`."""
+    width = sigma if in_log else sigma * edge
+    n = int(min(max(2.0 * SIDE * width / finest, FEWEST_OF_EDGE), MOST_OF_EDGE))
+    points, masses = np.empty(n), np.empty(n)
+    for k in range(n):
+        z = SIDE * ((2.0 * k + 1.0) / n - 1.0)
+        points[k] = edge + sigma * z if in_log else edge * np.exp(sigma * z)
+        masses[k] = np.exp(-0.5 * z * z)
+    panel_nodes(points, masses, max(len(place) // A_PANEL, 1), place, weight)
 
 
 @kernel(inner=True)

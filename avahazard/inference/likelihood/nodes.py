@@ -7,9 +7,10 @@ Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
 
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
 likelihood has two parts. Without a profile no table is needed (`straight_density`). Events that
-left the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that
-a stop low enough was seen. A record so vague that frictions beyond the tables might have left it
-adds w P(ν < lowest) and w P(ν > highest).
+left the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), with several edges where the
+error of their release blurs one, and so does the chance that a stop low enough was seen. A record
+so vague that frictions beyond the tables might have left it adds w P(ν < lowest) and
+w P(ν > highest).
 """
 
 from __future__ import annotations
@@ -83,7 +84,10 @@ def needed_panels(
     """Panels of friction for each event `[n_events]`: 1 but for likelihoods that are wide."""
     one = np.ones(observations.n_events, dtype=np.int64)
     nodes = build_nodes(observations, predicted, track_scatter, None, in_log, one)
-    return np.where(nodes.is_probability, 1, n_panels(nodes.place, nodes.weight, in_log))
+    # Chances of leaving may rise and fall; it is how far apart their edges lie that counts.
+    weight = np.where(nodes.is_probability[:, None], np.abs(nodes.weight), nodes.weight)
+    sharp = nodes.is_probability & (predicted.leaving_sigma == 0.0)
+    return np.where(sharp, 1, n_panels(nodes.place, weight, in_log))
 
 
 def record_nodes(
@@ -106,6 +110,7 @@ def record_nodes(
         observations.kind == LEFT,
         observations.observed,
         predicted.sigma,
+        predicted.leaving_sigma,
         np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
         has_speed,

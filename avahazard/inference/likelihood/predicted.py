@@ -41,7 +41,8 @@ class Predicted:
     any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
     are those of the profile's end. `speeds`: for each
     `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`; `jumped` likewise. `sigma`
-    `[n_events]` (m): the error of the records, as stated or as an effect scales it.
+    `[n_events]` (m): the error of the records, as stated or as an effect scales it;
+    `leaving_sigma` likewise that of the log of the friction under which the block leaves.
     """
 
     record: Floats
@@ -51,6 +52,7 @@ class Predicted:
     speeds: tuple[Floats, ...]
     jumped: tuple[JumpedStop, ...]
     sigma: Floats
+    leaving_sigma: Floats
 
     @property
     def curve(self) -> RunoutCurve:
@@ -177,6 +179,7 @@ def predict_records(
         speeds=runs.speeds,
         jumped=runs.jumped,
         sigma=sigma,
+        leaving_sigma=observations.leaving_sigma * (sigma / observations.sigma),
     )
 
 
@@ -192,6 +195,7 @@ def _straight(observations: Observations, effects: tuple[Effect, ...], values: V
         speeds=(),
         jumped=(),
         sigma=record_sigma(observations, effects, values),
+        leaving_sigma=np.zeros(observations.n_events),
     )
 
 

@@ -7,7 +7,7 @@ lognormal of that mean and standard deviation.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,7 @@ from avahazard.inference.model.laws import Law
 from avahazard.records.errors import AvahazardError
 
 if TYPE_CHECKING:
-    from avahazard.inference.model.layout import Slot
+    from avahazard.inference.model.layout import Layout, Slot
 
 
 GIVEN = "given:"
@@ -138,15 +138,25 @@ def _lines(law: Law, names: Sequence[str]) -> tuple[Floats, Floats]:
     return start, np.column_stack(columns)
 
 
-def with_given(slots: Sequence[Slot], given: Sequence[GivenPrior]) -> Iterator[Slot]:
+def with_given(layout: Layout, given: Sequence[GivenPrior]) -> tuple[Slot, ...]:
     """The slots, with the priors that are given for those that are not of the law."""
-    told = {g.name: g for g in given}
-    for slot in slots:
-        if slot.name == "log sigma" and "sigma" in told:
-            mean, sd = told["sigma"].in_log
-            yield replace(slot, mean=mean, sd=sd)
-        elif slot.name in told:
-            mine = told[slot.name]
-            yield replace(slot, mean=mine.mean / slot.scale, sd=mine.sd / slot.scale)
-        else:
-            yield slot
+    slots, places = list(layout.slots), layout.beside_the_law()
+    for told in given:
+        if told.name not in places:
+            continue
+        k = places[told.name]
+        mean, sd = in_coordinate(layout, k, told)
+        slots[k] = replace(slots[k], mean=mean, sd=sd, lognormal=k in layout.spreads.values())
+    return tuple(slots)
+
+
+def in_coordinate(layout: Layout, k: int, told: GivenPrior) -> tuple[float, float]:
+    """Mean and standard deviation in the coordinate of slot k, or in its log where it is a spread.
+
+    A spread keeps its own coordinate, in which it may come near 0.
+    """
+    if k in layout.logs:
+        return told.in_log
+    scale = layout.slots[k].scale
+    scaled = GivenPrior(told.name, told.mean / scale, told.sd / scale)
+    return scaled.in_log if k in layout.spreads.values() else (scaled.mean, scaled.sd)

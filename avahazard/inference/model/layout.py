@@ -24,6 +24,8 @@ MIN_SCATTER_SHARE = 0.15
 """Least scatter against that centre: nodes over friction are close enough for it."""
 MIN_SPREAD = 1e-3
 """Least spread between groups of events, on log friction."""
+WRONG_SHARE_NAME, TRACK_SCATTER_NAME = "wrong_share", "track_sigma"
+"""As people read them."""
 WRONG_SHARE, LEAST_WRONG, MOST_WRONG = 0.02, 1e-3, 0.4
 """Share of grossly wrong records that is thought of before (its log has standard deviation 1), and
 its bounds: where half of the records are wrong, nothing tells which half."""
@@ -40,7 +42,8 @@ class Slot:
     """One coordinate: a normal prior cut to [low, high], and the grid if it shapes the tables.
 
     The parameter that people read is the coordinate times `scale`, so that samplers move in
-    coordinates of order one; at `neutral` it is `neutral_value` to the last bit.
+    coordinates of order one; at `neutral` it is `neutral_value` to the last bit. With
+    `lognormal`, `mean` and `sd` are those of the log of the coordinate, which is over 0.
     """
 
     name: str
@@ -53,6 +56,13 @@ class Slot:
     neutral: float = np.nan
     scale: float = 1.0
     neutral_value: float = np.nan
+    lognormal: bool = False
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The range in the coordinate, or its log, that has the normal prior; in its sds."""
+        low, high = np.log([self.low, self.high]) if self.lognormal else (self.low, self.high)
+        return float((low - self.mean) / self.sd), float((high - self.mean) / self.sd)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +100,10 @@ class Layout:
 
     def log_prior(self, u: Floats) -> Floats:
         """Log density of the prior at coordinates u `[..., n_slots]`, up to a constant `[...]`."""
-        z = (u - self._mean) / self._sd
+        z = (self._normal(u) - self._mean) / self._sd
         squares = np.sum(z * z, axis=-1)
+        if self._in_log:
+            squares = squares + 2.0 * np.sum(np.log(u[..., self._in_log]), axis=-1)
         if self._law_precision is not None:
             of_law = z[..., : len(self._law_precision)]
             squares = squares + np.sum((of_law @ self._law_precision - of_law) * of_law, axis=-1)
@@ -99,11 +111,40 @@ class Layout:
 
     def prior_slopes(self, u: Floats) -> Floats:
         """Derivatives `[n_slots]` of `log_prior` at u `[n_slots]`."""
-        z = (u - self._mean) / self._sd
+        z = (self._normal(u) - self._mean) / self._sd
         if self._law_precision is not None:
             n = len(self._law_precision)
             z[:n] = self._law_precision @ z[:n]
-        return np.asarray(-z / self._sd)
+        slopes = np.asarray(-z / self._sd)
+        slopes[self._in_log] = (slopes[self._in_log] - 1.0) / u[self._in_log]
+        return slopes
+
+    def _normal(self, u: Floats) -> Floats:
+        """The coordinates `[..., n_slots]`, or their logs, that have normal priors."""
+        if not self._in_log:
+            return u
+        u = u.copy()
+        u[..., self._in_log] = np.log(u[..., self._in_log])
+        return u
+
+    @property
+    def logs(self) -> tuple[int, ...]:
+        """Slots whose coordinate is the log of what people read."""
+        found = (self.scatter, self.wrong_share, self.track_scatter)
+        return tuple(k for k in found if k is not None)
+
+    def beside_the_law(self) -> dict[str, int]:
+        """The slots of the parameters that are not the law's, by the names that people read."""
+        found = {"sigma": self.scatter}
+        others = {
+            "sigma_n": self.scatter_slope,
+            WRONG_SHARE_NAME: self.wrong_share,
+            TRACK_SCATTER_NAME: self.track_scatter,
+        }
+        found |= {name: k for name, k in others.items() if k is not None}
+        for place in self.places.values():
+            found |= {self.slots[k].name: k for k in range(place.start, place.stop)}
+        return found | {f"{key}.{self.slots[k].name}": k for key, k in self.spreads.items()}
 
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
@@ -119,6 +160,10 @@ class Layout:
     def _value(self, k: int, u: float) -> float:
         slot = self.slots[k]
         return slot.neutral_value if u == slot.neutral else u * slot.scale
+
+    @cached_property
+    def _in_log(self) -> list[int]:
+        return [k for k, slot in enumerate(self.slots) if slot.lognormal]
 
     @cached_property
     def _spread_slots(self) -> list[int]:
@@ -160,9 +205,9 @@ class Layout:
             slot = self.slots[k]
             result[f"{key}.{slot.name}"] = (u[..., k] * slot.scale, slot.unit)
         if self.wrong_share is not None:
-            result["wrong_share"] = (np.exp(u[..., self.wrong_share]), "of the records")
+            result[WRONG_SHARE_NAME] = (np.exp(u[..., self.wrong_share]), "of the records")
         if self.track_scatter is not None:
-            result["track_sigma"] = (np.exp(u[..., self.track_scatter]), "friction")
+            result[TRACK_SCATTER_NAME] = (np.exp(u[..., self.track_scatter]), "friction")
         return result
 
 
@@ -208,7 +253,8 @@ def build_layout(
     slope = None
     if specification.scatter == "volume":
         slope = len(slots)
-        slots.append(Slot("sigma_n", "", 0.0, 1.0))
+        per_volume = 1.0 / specification.reference_volume_m3
+        slots.append(Slot("sigma_n", "", 0.0, 1.0, scale=per_volume))
     places: dict[str, slice] = {}
     spreads: dict[str, int] = {}
     for effect in effects:
@@ -240,7 +286,7 @@ def build_layout(
         )
     layout = Layout(
         law=chosen,
-        slots=tuple(with_given(slots, specification.given)),
+        slots=tuple(slots),
         scatter=scatter,
         scatter_slope=slope,
         reference_volume=specification.reference_volume_m3,
@@ -252,7 +298,8 @@ def build_layout(
         log_scatter=log_scatter,
         law_correlation=None if prior is None else prior.correlation,
     )
-    return regridded(layout, grids)
+    told = with_given(layout, specification.given)
+    return regridded(replace(layout, slots=told), grids)
 
 
 def regridded(layout: Layout, grids: Grids) -> Layout:

@@ -12,7 +12,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.site import Site, build_site, release_places, stop_place
 from avahazard.engine import spread_map
-from avahazard.inference.model.release_error import release_sigma, stated_release_sigma
+from avahazard.inference.model.release_error import carried_error, stated_release_sigma
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
@@ -33,10 +33,12 @@ class Observations:
     """Events `[n_events]` with the sites that they ran on.
 
     `kind` says what `observed` (m) is, `sigma` (m) is its error: that of the measurement and, where
-    one is stated, that of the release carried to the record (`release_sigma`, m). `release`
-    indexes `site.release_x` of the event's site; `fall_height` (m) is set for events without a
-    profile. Where H/L is all that is known (`in_ratio`) the fall is 1, and `observed` is L/H.
-    `limit` (m) is the elevation above which a stop is not seen, nan where all are.
+    one is stated, that of the release carried to the record (`release_sigma`, m; to the profile's
+    end where the avalanche left). `leaving_sigma` is the error of the release carried to the log of
+    the friction under which the block leaves. `release` indexes `site.release_x` of the event's
+    site; `fall_height` (m) is set for events without a profile. Where H/L is all that is known
+    (`in_ratio`) the fall is 1, and `observed` is L/H. `limit` (m) is the elevation above which a
+    stop is not seen, nan where all are.
     """
 
     sites: tuple[Site, ...]
@@ -45,6 +47,7 @@ class Observations:
     observed: Floats
     sigma: Floats
     release_sigma: Floats
+    leaving_sigma: Floats
     release: NDArray[np.int64]
     fall_height: Floats
     limit: Floats
@@ -127,7 +130,7 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     kind = np.array([k for k, _ in kinds], dtype=np.int64)
     observed = np.array([v for _, v in kinds])
     fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
-    released = release_sigma(
+    released = carried_error(
         stated_release_sigma(events, paths),
         tuple(sites),
         columns.path_index,
@@ -143,8 +146,9 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         columns=columns,
         kind=kind,
         observed=observed,
-        sigma=np.hypot(np.array([_sigma(e) for e in events]), released),
-        release_sigma=released,
+        sigma=np.hypot(np.array([_sigma(e) for e in events]), released.record),
+        release_sigma=released.record,
+        leaving_sigma=released.leaving,
         release=release,
         fall_height=fall_height,
         limit=np.array(

@@ -2,12 +2,15 @@
 
 The recorded stop is set against F(μ; z₀) from the release z₀ that the record tells. Where that is
 off, the stop is off by what F changes: an error of the record, as far as the likelihood goes. It
-is taken by the block without effects, at the friction that stops it at the record.
+is taken by the block without effects, at the friction that stops it at the record. In the same
+way the friction under which the block leaves its profile is off: what left, left with a chance
+that falls smoothly about it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +18,24 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.effects.columns import RELEASE_SIGMA
 from avahazard.effects.site import Site, release_place
-from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED
+from avahazard.physics.block import STOPPED
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_curve import tabulate
+from avahazard.physics.runout_curve import MU, RunoutCurve, tabulate
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path
+
+
+class CarriedError(NamedTuple):
+    """Errors of releases `[n_events]` carried to the record (m), and to log friction.
+
+    `leaving` is the error of the log of the friction under which the block leaves its profile.
+    """
+
+    record: Floats
+    leaving: Floats
 
 
 def stated_release_sigma(events: Sequence[Event], paths: Mapping[str, Path]) -> Floats:
@@ -47,7 +60,7 @@ def stated_release_sigma(events: Sequence[Event], paths: Mapping[str, Path]) -> 
     return sigma
 
 
-def release_sigma(
+def carried_error(
     stated: Floats,
     sites: Sequence[Site],
     path_index: NDArray[np.int64],
@@ -57,31 +70,33 @@ def release_sigma(
     *,
     straight: NDArray[np.bool_],
     in_x: NDArray[np.bool_],
-) -> Floats:
-    """The errors `stated` of the releases carried to the records (m), `[n_events]` each.
+) -> CarriedError:
+    """The errors `stated` of the releases (m), carried to what they move, `[n_events]` each.
 
-    On the energy line L = H/μ where `straight`; else in x where `in_x`, in elevation where not. 0
-    for an event that left its profile, whose `observed` is nan.
+    On the energy line L = H/μ where `straight`; else in x where `in_x`, in elevation where not.
+    For an event that left its profile, whose `observed` is nan, at the profile's end.
     """
-    result = np.zeros(len(stated))
+    result = CarriedError(np.zeros(len(stated)), np.zeros(len(stated)))
     line = straight & (stated > 0.0)
-    result[line] = (stated * observed / fall_height)[line]
+    result.record[line] = (stated * observed / fall_height)[line]
     for k, site in enumerate(sites):
         for coordinate in (True, False):
             mine = (path_index == k) & (in_x == coordinate) & (stated > 0.0)
-            mine &= np.isfinite(observed)
             if np.any(mine):
                 start = site.release_x[release[mine]]
-                result[mine] = on_site(site, start, stated[mine], observed[mine], coordinate)
+                found = on_site(site, start, stated[mine], observed[mine], coordinate)
+                result.record[mine], result.leaving[mine] = found
     return result
 
 
-def on_site(site: Site, release_x: Floats, sigma: Floats, observed: Floats, in_x: bool) -> Floats:
-    """Error (m) of the records `observed` `[n]` on a site, in x or in elevation.
+def on_site(
+    site: Site, release_x: Floats, sigma: Floats, observed: Floats, in_x: bool
+) -> CarriedError:
+    """Errors of the records `observed` `[n]` on a site, in x or in elevation; nan is its end.
 
     `release_x` and `sigma` (m of elevation), `[n]` each, are where the blocks start. Half the
-    difference between F from one σ higher and from one σ lower; where one of them does not start,
-    the difference to the other.
+    difference between F from one σ higher and from one σ lower; where one of them does not start
+    or leaves the profile, the difference to the other.
     """
     heights = site.smooth.height(release_x)
     places = np.array(
@@ -92,22 +107,44 @@ def on_site(site: Site, release_x: Floats, sigma: Floats, observed: Floats, in_x
     )
     terrain = build_terrain(site.smooth, np.unique(places), MAX_CELL_M)
     starts = np.searchsorted(terrain.x, places.ravel())
-    curve = tabulate(build_cells(terrain, no_resistance(terrain)), starts)
+    curves = tabulate(build_cells(terrain, no_resistance(terrain)), starts)
+    record, leaving = np.zeros(len(observed)), np.zeros(len(observed))
     end = site.smooth.x_max if in_x else float(site.terrain.y[-1])
-    value = np.where(curve.status == LEFT_PROFILE, end, curve.x if in_x else curve.y)
-    value = value.reshape(*places.shape, -1)
-    status = curve.status.reshape(value.shape)
-    found = np.zeros(len(observed))
-    for i in range(len(observed)):
-        off = np.abs(value[i, 1] - observed[i])
-        off = np.where(status[i, 1] == STOPPED, off, np.inf)
-        at = int(np.argmin(off))
-        if not np.isfinite(off[at]):
-            continue
-        high, middle, low = value[i, :, at]
-        started = status[i, :, at] != NOT_RELEASED
-        if started[0] and started[2]:
-            found[i] = 0.5 * abs(high - low)
-        else:
-            found[i] = abs((high if started[0] else low) - middle)
+    for i, at in enumerate(np.where(np.isnan(observed), end, observed)):
+        three = curves[3 * i : 3 * i + 3]
+        leaving[i] = half_difference(*_leaving_frictions(three))
+        value = np.where(three.status == STOPPED, three.x if in_x else three.y, np.nan)
+        off = np.abs(value[1] - at)
+        if np.isfinite(off).any():
+            record[i] = half_difference(*value[:, int(np.nanargmin(off))])
+    return CarriedError(record, leaving)
+
+
+def half_difference(high: float, middle: float, low: float) -> float:
+    """Of the outer two; where one of them is nan, the whole difference of the other to the middle.
+
+    0 where nothing is known.
+    """
+    if np.isfinite(high) and np.isfinite(low):
+        return 0.5 * abs(high - low)
+    known = [v for v in (high, low) if np.isfinite(v)]
+    return abs(known[0] - middle) if known and np.isfinite(middle) else 0.0
+
+
+def _leaving_frictions(curves: RunoutCurve) -> Floats:
+    """Log friction `[n_curves]` with which blocks come to one place, the last that all reach.
+
+    The edge of leaving itself is known to a step of the friction grid alone; nan where a block
+    does not start.
+    """
+    stops = [np.flatnonzero(status == STOPPED) for status in curves.status]
+    farthest = [np.max(x[of]) for x, of in zip(curves.x, stops, strict=True) if len(of)]
+    if not farthest:
+        return np.full(len(curves.x), np.nan)
+    place = min(farthest)
+    found = np.full(len(curves.x), np.nan)
+    for k, of in enumerate(stops):
+        if len(of):
+            rising = np.maximum.accumulate(curves.x[k, of[::-1]])
+            found[k] = np.interp(place, rising, np.log(MU[of[::-1]]))
     return found

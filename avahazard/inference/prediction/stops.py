@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import draws, shifted
@@ -42,10 +42,14 @@ class PredictedStops:
     sigma: Floats
 
 
-def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) -> PredictedStops:
+def predict_stops(
+    model: FittedModel, n_draws: int, rng: np.random.Generator, *, release_off: bool = False
+) -> PredictedStops:
     """Draw stops of every event of the model, of whose draws `n_draws` are used evenly.
 
-    A group that the model has not seen gets an offset from the spread between groups.
+    A group that the model has not seen gets an offset from the spread between groups. With
+    `release_off` releases are off by their stated error where it is whether a block leaves (what
+    it does to stops is part of `sigma`).
     """
     posterior, coordinates = model.posterior, model.draws
     n = posterior.observations.n_events
@@ -70,6 +74,8 @@ def predict_stops(model: FittedModel, n_draws: int, rng: np.random.Generator) ->
         sigma[:, group] = tables.sigma[:, None]
         n_nonpositive += int(np.sum(here <= 0.0))
         record[:, group], x[:, group], elevation[:, group], left[:, group] = look_up(tables, here)
+        if release_off:
+            left[:, group] = left_by_chance(tables, here, left[:, group], rng)
     return PredictedStops(record, x, elevation, left, friction, n_nonpositive, sigma)
 
 
@@ -96,6 +102,24 @@ def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generat
     new = model.posterior.layout.spread_values(u)[plan.of] * rng.standard_normal(len(plan.of))
     known = [offsets[n][draw] if n in offsets else new[k] for k, n in enumerate(plan.names)]
     return plan.shift(np.array(known, np.float64))
+
+
+def left_by_chance(
+    tables: Predicted,
+    friction: Floats,
+    left: Bools,
+    rng: np.random.Generator,
+    broken: Bools | None = None,
+) -> Bools:
+    """Whether blocks leave `[n_events, n_draws]` whose releases are off by their stated errors.
+
+    `left` is what those that start where the record tells do; `broken` as in `look_up`.
+    """
+    unsure = tables.leaving_sigma > 0.0
+    if not np.any(unsure):
+        return left
+    off = tables.leaving_sigma[:, None] * rng.standard_normal(friction.shape)
+    return np.where(unsure[:, None], look_up(tables, friction * np.exp(off), broken)[3], left)
 
 
 def look_up(

@@ -45,7 +45,8 @@ def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure
             "How many times likelier the records are with the effect than without. A mark right "
             "of its grey bar is more than chance would do, 19 times in 20, if the model were "
             "complete; among many candidates some do so by chance, and the p-value below allows "
-            "for that. Red: named as missing."
+            "for that. Orange-red: named as missing; orange: more than chance would do, but not "
+            "named."
         )
         + (
             " " + say("{n} more candidates, weaker than these, are in the table alone.", n=cut)

@@ -130,12 +130,12 @@ def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:
     n_slots = len(layout.slots) if model.method == "marginal" else len(layout.law.coordinates)
     found = {}
     for k, slot in enumerate(layout.slots[:n_slots]):
-        ends = [(end - slot.mean) / slot.sd for end in (slot.low, slot.high)]
-        prior = truncnorm(*ends, loc=slot.mean, scale=slot.sd)
+        prior = truncnorm(*slot.bounds, loc=slot.mean, scale=slot.sd)
         mean, sd = float(prior.mean()), float(prior.std())
-        ratio = float(np.std(model.draws[:, k], ddof=1)) / sd
+        draws = np.log(model.draws[:, k]) if slot.lognormal else model.draws[:, k]
+        ratio = float(np.std(draws, ddof=1)) / sd
         if ratio > STILL_PRIOR:
-            moved = (float(np.mean(model.draws[:, k])) - mean) / sd
+            moved = (float(np.mean(draws)) - mean) / sd
             found[slot.name] = PriorDominated(ratio, moved)
     return found
 

@@ -30,6 +30,7 @@ def nodes(place: list[float], weight: list[float], left: bool) -> Any:
         place=np.array([place]),
         weight=np.array([weight]),
         is_probability=np.array([left]),
+        floor=np.zeros(1),
         tail=np.zeros((1, 2)),
         tail_place=np.log([[0.02, 1.6]]),
     )

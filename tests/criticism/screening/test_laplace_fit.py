@@ -56,7 +56,8 @@ def first_tau(design: Design) -> np.ndarray:
 
 
 def no_edges() -> Edges:
-    return Edges(np.full(N, -9.0), np.full(N, 9.0), np.zeros(N), np.zeros(N, dtype=bool))
+    never = np.full(N, -9.0)
+    return Edges(never, np.zeros(N), np.full(N, 9.0), np.zeros(N), np.zeros(N, dtype=bool))
 
 
 def log_density(theta, moments, left, edges, design, student):  # type: ignore[no-untyped-def]

@@ -44,6 +44,7 @@ def _nodes(
     in_log: bool = True,
     fall_height: float = np.nan,
     jumped: JumpedStop | None = None,
+    leaving_sigma: float = 0.0,
 ) -> Nodes:
     """Nodes of one event whose block stops on `curve`."""
     observations: Any = SimpleNamespace(
@@ -64,6 +65,7 @@ def _nodes(
         speeds=() if speeds is None else (speeds[1],),
         jumped=() if speeds is None else (jumped or JumpedStop(-1, np.zeros(len(speeds[0].x))),),
         sigma=observations.sigma,
+        leaving_sigma=np.array([leaving_sigma]),
     )
     return build_nodes(observations, predicted, in_log=in_log)
 
@@ -130,6 +132,32 @@ def test_an_event_that_left_has_the_chance_to_leave() -> None:
         slow = naive_nodes.leaving(LEAVES, LOG_MU, _density(m, s))
         if slow > 1e-8:
             assert _log_likelihood(nodes, m, s) == pytest.approx(np.log(slow), abs=0.01)
+
+
+@pytest.mark.parametrize("blur", [0.02, 0.1, 0.5])
+@pytest.mark.parametrize("in_log", [True, False])
+def test_the_edge_of_leaving_is_blurred_by_the_error_of_the_release(
+    blur: float, in_log: bool
+) -> None:
+    """The slow twin: the chance to leave of each edge that the error leaves open."""
+    nodes = _nodes(PLAIN, kind=LEFT, in_log=in_log, leaving_sigma=blur)
+    edge = 0.5 * (LOG_MU[LEAVES][-1] + LOG_MU[~LEAVES][0])
+    z = np.linspace(-8.0, 8.0, 4001)
+    weight = stats.norm.pdf(z) / stats.norm.pdf(z).sum()
+    for m, s in ((0.15, 0.015), (0.22, 0.015), (0.25, 0.05), (0.4, 0.07)):
+        centre, places = (np.log(m), edge + blur * z) if in_log else (m, np.exp(edge + blur * z))
+        slow = float(weight @ stats.norm.cdf((places - centre) / s))
+        if slow > 1e-6:
+            assert _log_likelihood(nodes, centre, s) == pytest.approx(np.log(slow), abs=0.04)
+
+
+def test_edges_that_come_and_go_are_blurred_each() -> None:
+    twice = LEAVES | ((MU > 0.3) & (MU < 0.4))
+    nodes = _nodes(PLAIN, kind=LEFT, left=twice, leaving_sigma=0.05)
+    m, s = np.log(0.35), 0.1
+    edges = [0.5 * (LOG_MU[j] + LOG_MU[j + 1]) for j in np.flatnonzero(np.diff(twice))]
+    low, rise, fall = (stats.norm.cdf((e - m) / np.hypot(s, 0.05)) for e in edges)
+    assert _log_likelihood(nodes, m, s) == pytest.approx(np.log(low - rise + fall), abs=0.01)
 
 
 def test_leaving_where_the_status_changes_twice_or_never() -> None:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.criticism.screening.group_spreads import scale_of
 from avahazard.effects.spread import SPREAD
+from avahazard.inference.fitting.evidence import log_prior_mass
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.given_prior import GivenPrior
 from avahazard.inference.model.layout import TRACK_GRID, regridded
 from tests.inference.studies import near, observations, posterior
 
@@ -94,3 +100,36 @@ def test_other_grids_are_other_ranges() -> None:
     assert (finer.low[k], finer.high[k]) == (0.2, 0.4)
     assert (layout.low[k], layout.high[k]) == (0.0, 3.5)
     assert finer.slots[:k] == layout.slots[:k]
+
+
+def test_a_prior_that_is_given_to_a_spread_is_lognormal() -> None:
+    told = (GivenPrior("path-effect.tau", 0.1, 0.05), GivenPrior("sigma_n", 2e-6, 1e-6))
+    bare = posterior(observations(), "path-effect", scatter="volume")
+    made = Posterior(bare.observations, replace(bare.specification, given=told), bare.effects)
+    layout = made.layout
+    k, volume = layout.spreads["path-effect"], layout.scatter_slope
+    assert volume is not None
+    mean, sd = told[0].in_log
+    tau = np.array([0.02, 0.1, 0.3])
+    at = np.tile([s.mean for s in layout.slots], (3, 1))
+    at[:, k] = tau / layout.slots[k].scale
+    # A density of the coordinate, which is τ times a constant.
+    density = stats.lognorm.logpdf(tau, sd, scale=np.exp(mean))
+    np.testing.assert_allclose(np.diff(layout.log_prior(at)), np.diff(density))
+    slope = layout.prior_slopes(at[1])[k]
+    step = 1e-6 * np.eye(len(layout.slots))[k]
+    away = layout.log_prior(np.array([at[1] - step, at[1] + step]))
+    assert slope == pytest.approx(np.diff(away)[0] / 2e-6, rel=1e-6)
+    # Its mass is what evidence divides by.
+    u = np.linspace(layout.slots[k].low, layout.slots[k].high, 400_001)
+    z = (np.log(u) - layout.slots[k].mean) / layout.slots[k].sd
+    slot, half = layout.slots[k], np.log(np.trapezoid(np.exp(-0.5 * z**2) / u, u))
+    other = np.log(np.sqrt(np.pi / 2.0)) - np.log(layout.slots[volume].sd)
+    assert log_prior_mass(made) - log_prior_mass(bare) == pytest.approx(half - other, abs=0.02)
+    assert slot.lognormal
+    # Screening knows one scale: that of a half-normal as wide.
+    assert scale_of(slot) == pytest.approx(np.hypot(0.1, 0.05))
+    # σ_n has either sign: the normal of those numbers, in 1/m3.
+    slot = layout.slots[volume]
+    reference = layout.reference_volume
+    assert (slot.mean, slot.sd) == pytest.approx((2e-6 * reference, 1e-6 * reference))

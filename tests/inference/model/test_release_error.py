@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.release_error import half_difference
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
@@ -56,11 +57,40 @@ def test_it_is_what_another_release_does_to_the_stop() -> None:
     exact = np.array([abs(high_y - low_y), abs(high_x - low_x)]) / 2.0
     assert exact.min() > 5.0
     np.testing.assert_allclose(found.release_sigma[:2], exact, rtol=0.05)
-    assert found.release_sigma[2] == 0.0
     # H/L is the friction: a fall that is off by σ is a length that is off by σ L/H.
     assert found.release_sigma[3] == pytest.approx(SIGMA_Z * 900.0 / 400.0)
     known = [0, 1, 3]
     np.testing.assert_allclose(found.sigma[known], np.hypot(15.0, found.release_sigma[known]))
+
+
+def friction_to_the_end(z0: float) -> float:
+    """The friction under which a block that starts at that elevation leaves the profile."""
+    start = TRACK.place(np.array([z0]))
+    low, high = 0.2, 0.6
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        status, _, _ = run_track(TRACK, start, np.array([middle]))
+        low, high = (low, middle) if status[0] == 0 else (middle, high)
+    return low
+
+
+def test_what_left_is_off_in_the_friction_that_lets_it() -> None:
+    found = built(*map(with_error, events()))
+    low, high = (np.log(friction_to_the_end(Z0 + s)) for s in (-SIGMA_Z, SIGMA_Z))
+    assert found.leaving_sigma[2] == pytest.approx(0.5 * (high - low), rel=0.05)
+    # In elevation, where the ground is nearly flat.
+    assert 0.1 < found.release_sigma[2] < 2.0
+    assert found.sigma[2] == pytest.approx(
+        np.hypot(events()[2].runout_sigma_m, found.release_sigma[2])
+    )
+    assert not built(*events()).leaving_sigma.any()
+
+
+def test_a_block_that_leaves_or_does_not_start_tells_nothing() -> None:
+    assert half_difference(5.0, 2.0, 1.0) == 2.0
+    assert half_difference(np.nan, 2.0, 1.5) == 0.5
+    assert half_difference(5.0, 2.0, np.nan) == 3.0
+    assert half_difference(5.0, np.nan, np.nan) == 0.0
 
 
 def test_the_paths_error_is_that_of_events_that_state_none() -> None:
