@@ -6,6 +6,9 @@ import numpy as np
 
 from avahazard.kernels import kernel
 
+LOST = 1e-2
+"""Share of a vector that is left of it, from which on it is made orthogonal once more."""
+
 
 @kernel
 def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
@@ -29,12 +32,17 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     for k in range(k_max):
         v = x * vectors[k]
         jacobi[k, k] = _inner(v, vectors[k])
-        for _ in range(2):
+        before, norm = 1.0, 0.0
+        while norm < LOST * before:
+            # Again where little is left of it, in which rounding would count.
+            before = np.sqrt(_inner(v, v))
             for j in range(k + 1):
                 along = _inner(v, vectors[j])
                 for i in range(n):
                     v[i] -= along * vectors[j, i]
-        norm = np.sqrt(_inner(v, v))
+            norm = np.sqrt(_inner(v, v))
+            if norm < 1e-10:
+                break
         if k + 1 == k_max:
             break
         if norm < 1e-10:
