@@ -26,7 +26,7 @@ from avahazard.workers import n_workers, ordered_map
 
 BESIDE = 4
 """Rows kept beyond the frictions that a record leaves: two go to the fine frictions beside it."""
-SPLIT, POINTS = 15, 256
+SPLIT, POINTS = 15, 128
 """Parts of each cell of the friction grid (odd: a block that leaves does so up to the middle of
 a cell); fewer where that many points are there without."""
 
