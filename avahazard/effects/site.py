@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.physics.cells import build_cells
+from avahazard.physics.cells import Cells, build_cells
 from avahazard.physics.mean_friction import squares_to_rest
+from avahazard.physics.near_stops import Asked, NearStops, near_stops
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, drawn_profile, smooth_profile
 from avahazard.physics.speed import speeds_along
-from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, terrain_at
+from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, node_of, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
 COARSE = 4
+ALL_FRICTIONS = slice(0, len(MU))
 SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
 
@@ -67,37 +69,51 @@ class Site:
         point = np.searchsorted(self.profile_x, terrain.middle_x, side="right") - 1
         return np.asarray(self.land_cover)[np.clip(point, 0, len(self.land_cover) - 1)]
 
+    def cells(self, resistance: Resistance) -> Cells:
+        """The path in cells with this resistance."""
+        return build_cells(self.terrain_for(resistance), resistance)
+
     def table(self, resistance: Resistance) -> RunoutCurve:
         """F(μ) from every release of the site, `[n_releases, n_friction]`."""
-        terrain = self.terrain_for(resistance)
-        starts = np.searchsorted(terrain.x, self.release_x)
-        cells = build_cells(terrain, resistance)
+        cells = self.cells(resistance)
+        starts = np.searchsorted(cells.x, self.release_x)
         if not cells.speed_dependent:
             return tabulate(cells, starts)
         # Such runs cost ten times as much; between every fourth friction F is close to straight.
         return filled(tabulate(cells, starts, COARSE), COARSE)
 
-    def speeds(self, resistance: Resistance, release_x: float, x: Floats) -> Floats:
+    def table_near(self, cells: Cells, asked: Asked) -> NearStops:
+        """The same near some stops from each release alone (`physics.near_stops`)."""
+        starts = np.searchsorted(cells.x, self.release_x)
+        if not cells.speed_dependent:
+            return near_stops(cells, starts, MU, asked)
+        begun = asked._replace(middle=asked.middle // COARSE)
+        found = near_stops(cells, starts, MU[::COARSE], begun)
+        end = COARSE * (found.end - 1) + 1
+        return NearStops(filled(found.curve, COARSE), COARSE * found.first, end)
+
+    def speeds(
+        self, cells: Cells, release_x: float, x: Floats, near: slice = ALL_FRICTIONS
+    ) -> Floats:
         """Speeds (m/s) at places x `[n_x]` for each friction of `MU`, `[n_friction, n_x]`.
 
-        Of the block released at `release_x`, one of the site's.
+        Of the block released at `release_x`, one of the site's. The frictions `near`, as
+        `table_near` has them, are run; the others have no speed.
         """
-        terrain = self.terrain_for(resistance)
-        cells, start = build_cells(terrain, resistance), terrain.node(release_x)
+        start = node_of(cells.x, release_x)
+        speeds, mu = np.zeros((len(MU), len(x))), MU[near]
         if not cells.speed_dependent:
-            return speeds_along(cells, start, MU, x)
+            speeds[near] = speeds_along(cells, start, mu, x)
+            return speeds
         # As in `table`; the square of speed goes straight to nought where the block stops.
-        square = speeds_along(cells, start, MU[::COARSE], x) ** 2
-        columns = [np.interp(MU, MU[::COARSE], column) for column in square.T]
-        return np.asarray(np.sqrt(np.column_stack(columns)))
+        square = speeds_along(cells, start, mu[::COARSE], x) ** 2
+        for k, column in enumerate(square.T):
+            speeds[near, k] = np.sqrt(np.interp(mu, mu[::COARSE], column))
+        return speeds
 
-    def squares_to_rest(
-        self, resistance: Resistance, release_x: float, stop_x: float, x: Floats
-    ) -> Floats:
+    def squares_to_rest(self, cells: Cells, release_x: float, stop_x: float, x: Floats) -> Floats:
         """u² at places x `[n_x]` of what is released at `release_x` and rests at `stop_x` (m)."""
-        terrain = self.terrain_for(resistance)
-        start = terrain.node(release_x)
-        return squares_to_rest(build_cells(terrain, resistance), start, stop_x, x)
+        return squares_to_rest(cells, node_of(cells.x, release_x), stop_x, x)
 
 
 def build_site(

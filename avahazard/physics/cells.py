@@ -12,6 +12,7 @@ so little that the rest is below 1e-8 of w.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -55,13 +56,36 @@ class Cells(NamedTuple):
     curvature: float
 
 
+class _Ground(NamedTuple):
+    """What cells take from the terrain alone: at Gauss points `[n_cells, 6]` the first two."""
+
+    tangent: Floats
+    stretch: Floats
+    slope: Floats
+    dip: Floats
+    lift: Floats
+
+
+@lru_cache(maxsize=64)
+def _ground(terrain: Terrain, curvature: float) -> _Ground:
+    """The same for every resistance; of a few terrains it is kept."""
+    tangent = np.tan(terrain.gauss_theta)
+    return _Ground(
+        tangent,
+        np.hypot(1.0, tangent),
+        np.tan(terrain.theta),
+        _dip(terrain),
+        _lift(terrain, curvature),
+    )
+
+
 def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     """Series of A and B in every cell (module docstring), with the geometry at its ends."""
+    ground = _ground(terrain, float(resistance.curvature))
     turn = resistance.curvature * (terrain.theta[1:, None] - terrain.gauss_theta)
     left = terrain.s[1:, None] - terrain.gauss_s
     damped = terrain.weight * np.exp(-2.0 * resistance.drag[:, None] * left)
-    tangent = np.tan(terrain.gauss_theta)
-    pull = 2.0 * GRAVITY * tangent - 2.0 * resistance.constant[:, None] * np.hypot(1.0, tangent)
+    pull = 2.0 * GRAVITY * ground.tangent - 2.0 * resistance.constant[:, None] * ground.stretch
     drive = np.zeros((terrain.n_cells, ORDER + 1))
     power = damped
     for k in range(ORDER):
@@ -85,12 +109,11 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     # Tables at their neutral values must give the base model to the last bit.
     speed_resists = bool(np.any(speed_constant != 0.0))
     speed_dependent = bool(np.any(speed_factor != 1.0)) or speed_resists
-    slope = np.tan(terrain.theta)
     return Cells(
         x=terrain.x,
         y=terrain.y,
-        slope=slope,
-        steepening=terrain.bend * (1.0 + slope**2),
+        slope=ground.slope,
+        steepening=terrain.bend * (1.0 + ground.slope**2),
         bend=terrain.bend,
         growth=growth,
         drive=drive,
@@ -98,8 +121,8 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
         offset=resistance.offset,
         constant=resistance.constant,
         drag=resistance.drag,
-        dip=_dip(terrain),
-        lift=_lift(terrain, resistance.curvature),
+        dip=ground.dip,
+        lift=ground.lift,
         length=length,
         speed_factor=speed_factor,
         speed_constant=speed_constant,

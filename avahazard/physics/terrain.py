@@ -53,10 +53,15 @@ class Terrain:
 
     def node(self, x: float) -> int:
         """Index of the node at x, one of the breaks that the cells were built with."""
-        i = int(np.searchsorted(self.x, x))
-        if i == len(self.x) or self.x[i] != x:
-            raise ValueError(f"x = {x} is not a node of the terrain")
-        return i
+        return node_of(self.x, x)
+
+
+def node_of(nodes: Floats, x: float) -> int:
+    """Index of x among the nodes of a terrain, one of which it is."""
+    i = int(np.searchsorted(nodes, x))
+    if i == len(nodes) or nodes[i] != x:
+        raise ValueError(f"x = {x} is not a node of the terrain")
+    return i
 
 
 def build_terrain(

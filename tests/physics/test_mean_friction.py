@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.physics.block import run
-from avahazard.physics.cells import build_cells
+from avahazard.physics.cells import Cells, build_cells
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.mean_friction import TRIED, carried, squares_to_rest
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
@@ -49,6 +49,29 @@ def test_without_curvature_it_is_the_energy_line() -> None:
     expected = 2.0 * GRAVITY * (fall - friction * (x - RELEASE_M))
     found = squares_to_rest(cells, start, stop, x)
     np.testing.assert_allclose(found, expected, atol=0.01 * np.max(np.abs(expected)))
+
+
+def naive_carried(cells: Cells, start: int, mu: np.ndarray) -> np.ndarray:
+    """One cell after the other, by the series in powers of friction."""
+    square = [np.zeros(len(mu))]
+    powers = np.arange(cells.growth.shape[1])
+    for i in range(start, len(cells.length)):
+        moving = np.maximum(square[-1], 0.0)
+        friction = mu * cells.factor[i] * np.interp(np.sqrt(moving), SPEEDS, cells.speed_factor)
+        term = (friction + cells.offset[i])[:, None] ** powers
+        push = 2.0 * np.interp(np.sqrt(moving), SPEEDS, cells.speed_constant) * cells.length[i]
+        step = (term @ cells.growth[i] - 1.0) * moving + term @ cells.drive[i] - push
+        square.append(square[-1] + step)
+    return np.array(square)
+
+
+@pytest.mark.parametrize("name", ["plain", "drag", "by speed"])
+def test_it_is_carried_on_as_its_slow_twin(name: str) -> None:
+    terrain = terrain_of(bowl())
+    cells = build_cells(terrain, resistances(terrain)[name])
+    start = terrain.node(RELEASE_M)
+    expected = naive_carried(cells, start, TRIED)
+    np.testing.assert_allclose(carried(cells, start, TRIED), expected, rtol=1e-9, atol=1e-6)
 
 
 def test_it_is_carried_on_past_its_stop() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
@@ -73,10 +73,7 @@ def with_nuisances_granted(
     while asked:
         too_many += [k for k in asked if _n_crossed(observations, base, k, own) > MOST_CROSSED]
         asked = [k for k in asked if k not in too_many]
-        tried = {
-            key: refit(observations, base.specification, base.facts, (key,), own, base)
-            for key in asked
-        }
+        tried = refit_each(observations, asked, own, base)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in tried.items()}
         asked = [key for key, gain in gains.items() if gain > ASKED_FOR]
         if asked:

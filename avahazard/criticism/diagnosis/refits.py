@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -91,21 +91,33 @@ def refit_each(
     effects: Sequence[str],
     own: Sequence[Definition],
     base: Refit,
-    progress: Callable[[float], None],
+    progress: Callable[[float], None] = lambda _share: None,
 ) -> dict[str, Refit]:
     """The base model with each effect by itself, fitted in full."""
+    asked = [(0, key) for key in effects]
     fits: dict[str, Refit] = {}
-    for key, fit in zip(
-        effects, spread_map(_refit_with, (observations, own, base), effects), strict=True
-    ):
+    for key, fit in zip(effects, refit_side_by_side(observations, own, [base], asked), strict=True):
         fits[key] = fit
         progress(len(fits) / len(effects))
     return fits
 
 
-def _refit_with(shared: tuple[Observations, Sequence[Definition], Refit], key: str) -> Refit:
-    observations, own, base = shared
-    return refit(observations, base.specification, base.facts, (key,), own, base)
+def refit_side_by_side(
+    observations: Observations,
+    own: Sequence[Definition],
+    starts: Sequence[Refit],
+    asked: Sequence[tuple[int, str]],
+) -> Iterator[Refit]:
+    """Of each (start, effect) asked for, that start's model with the effect, fitted in full."""
+    return spread_map(_refit_with, (observations, own, starts), asked)
+
+
+def _refit_with(
+    shared: tuple[Observations, Sequence[Definition], Sequence[Refit]], asked: tuple[int, str]
+) -> Refit:
+    observations, own, starts = shared
+    start, key = starts[asked[0]], asked[1]
+    return refit(observations, start.specification, start.facts, (key,), own, start)
 
 
 def without_groups(

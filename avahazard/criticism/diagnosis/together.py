@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import force_witness
-from avahazard.criticism.diagnosis.refits import Refit, refit, without_groups
+from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each, without_groups
 from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL
@@ -64,7 +64,7 @@ def needed_beside(
         gains = gains_beside(bare, u, spreads, entries)
         p_values = {key: screening.chance.family_wise(key, gain) for key, gain in gains.items()}
         tried = sorted((k for k in gains if p_values[k] <= LEVEL), key=lambda k: -gains[k])[:TRIED]
-        wider = {k: _with(observations, own, fit, (k,)) for k in tried}
+        wider = refit_each(observations, tried, own, fit)
         best = max(tried, key=lambda k: wider[k].evidence, default=None)
         if best is None or not _is_needed(own, fit, wider[best], (best,)):
             break
@@ -84,7 +84,7 @@ def masked_pair(
     test = screening.pair
     if test is None or test.p_value > PAIR_LEVEL:
         return None
-    singles = {k: _with(observations, own, base, (k,)) for k in test.keys}
+    singles = refit_each(observations, test.keys, own, base)
     both = _with(observations, own, base, test.keys)
     alone = max((base, *singles.values()), key=lambda fit: fit.evidence)
     if not _is_needed(own, alone, both, test.keys):

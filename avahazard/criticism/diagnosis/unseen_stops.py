@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.diagnosis.refits import Refit, refit_side_by_side
 from avahazard.criticism.diagnosis.verdict import least_evidence
 from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition
@@ -31,11 +31,8 @@ def by_what_is_seen(
     if effect is None or effect.motion is None or not sight:
         return None
     key = sight[0]
-    alone = fits.get(key) or _with(observations, own, base, key)
-    both = _with(observations, own, fits[leader], key)
+    asked = [(1, key)] if key in fits else [(1, key), (0, key)]
+    both, *found = refit_side_by_side(observations, own, [base, fits[leader]], asked)
+    (alone,) = found or [fits[key]]
     needed = least_evidence(find_definition(leader, own))
     return None if both.evidence - alone.evidence > needed else key
-
-
-def _with(observations: Observations, own: Sequence[Definition], start: Refit, key: str) -> Refit:
-    return refit(observations, start.specification, start.facts, (key,), own, start)

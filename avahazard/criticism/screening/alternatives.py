@@ -20,11 +20,12 @@ from avahazard.criticism.screening.other_designs import (
     volume_error_designs,
     with_columns,
 )
-from avahazard.criticism.screening.tables import Tables, make_tables
+from avahazard.criticism.screening.tables import Tables, make_tables, with_scatter
 from avahazard.effects.effect import Definition, Effect
 from avahazard.inference.fitting.mode_search import thinned
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import BlockRuns, predict_records
+from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
+from avahazard.inference.likelihood.stops_asked import stops_asked
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.specification import Specification
 
@@ -76,10 +77,12 @@ def alternatives_of(
     coefficients: Floats,
     track_scatter: float,
     runs: BlockRuns,
+    near: bool,
 ) -> list[Spelled]:
     """Every value of one candidate that the screening tries.
 
-    What needs tables of its own is spelled out when it is asked for.
+    What needs tables of its own is spelled out when it is asked for; these are right `near` the
+    records alone, or all over.
     """
     setting, key = definition.changes, definition.key
     if setting is None:
@@ -91,7 +94,7 @@ def alternatives_of(
         if effect.volume_scale is not None:
             read = volume_error_designs(effect, posterior, u, design)
             return [AtHand([Alternative(key, base, other, prior) for other, prior in read])]
-        return _tabulated(effect, posterior, u, design, track_scatter, runs)
+        return _tabulated(effect, posterior, u, design, track_scatter, runs, near)
     if setting.field == "law":
         mine = posterior.specification.law
         names = [name for name, item in LAWS.items() if name != mine and item.uses_volume]
@@ -135,10 +138,12 @@ def _tabulated(
     design: Design,
     track_scatter: float,
     runs: BlockRuns,
+    near: bool,
 ) -> list[Spelled]:
     """An effect on the motion or on the record: tables for each value that is tried."""
+    told = posterior, u, design, track_scatter, runs, near
     return [
-        partial(_tabulated_at, effect, values, log_prior, posterior, u, design, track_scatter, runs)
+        partial(_tabulated_at, effect, values, log_prior, *told)
         for values, log_prior in _values_tried(effect)
     ]
 
@@ -152,21 +157,23 @@ def _tabulated_at(
     design: Design,
     track_scatter: float,
     runs: BlockRuns,
+    near: bool,
 ) -> list[Alternative]:
     observations = posterior.observations
     limit = observations.limit
     if effect.limit is not None:
         limit = effect.limit(observations.columns, values)
-    predicted = predict_records(
-        observations,
-        (*posterior.effects, effect),
-        {**posterior.layout.effect_values(u), effect.key: values},
-        float(posterior.specification.centrifugal),
-        runs if effect.motion is None else None,
-    )
+    effects = (*posterior.effects, effect)
+    all_values = {**posterior.layout.effect_values(u), effect.key: values}
+    curvature = float(posterior.specification.centrifugal)
+    if effect.motion is not None:
+        asked = stops_asked(observations, effects, all_values) if near else None
+        runs = run_blocks(observations, effects, all_values, curvature, asked)
+    predicted = predict_records(observations, effects, all_values, curvature, runs)
     margin = float(values[0]) if effect.limit is not None else None
     shares = SPEED_SHARES if observations.speeds else (1.0,)
-    tables = [make_tables(observations, predicted, limit, s * track_scatter) for s in shares]
+    whole = make_tables(observations, predicted, limit, track_scatter)
+    tables = [with_scatter(whole, share * track_scatter) for share in shares]
     return [Alternative(effect.key, each, design, log_prior, margin) for each in tables]
 
 

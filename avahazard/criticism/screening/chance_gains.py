@@ -114,6 +114,7 @@ def _made_world(tested: TestedModel, seed: int, world: int) -> _World:
             tested.track_scatter,
             rng,
             tested.broken,
+            tested.square,
         )
 
     tau = spreads.drawn(rng)

@@ -19,7 +19,7 @@ from avahazard.criticism.screening.masked_pairs import (
 )
 from avahazard.criticism.screening.moments_of_worlds import moments_of, sight_edges
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
-from avahazard.criticism.screening.record_moments import RecordMoments
+from avahazard.criticism.screening.record_moments import NOTHING, RecordMoments
 from avahazard.criticism.screening.tables import Tables
 from avahazard.inference.model.observations import Observations
 from avahazard.workers import ordered_map
@@ -80,10 +80,12 @@ class Gains:
     ) -> float:
         """The largest gain of these on one world."""
         moments, fit = reference
-        gains = []
+        gains, tables = [], self.base
         for alternative in alternatives:
-            if alternative.tables is not self.base:
-                moments = moments_of(alternative.tables, measured)
+            if alternative.tables is not tables:
+                alike = alternative.tables.record is tables.record
+                tables = alternative.tables
+                moments = moments_of(tables, measured, moments if alike else NOTHING)
             found = self._from_reference(alternative, moments, measured, fit)
             gains.append(found.log_likelihood + alternative.log_prior - fit.log_likelihood)
         return max(gains)

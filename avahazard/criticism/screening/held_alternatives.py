@@ -41,7 +41,8 @@ class HeldAlternatives:
         return len(self._held) == len(self._spelled)
 
     def _kept(self, k: int, made: list[Alternative]) -> list[Alternative]:
-        size = sum(_bytes(a.tables) for a in made if a.tables is not self._base)
+        own = {id(a.tables.record): a.tables for a in made if a.tables is not self._base}
+        size = sum(map(_bytes, own.values()))
         if size <= self._room:
             self._room -= size
             self._held[k] = made

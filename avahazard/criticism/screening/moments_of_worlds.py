@@ -7,7 +7,7 @@ import numpy as np
 from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
-from avahazard.criticism.screening.record_moments import RecordMoments, record_moments
+from avahazard.criticism.screening.record_moments import NOTHING, RecordMoments, record_moments
 from avahazard.criticism.screening.tables import LOG_MU, Tables
 from avahazard.inference.model.observations import PLACE, Observations
 
@@ -47,6 +47,7 @@ def sight_edges(
         LOG_MU,
         silent,
         measured.tracks,
+        NOTHING,
     )
     return alternative.tables.edges._replace(
         seen=place.mean,
@@ -55,8 +56,13 @@ def sight_edges(
     )
 
 
-def moments_of(tables: Tables, measured: BootstrapRecords) -> RecordMoments:
-    """RecordMoments of one world under one set of tables."""
+def moments_of(
+    tables: Tables, measured: BootstrapRecords, known: RecordMoments = NOTHING
+) -> RecordMoments:
+    """RecordMoments of one world under one set of tables.
+
+    They are `known` where these differ by the scatter along tracks alone, but for speeds.
+    """
     moments: RecordMoments = record_moments(
         tables.record,
         tables.bounds,
@@ -68,5 +74,6 @@ def moments_of(tables: Tables, measured: BootstrapRecords) -> RecordMoments:
         LOG_MU,
         tables.speeds,
         measured.tracks,
+        known,
     )
     return moments

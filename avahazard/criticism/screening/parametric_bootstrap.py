@@ -64,12 +64,14 @@ def make_world(
     track_scatter: float,
     rng: np.random.Generator,
     broken: NDArray[np.bool_] | None = None,
+    square: Sequence[Floats] | None = None,
 ) -> BootstrapRecords:
     """Records of the same events in a world where the model at u is true.
 
     Groups have offsets of spreads `tau` `[n_groupings]`; where a limit of sight stands, events are
     drawn again until they are seen. With Student's tails a record is wrong here as likely as it is
-    in truth. `broken` as in `look_up`.
+    in truth. `broken` as in `look_up`; `square` is u² of each track, `[n_friction, n_speeds]`.
+    Both are found where they are not given.
     """
     observations = posterior.observations
     shift = plan.shift(tau[plan.of] * rng.standard_normal(len(plan.of)))
@@ -89,10 +91,12 @@ def make_world(
         x = np.where(hidden, fresh[1], x)
         elevation = np.where(hidden, fresh[2], elevation)
         left = np.where(hidden, fresh[3], left)
+    if square is None:
+        square = [squares(table) for table in predicted.speeds]
     tracks = _tracks(
         [
-            _measured(m, squares(table), friction[m.event], x[m.event], track_scatter, rng)
-            for m, table in zip(observations.speeds, predicted.speeds, strict=True)
+            _measured(m, table, friction[m.event], x[m.event], track_scatter, rng)
+            for m, table in zip(observations.speeds, square, strict=True)
         ]
     )
     if posterior.specification.tails == "student":

@@ -30,11 +30,15 @@ class RecordMoments(NamedTuple):
     log_mass: Floats
 
 
+NOTHING = RecordMoments(np.empty(0), np.empty(0), np.empty(0))
+"""Moments of no events."""
+
+
 @kernel
 def record_moments(  # type: ignore[no-untyped-def]
-    record, bounds, last_left, height, observed, sigma, left, log_mu, speed_grid, tracks
+    record, bounds, last_left, height, observed, sigma, left, log_mu, speed_grid, tracks, known
 ):
-    """RecordMoments of all events.
+    """RecordMoments of all events; those without speeds are taken from `known`, if not empty.
 
     `record` `[n_events, n_friction]` is what would be recorded, `bounds` its `record_bounds`,
     `height` `[n_events]` the height of fall of events without a profile (else nan),
@@ -53,6 +57,9 @@ def record_moments(  # type: ignore[no-untyped-def]
         row = speed_grid.row[i]
         if row >= 0 and tracks.places[row] == 0:
             row = -1
+        if row < 0 and len(known.mean):
+            mean[i], variance[i], log_mass[i] = known.mean[i], known.variance[i], known.log_mass[i]
+            continue
         if left[i] and row < 0:
             continue
         if left[i]:

@@ -49,7 +49,7 @@ def screen(
     (the sequential test of Besag and Clifford 1991, whose p-values stay valid). Equal seeds give
     equal results for any number of workers.
     """
-    tested = tested_model(posterior, u, spreads, candidates)
+    tested = tested_model(posterior, u, spreads, candidates, records_alone=False)
     looked: list[WorldGains] = []
     found = None
     while found is None or (found.n_worlds < n_worlds and not _enough(found, n_worlds)):
@@ -98,7 +98,7 @@ def gains_beside(
 
     Arguments as in `screen`.
     """
-    tested = tested_model(posterior, u, spreads, candidates)
+    tested = tested_model(posterior, u, spreads, candidates, records_alone=True)
     records = real_world(posterior)
     (gains,) = tested.gains.of_candidates([records], [tested.gains.reference(records)])
     return {c.key: float(gain) for c, gain in zip(candidates, gains, strict=True)}

@@ -13,8 +13,13 @@ from avahazard.kernels import kernel
 
 SPEED_PIECES = 4
 """Parts of a cell of frictions where speeds tell them apart."""
-DEPTH = 40.0
-"""Frictions whose log density is that much below the best are left out."""
+DEPTH = 20.0
+"""Frictions whose log density is that much below the best are left out: means and variances, which
+is all that is asked for, have nothing of them."""
+BESIDE = 10.0
+"""A cell is passed over where both its ends are that much deeper still."""
+AHEAD = 8
+"""Every so many cells one point is tried first, so that most others are known to be out of it."""
 
 
 class SpeedGrid(NamedTuple):
@@ -56,7 +61,7 @@ def stop_points(  # type: ignore[no-untyped-def]
     `errors` are the measured speeds of the event as `speed_errors.whitening` gives them.
     """
     count = 0
-    best = -np.inf
+    best = _some_point(record, first, observed, sigma, log_mu, speed_grid, row, errors, misfit)
     scale = 1.0 / sigma
     for stretch in range(first // STRETCH, len(bounds)):
         if bounds[stretch, 0] - observed > REACH * sigma:
@@ -71,6 +76,13 @@ def stop_points(  # type: ignore[no-untyped-def]
             if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
                 continue
             width = log_mu[j + 1] - log_mu[j]
+            nearest = 0.0 if z0 * z1 < 0.0 else min(abs(z0), abs(z1))
+            room = np.log(width) - 0.5 * nearest * nearest - best + DEPTH + BESIDE
+            if (
+                _speed_log(speed_grid, row, errors, float(j), misfit, room) == -np.inf
+                and _speed_log(speed_grid, row, errors, float(j + 1), misfit, room) == -np.inf
+            ):
+                continue
             # Only the part of the cell within reach counts.
             t_low, t_high = within_reach(z0, z1)
             pieces = max(int(abs(z1 - z0) * (t_high - t_low)) + 1, SPEED_PIECES)
@@ -90,6 +102,21 @@ def stop_points(  # type: ignore[no-untyped-def]
                 best = max(best, logs[count])
                 count += 1
     return count
+
+
+@kernel(inner=True)
+def _some_point(record, first, observed, sigma, log_mu, speed_grid, row, errors, misfit):  # type: ignore[no-untyped-def]
+    """Log mass of the likeliest of a few points of `stop_points`, -inf if there is none."""
+    best = -np.inf
+    for j in range(first, len(record) - 1, AHEAD):
+        z = (record[j] - observed) / sigma
+        if abs(z) < REACH:
+            step = (log_mu[j + 1] - log_mu[j]) / SPEED_PIECES
+            log_mass = np.log(step) - 0.5 * z * z
+            room = log_mass - best + DEPTH
+            best = max(best, log_mass + _speed_log(speed_grid, row, errors, float(j), misfit, room))
+    # A point beside it must not be lost for it.
+    return best - 0.5 * DEPTH
 
 
 @kernel(inner=True)

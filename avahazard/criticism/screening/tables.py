@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +74,11 @@ def make_tables(
         edges=Edges(leave, predicted.leaving_sigma, seen, seen_sd, has_limit),
         speeds=_speed_grid(observations, predicted, track_scatter),
     )
+
+
+def with_scatter(tables: Tables, track_scatter: float) -> Tables:
+    """The same with another scatter of friction along tracks; arrays are shared."""
+    return replace(tables, speeds=tables.speeds._replace(scatter=float(track_scatter)))
 
 
 def _speed_grid(observations: Observations, predicted: Predicted, scatter: float) -> SpeedGrid:

@@ -20,6 +20,8 @@ from avahazard.criticism.screening.tables import make_tables
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, predict_records, run_blocks
+from avahazard.inference.likelihood.speed_nodes import squares
+from avahazard.inference.likelihood.stops_asked import sight_is_limited
 from avahazard.physics.runout_curve import RunoutCurve
 
 CURVES = 500
@@ -31,7 +33,7 @@ class TestedModel:
     """A model at its mode `u`, what it predicts, and the gains of every candidate on any records.
 
     `without` `[n_groupings]` are the designs that grant all groupings but one, `broken`
-    `[n_events, n_friction - 1]` the cells over which F jumps.
+    `[n_events, n_friction - 1]` the cells over which F jumps, `square` the u² of each track.
     """
 
     posterior: Posterior
@@ -40,6 +42,7 @@ class TestedModel:
     track_scatter: float
     predicted: Predicted
     broken: NDArray[np.bool_]
+    square: tuple[Floats, ...]
     gains: Gains
     without: tuple[Design, ...]
 
@@ -49,9 +52,15 @@ def tested_model(
     u: Floats,
     spreads: GroupSpreads,
     candidates: Sequence[Definition],
+    records_alone: bool,
 ) -> TestedModel:
-    """The model's tables and design, and each candidate spelled out."""
+    """The model's tables and design, and each candidate spelled out.
+
+    Where the `records_alone` are to be looked at, and no made worlds, blocks that candidates move
+    are run near these only.
+    """
     observations, layout = posterior.observations, posterior.layout
+    near = records_alone and not sight_is_limited(observations, posterior.effects)
     track_scatter = 0.0 if layout.track_scatter is None else float(np.exp(u[layout.track_scatter]))
     values, curvature = layout.effect_values(u), float(posterior.specification.centrifugal)
     runs = run_blocks(observations, posterior.effects, values, curvature)
@@ -63,7 +72,7 @@ def tested_model(
         spell
         for entry in candidates
         for spell in alternatives_of(
-            entry, posterior, u, base, design, coefficients, track_scatter, runs
+            entry, posterior, u, base, design, coefficients, track_scatter, runs, near
         )
     ]
     keys = [c.key for c in candidates]
@@ -85,8 +94,10 @@ def tested_model(
         base_design(posterior, u, spreads.plan.without((key,)), np.delete(spreads.scale, g))
         for g, key in enumerate(spreads.plan.keys)
     )
-    broken = _broken(predicted.curve)
-    return TestedModel(posterior, u, spreads, track_scatter, predicted, broken, gains, without)
+    broken, square = _broken(predicted.curve), tuple(map(squares, predicted.speeds))
+    return TestedModel(
+        posterior, u, spreads, track_scatter, predicted, broken, square, gains, without
+    )
 
 
 def _broken(curve: RunoutCurve) -> NDArray[np.bool_]:

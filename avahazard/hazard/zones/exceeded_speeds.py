@@ -43,14 +43,13 @@ def _squares(avalanches: Avalanches, group: int, x: Floats) -> Floats:
     For each class and friction of `MU`, those of the block where it is then.
     """
     kinds: dict[tuple[int, float], Floats] = {}
+    cells = avalanches.site.cells(avalanches.resistances[group])
     for release, ahead in zip(avalanches.release, avalanches.ahead[group], strict=True):
         kind = (int(release), float(ahead))
         if kind not in kinds:
             release_x = float(avalanches.site.release_x[release])
             place = _behind(avalanches.site, x, float(ahead))
-            kinds[kind] = (
-                avalanches.site.speeds(avalanches.resistances[group], release_x, place).T ** 2
-            )
+            kinds[kind] = avalanches.site.speeds(cells, release_x, place).T ** 2
     squares = [
         kinds[int(release), float(ahead)]
         for release, ahead in zip(avalanches.release, avalanches.ahead[group], strict=True)

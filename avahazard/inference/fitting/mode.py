@@ -17,6 +17,8 @@ Indices = NDArray[np.int64]
 
 STEP, GRADIENT_STEP = 1e-3, 1e-6
 """Steps of the differences for curvature and gradient, in coordinates of order one."""
+FALL = 0.5
+"""Fall of the log density (nats) over which curvature is taken where grids are blended."""
 STEEPEST = 1e100
 """Slope (nats a unit) whose square a climb can bear: volumes off any scale have steeper ones."""
 ITERATIONS = 200
@@ -139,7 +141,8 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     low, high = posterior.layout.low, posterior.layout.high
     unit = units(posterior)
     centre = np.clip(u, low + 2 * STEP * unit, high - 2 * STEP * unit)
-    steps = STEP * np.diag(unit)
+    step = _steps(posterior, centre, unit)
+    steps = np.diag(step * unit)
     i, j = np.triu_indices(n, 1)
     moves = np.concatenate([np.zeros((1, n)), steps, -steps, steps[i] + steps[j]])
     moves = np.concatenate([moves, -steps[i] - steps[j]])
@@ -149,13 +152,34 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     hessian = np.diag(alone - 2.0 * middle)
     # Both steps forwards and both back, less the steps by themselves.
     hessian[i, j] = hessian[j, i] = 0.5 * (forth + back - alone[i] - alone[j]) + middle
-    hessian /= STEP * STEP
+    hessian /= np.outer(step, step)
     values, vectors = np.linalg.eigh(hessian)
     if values[0] < LEAST_CURVATURE:
         # Against a bound the density need not bend down, but falls as an exponential, whose
         # standard deviation is one over its rate.
         against = (u < low + 2 * STEP * unit) | (u > high - 2 * STEP * unit)
-        rate = (ahead - behind) / (2.0 * STEP)
+        rate = (ahead - behind) / (2.0 * step)
         values, vectors = np.linalg.eigh(hessian + np.diag(np.where(against, rate**2, 0.0)))
     values = np.clip(values, LEAST_CURVATURE, 1e8)
     return np.asarray(np.outer(unit, unit) * ((vectors / values) @ vectors.T))
+
+
+def _steps(posterior: Posterior, centre: Floats, unit: Floats) -> Floats:
+    """Steps in units `[n_slots]` over which the curvature is taken: `STEP`, or until it shows.
+
+    Along parameters that shape the tables the density is a blend, with a bend at each grid point:
+    there a step goes on until the density falls by `FALL`, as far as there is room.
+    """
+    step = np.full(len(centre), STEP)
+    low, high = posterior.layout.low, posterior.layout.high
+    room = np.minimum(centre - low, high - centre) / unit
+    here = costs(posterior, centre[None])[0]
+    for k in [k for k, slot in enumerate(posterior.layout.slots) if slot.grid]:
+        longest = max(float(room[k]), STEP)
+        while step[k] < longest:
+            both = np.tile(centre, (2, 1))
+            both[:, k] += np.array([1.0, -1.0]) * step[k] * unit[k]
+            if np.mean(costs(posterior, both)) - here >= FALL:
+                break
+            step[k] = min(2.0 * step[k], longest)
+    return step

@@ -8,11 +8,12 @@ the spot would give. So it is held against these at the mode.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.fitting.mode import Mode, covariance_at, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import build_layout
 
@@ -36,12 +37,15 @@ def settled(posterior: Posterior, mode: Mode) -> tuple[Posterior, Mode]:
     stay as they are. After `MAX_SPLITS` it is left at what it is: on terrain with steps the
     likelihood itself may be rough.
     """
+    given = mode
     for _ in range(MAX_SPLITS):
         exact = posterior.exact_log_likelihood(mode.u)
         if abs(posterior.log_likelihood(mode.u) - exact) <= TOLERANCE:
             break
         posterior = _split(posterior, mode.u, _too_coarse(posterior, mode.u, exact))
-        mode = find_mode(posterior, mode.u)
+        mode = find_mode(posterior, mode.u, given.covariance)
+    if mode is not given:
+        mode = replace(mode, covariance=covariance_at(posterior, mode.u))
     return posterior, mode
 
 

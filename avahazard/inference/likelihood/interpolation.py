@@ -82,45 +82,83 @@ def _is_used(used: Ints) -> NDArray[np.bool_]:
     return np.asarray(np.arange(np.max(used, initial=0)) < used[:, None])
 
 
-def stack(nodes: Sequence[Nodes]) -> Nodes:
-    """Packed nodes of several grid points, every array with these as its first axis."""
-    return Nodes(*(np.stack(arrays) for arrays in zip(*nodes, strict=True)))
+class Corners(NamedTuple):
+    """Packed `nodes` of several grid points, every array with these as its first axis.
+
+    `mean` `[n_corners, n_events]` is the mean place of each event's nodes.
+    """
+
+    nodes: Nodes
+    mean: Floats
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of all arrays."""
+        return self.mean.nbytes + sum(part.nbytes for part in self.nodes)
 
 
-def interpolated(cubic: Floats, linear: Floats, corners: Nodes) -> Nodes:
-    """Nodes at a place between the packed `corners`, with weights `[n_corners]` of each."""
-    plain, used = corners.is_probability[0], corners.used[0]
-    place, weight = _mix(cubic, linear, corners.place, corners.weight, plain, used)
+def stack(nodes: Sequence[Nodes]) -> Corners:
+    """Packed nodes of several grid points side by side."""
+    whole = Nodes(*(np.stack(arrays) for arrays in zip(*nodes, strict=True)))
+    return Corners(whole, _means(whole.place, whole.weight, whole.used[0]))
+
+
+def interpolated(cubic: Floats, linear: Floats, corners: Corners) -> Nodes:
+    """Nodes at a place between the `corners`, with weights `[n_corners]` of each."""
+    nodes = corners.nodes
+    plain, used = nodes.is_probability[0], nodes.used[0]
+    # Most corners have a part in means alone.
+    near = np.flatnonzero(linear)
+    share = linear[near]
+    about = np.where(plain, 0.0, corners.mean[near])
+    mean = np.where(plain, 0.0, cubic @ corners.mean)
+    place, weight = _mix(share, near, nodes.place, nodes.weight, about, mean, used)
     seen_place, seen_weight = np.zeros_like(place), np.zeros_like(place)
-    has_limit = np.any(corners.has_limit, axis=0)
+    has_limit = np.any(nodes.has_limit, axis=0)
     if has_limit.any():
+        nothing = np.zeros_like(about), np.zeros_like(mean)
         seen_place, seen_weight = _mix(
-            linear, linear, corners.seen_place, corners.seen_weight, np.ones_like(plain), used
+            share, near, nodes.seen_place, nodes.seen_weight, *nothing, used
         )
     return Nodes(
         place=place,
         weight=weight,
         used=used,
-        tail_place=corners.tail_place[0],
-        tail=np.tensordot(linear, corners.tail, 1),
-        log_scale=cubic @ corners.log_scale,
+        tail_place=nodes.tail_place[0],
+        tail=np.tensordot(share, nodes.tail[near], 1),
+        log_scale=cubic @ nodes.log_scale,
         is_probability=plain,
-        floor=linear @ corners.floor,
+        floor=share @ nodes.floor[near],
         seen_place=seen_place,
         seen_weight=seen_weight,
-        seen_floor=linear @ corners.seen_floor,
+        seen_floor=share @ nodes.seen_floor[near],
         has_limit=has_limit,
-        log_wrong=corners.log_wrong[0],
+        log_wrong=nodes.log_wrong[0],
     )
 
 
 @kernel
-def _mix(cubic, linear, places, weights, plain, used):  # type: ignore[no-untyped-def]
-    """Means by cubic weights, shapes about them by linear ones (`plain`: shapes alone).
+def _means(places, weights, used):  # type: ignore[no-untyped-def]
+    """Mean place of each event's nodes, packed `[n_corners, n_used]`: `[n_corners, n_events]`."""
+    n_corners, n = len(places), len(used)
+    means = np.zeros((n_corners, n))
+    for c in range(n_corners):
+        k = 0
+        for i in range(n):
+            for _ in range(used[i]):
+                means[c, i] += places[c, k] * weights[c, k]
+                k += 1
+    return means
 
-    Of packed `places` and `weights` `[n_corners, n_used]`; `[n_events, n_nodes]` of both.
+
+@kernel
+def _mix(share, near, places, weights, about, mean, used):  # type: ignore[no-untyped-def]
+    """Shapes of the corners `near`, mixed by their `share`, about the `mean` `[n_events]`.
+
+    Those of packed `places` and `weights` `[n_corners, n_used]` are `about` `[n_near, n_events]`.
+    Returns `[n_events, n_nodes]` of both.
     """
-    n_corners, n = len(cubic), len(used)
+    n = len(used)
     n_nodes = 0
     for i in range(n):
         n_nodes = max(n_nodes, used[i])
@@ -129,20 +167,13 @@ def _mix(cubic, linear, places, weights, plain, used):  # type: ignore[no-untype
     end = 0
     for i in range(n):
         first, end = end, end + used[i]
-        mean = 0.0
-        means = np.zeros(n_corners)
-        if not plain[i]:
-            for c in range(n_corners):
-                for k in range(first, end):
-                    means[c] += places[c, k] * weights[c, k]
-                mean += cubic[c] * means[c]
         for k in range(first, end):
             total, size, moment = 0.0, 0.0, 0.0
-            for c in range(n_corners):
-                share = linear[c] * weights[c, k]
-                total += share
-                size += abs(share)
-                moment += abs(share) * (places[c, k] - means[c])
+            for c in range(len(near)):
+                part = share[c] * weights[near[c], k]
+                total += part
+                size += abs(part)
+                moment += abs(part) * (places[near[c], k] - about[c, i])
             weight[i, k - first] = total
-            place[i, k - first] = mean + (moment / size if size > 0.0 else 0.0)
+            place[i, k - first] = mean[i] + (moment / size if size > 0.0 else 0.0)
     return place, weight

@@ -11,6 +11,7 @@ import numpy as np
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.interpolation import (
+    Corners,
     interpolated,
     line_weights,
     packed,
@@ -22,7 +23,7 @@ from avahazard.inference.likelihood.nodes import (
     build_nodes,
     needed_panels,
     record_nodes,
-    speed_nodes,
+    with_tracks,
 )
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
@@ -31,14 +32,23 @@ from avahazard.inference.likelihood.predicted import (
     predict_records,
     run_blocks,
 )
+from avahazard.inference.likelihood.speed_nodes import TrackTables, track_nodes, track_tables
+from avahazard.inference.likelihood.stops_asked import sight_is_limited, stops_asked
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
+from avahazard.physics.near_stops import Asked
 from avahazard.physics.runout_curve import MU
 
 KEPT_STACKS, KEPT_RUNS = 64, 64
 """Neighbourhoods of grid points whose nodes are kept side by side, and runs of the block (several
 MB each)."""
+KEPT_BETWEEN = 4
+"""Places between grid points whose nodes are kept."""
+KEPT_PLACES = 512
+"""Places of the grids for which it is kept what is known before scatters along tracks."""
+KEPT_ASKED = 16
+"""Values of effects on the record for which it is kept where blocks must stop."""
 MOST_BYTES, LEAST_KEPT = 64_000_000, 2
 """Memory of what is kept of each of these two, and how many are kept whatever they take."""
 NODE_BYTES = 8 * MOST_BYTES
@@ -72,17 +82,22 @@ class NodeGrid:
         self._axes = layout.tables + (
             () if layout.track_scatter is None else (layout.track_scatter,)
         )
-        self._in_sight = bool(np.all(np.isnan(observations.limit))) and not any(
-            e.limit for e in effects
-        )
+        self._in_sight = not sight_is_limited(observations, effects)
+        # What sight is limited of is looked at over all frictions.
+        self._near = self._in_sight and any(effect.motion is not None for effect in effects)
         self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
+        self._asked: dict[tuple[bytes, ...], tuple[Asked, ...]] = {}
+        self._untracked: dict[tuple[float, ...], Nodes] = {}
+        self._track_tables: dict[tuple[bytes, ...], TrackTables] = {}
+        self._track_events = np.array([track.event for track in observations.speeds], np.int64)
+        self._packed: dict[tuple[float, ...], Nodes] = {}
         self._panels: Ints | None = None
         self._forget()
 
     def _forget(self) -> None:
-        self._packed: dict[tuple[int, ...], tuple[Nodes, ...]] = {}
+        self._between: dict[tuple[float, ...], Nodes] = {}
         self._points: dict[tuple[int, ...], Nodes] = {}
-        self._stacks: dict[tuple[tuple[int, int], ...], Nodes] = {}
+        self._stacks: dict[tuple[tuple[int, int], ...], Corners] = {}
 
     @property
     def _speed_bytes(self) -> int:
@@ -90,12 +105,18 @@ class NodeGrid:
         return 8 * len(MU) * sum(len(track.x) for track in self.observations.speeds)
 
     def forget_runs(self) -> None:
-        """Give back the memory of runs; nodes stay, others are run anew if asked."""
-        self._runs = {}
-        self._stacks = {}
+        """Give back the memory of runs; nodes on the present grids stay, others are made anew."""
+        self._runs, self._stacks, self._untracked, self._track_tables = {}, {}, {}, {}
+        grids = [set(self.layout.slots[axis].grid) for axis in self._axes]
+        self._packed = {
+            at: nodes
+            for at, nodes in self._packed.items()
+            if all(v in grid for v, grid in zip(at, grids, strict=True))
+        }
 
     def regridded(self, layout: Layout) -> NodeGrid:
-        """The same on the grids of another layout; runs of the block are shared."""
+        """The same on the grids of another layout; what is made at places of both is shared."""
+        self.panels()  # the same for both
         other = copy(self)
         other.layout = layout
         other._forget()
@@ -108,7 +129,18 @@ class NodeGrid:
 
     def at(self, u: Floats) -> Nodes:
         """Nodes at coordinates u, interpolated between those of the grid points."""
-        lines = [line_weights(self.layout.slots[a].grid, float(u[a])) for a in self._axes]
+        place = tuple(float(u[axis]) for axis in self._axes)
+        if place not in self._between:
+            made = self._at(place)
+            # Differences are taken by coordinates of which most leave the place as it is.
+            make_room(self._between, KEPT_BETWEEN)
+            self._between[place] = made
+        return self._between[place]
+
+    def _at(self, place: tuple[float, ...]) -> Nodes:
+        """The same at these coordinates of the axes."""
+        grids = [self.layout.slots[axis].grid for axis in self._axes]
+        lines = [line_weights(grid, value) for grid, value in zip(grids, place, strict=True)]
         if all(len(line.cubic) == 1 for line in lines):
             return self.point(tuple(line.first for line in lines))
         return interpolated(
@@ -117,12 +149,12 @@ class NodeGrid:
             self._corners(tuple((line.first, len(line.cubic)) for line in lines)),
         )
 
-    def _corners(self, windows: tuple[tuple[int, int], ...]) -> Nodes:
+    def _corners(self, windows: tuple[tuple[int, int], ...]) -> Corners:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""
         if windows not in self._stacks:
             ranges = [range(first, first + width) for first, width in windows]
             stacked = stack([self._of_point(index) for index in product(*ranges)])
-            make_room(self._stacks, within(KEPT_STACKS, sum(part.nbytes for part in stacked)))
+            make_room(self._stacks, within(KEPT_STACKS, stacked.nbytes))
             self._stacks[windows] = stacked
         return self._stacks[windows]
 
@@ -135,28 +167,48 @@ class NodeGrid:
         return self._points[index]
 
     def _of_point(self, index: tuple[int, ...]) -> Nodes:
-        """The same, packed and kept."""
+        """The same, packed and kept by the values of the parameters there."""
         n_tables = len(self.layout.tables)
-        key = index[:n_tables]
-        if key not in self._packed:
-            # All scatters along tracks get asked for, and the tables are too large to be kept.
-            made = self._along_tracks(key)
-            size = sum(part.nbytes for nodes in made for part in nodes)
+        at = tuple(
+            self.layout.slots[axis].grid[k] for axis, k in zip(self._axes, index, strict=True)
+        )
+        if at not in self._packed:
+            values = self._values(index[:n_tables])
+            nodes, tables = self._told(at[:n_tables], values)
+            if tables is not None:
+                scatter = float(np.exp(at[-1])) if len(at) > n_tables else 0.0
+                panels = self.panels()[self._track_events]
+                tracks = track_nodes(tables, scatter, panels, self.in_log)
+                nodes = with_tracks(nodes, self._track_events, tracks)
+            nodes = packed(nodes, self._in_sight)
+            size = sum(part.nbytes for part in nodes)
             make_room(self._packed, max(LEAST_KEPT, NODE_BYTES // max(size, 1)))
-            self._packed[key] = made
-        return self._packed[key][index[-1] if len(index) > n_tables else 0]
+            self._packed[at] = nodes
+        return self._packed[at]
 
-    def _along_tracks(self, key: tuple[int, ...]) -> tuple[Nodes, ...]:
-        """Packed nodes at one point of the tables' grids, for every scatter along tracks."""
-        values, panels = self._values(key), self.panels()
-        predicted = self.predicted(key)
-        records = record_nodes(
-            self.observations, predicted, panels, self._limit(values), self.in_log
-        )._replace(log_wrong=self._log_wrong)
-        slot = self.layout.track_scatter
-        scatters = [0.0] if slot is None else np.exp(self.layout.slots[slot].grid).tolist()
-        nodes = speed_nodes(records, self.observations, predicted, panels, scatters, self.in_log)
-        return tuple(packed(one, self._in_sight) for one in nodes)
+    def _told(self, at: tuple[float, ...], values: Values) -> tuple[Nodes, TrackTables | None]:
+        """What is known at these values of the tables' parameters before scatters along tracks.
+
+        Nodes of the events without speeds; of those with speeds, which no limit of sight moves,
+        the tables (None if there are none).
+        """
+        limits = {e.key for e in self.effects if e.limit is not None}
+        key = tuple(v.tobytes() for name, v in values.items() if name not in limits)
+        measured = len(self.observations.speeds) > 0
+        if at not in self._untracked or (measured and key not in self._track_tables):
+            predicted = self._near_records(values)
+            if measured and key not in self._track_tables:
+                tables = track_tables(self.observations, predicted)
+                make_room(self._track_tables, within(KEPT_PLACES, tables.nbytes))
+                self._track_tables[key] = tables
+            if at not in self._untracked:
+                made = record_nodes(
+                    *(self.observations, predicted, self.panels(), self._limit(values)),
+                    self.in_log,
+                )._replace(log_wrong=self._log_wrong)
+                make_room(self._untracked, within(KEPT_PLACES, sum(part.nbytes for part in made)))
+                self._untracked[at] = made
+        return self._untracked[at], self._track_tables.get(key)
 
     def panels(self) -> Ints:
         """Panels of friction for each event `[n_events]`, the same at every point of the grids.
@@ -184,11 +236,12 @@ class NodeGrid:
         if not self.varies:
             return self.point(())
         slot = self.layout.track_scatter
+        values = self.layout.effect_values(u)
         nodes = build_nodes(
             self.observations,
-            self.predicted_at(u),
+            self._near_records(values),
             0.0 if slot is None else float(np.exp(u[slot])),
-            self._limit(self.layout.effect_values(u)),
+            self._limit(values),
             self.in_log,
             self.panels(),
         )
@@ -207,6 +260,27 @@ class NodeGrid:
         moves = any(effect.motion is not None for effect in self.effects)
         runs = None if moves else self._block_runs(values)
         return predict_records(self.observations, self.effects, values, self.curvature, runs)
+
+    def _near_records(self, values: Values) -> Predicted:
+        """Tables of expected records, which nodes are made of: right near the records alone."""
+        runs = self._near_runs(values) if self._near else self._block_runs(values)
+        return predict_records(self.observations, self.effects, values, self.curvature, runs)
+
+    def _near_runs(self, values: Values) -> BlockRuns:
+        """Runs of the block near the records; not kept, as nodes are."""
+        on_record = [e for e in self.effects if e.shift or e.advance or e.record_scale]
+        key = tuple(values[e.key].tobytes() for e in on_record)
+        if key not in self._asked:
+            make_room(self._asked, KEPT_ASKED)
+            self._asked[key] = stops_asked(self.observations, self.effects, values)
+        runs = run_blocks(self.observations, self.effects, values, self.curvature, self._asked[key])
+        assert runs.middle is not None
+        # The next place is near this one, and so are its frictions.
+        self._asked[key] = tuple(
+            asked._replace(middle=middle)
+            for asked, middle in zip(self._asked[key], runs.middle, strict=True)
+        )
+        return runs
 
     def _block_runs(self, values: Values) -> BlockRuns:
         """Runs of the block, kept: effects on the record alone leave them as they are."""

@@ -15,7 +15,6 @@ w P(ν > highest).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,11 +24,10 @@ from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.node_kernels import fill_record_nodes
 from avahazard.inference.likelihood.panels import finest, n_panels
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_nodes import fill_speed_nodes, measured_speeds
+from avahazard.inference.likelihood.speed_nodes import TrackNodes, track_nodes, track_tables
 from avahazard.inference.model.observations import LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
-from avahazard.workers import ordered_map
 
 
 class Nodes(NamedTuple):
@@ -75,7 +73,12 @@ def build_nodes(
     if panels is None:
         panels = needed_panels(observations, predicted, track_scatter, in_log)
     records = record_nodes(observations, predicted, panels, limit, in_log)
-    return speed_nodes(records, observations, predicted, panels, [track_scatter], in_log)[0]
+    if not observations.speeds:
+        return records
+    events = np.array([track.event for track in observations.speeds])
+    tables = track_tables(observations, predicted)
+    tracks = track_nodes(tables, track_scatter, panels[events], in_log)
+    return with_tracks(records, events, tracks)
 
 
 def needed_panels(
@@ -122,32 +125,15 @@ def record_nodes(
     return Nodes(*built, np.full(observations.n_events, -np.inf))  # type: ignore[call-arg]
 
 
-def speed_nodes(
-    records: Nodes,
-    observations: Observations,
-    predicted: Predicted,
-    panels: Ints,
-    track_scatters: Sequence[float],
-    in_log: bool = True,
-) -> list[Nodes]:
-    """`record_nodes` with those of the events with speeds filled in, for each of the scatters."""
-    if not observations.speeds:
-        return [records] * len(track_scatters)
-    measured = measured_speeds(observations.speeds, predicted.jumped)
-    speeds = np.concatenate(predicted.speeds, axis=1)
-    left, observed_left = predicted.status == LEFT_PROFILE, observations.kind == LEFT
-
-    def filled(track_scatter: float) -> Nodes:
-        nodes = records._replace(
-            place=records.place.copy(),
-            weight=records.weight.copy(),
-            tail=records.tail.copy(),
-            log_scale=records.log_scale.copy(),
-        )
-        fill_speed_nodes(
-            *(measured, speeds, track_scatter, MU, predicted.record, left, observed_left),
-            *(observations.observed, predicted.sigma, in_log, panels, finest(in_log), nodes),
-        )
-        return nodes
-
-    return list(ordered_map(filled, track_scatters))
+def with_tracks(records: Nodes, events: Ints, tracks: TrackNodes) -> Nodes:
+    """`record_nodes` with those of the `events` `[n_tracks]` with speeds filled in."""
+    n = tracks.place.shape[1]
+    nodes = records._replace(
+        place=records.place.copy(),
+        weight=records.weight.copy(),
+        tail=records.tail.copy(),
+        log_scale=records.log_scale.copy(),
+    )
+    nodes.place[events, :n], nodes.weight[events, :n] = tracks.place, tracks.weight
+    nodes.tail[events], nodes.log_scale[events] = tracks.tail, tracks.log_scale
+    return nodes

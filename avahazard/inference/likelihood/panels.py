@@ -52,6 +52,11 @@ def n_panels(place: Floats, weight: Floats, in_log: bool) -> Ints:
     return np.maximum(panels, 1.0).astype(np.int64)
 
 
+def nodes_used(panels: Ints) -> Ints:
+    """Nodes of events with so many panels."""
+    return np.maximum(A_PANEL * panels, N_NODES)
+
+
 @kernel
 def panel_nodes(points, masses, panels, place, weight):  # type: ignore[no-untyped-def]
     """Nodes of a discrete measure, weights summing to 1: Gauss's, or two in each of many `panels`.

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
-from avahazard.effects.site import Site
+from avahazard.effects.site import ALL_FRICTIONS, Site
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
+from avahazard.physics.cells import Cells
+from avahazard.physics.near_stops import Asked
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve
 from avahazard.workers import ordered_map
@@ -82,39 +85,65 @@ def resistance_of(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockRuns:
-    """Tables of every site, and of each `SpeedRecord` what `Predicted` has of it."""
+    """Tables of every site, and of each `SpeedRecord` what `Predicted` has of it.
+
+    `middle` are, for runs near some stops, the middles of the frictions run from each release of
+    each site.
+    """
 
     tables: tuple[RunoutCurve, ...]
     speeds: tuple[Floats, ...]
     jumped: tuple[JumpedStop, ...]
+    middle: tuple[Ints, ...] | None = None
 
 
 def run_blocks(
-    observations: Observations, effects: tuple[Effect, ...], values: Values, curvature: float = 1.0
+    observations: Observations,
+    effects: tuple[Effect, ...],
+    values: Values,
+    curvature: float = 1.0,
+    asked: Sequence[Asked] | None = None,
 ) -> BlockRuns:
-    """Run every site's block; only effects on the motion matter here."""
+    """Run every site's block; only effects on the motion matter here.
+
+    With stops `asked` for from each release of each site, near these alone.
+    """
     resistances = [resistance_of(site, effects, values, curvature) for site in observations.sites]
+    cells = list(ordered_map(Site.cells, observations.sites, resistances))
+    middle = None
+    if asked is None:
+        tables = tuple(ordered_map(Site.table, observations.sites, resistances))
+        rows = [ALL_FRICTIONS] * len(observations.speeds)
+    else:
+        near = tuple(ordered_map(Site.table_near, observations.sites, cells, asked))
+        tables = tuple(found.curve for found in near)
+        middle = tuple((found.first + found.end) // 2 for found in near)
+        rows = []
+        for track in observations.speeds:
+            found = near[int(observations.columns.path_index[track.event])]
+            release = observations.release[track.event]
+            rows.append(slice(int(found.first[release]), int(found.end[release])))
 
-    def speeds(measured: SpeedRecord) -> Floats:
-        k = int(observations.columns.path_index[measured.event])
-        release_x = observations.sites[k].release_x[observations.release[measured.event]]
-        return observations.sites[k].speeds(resistances[k], release_x, measured.x)
+    def speeds(track: SpeedRecord, near: slice) -> Floats:
+        k = int(observations.columns.path_index[track.event])
+        site = observations.sites[k]
+        release_x = float(site.release_x[observations.release[track.event]])
+        return site.speeds(cells[k], release_x, track.x, near)
 
-    tables = tuple(ordered_map(Site.table, observations.sites, resistances))
-
-    def jumped(measured: SpeedRecord) -> JumpedStop:
-        k = int(observations.columns.path_index[measured.event])
-        return _jumped(observations, measured, tables[k], resistances[k])
+    def jumped(track: SpeedRecord) -> JumpedStop:
+        k = int(observations.columns.path_index[track.event])
+        return _jumped(observations, track, tables[k], cells[k])
 
     return BlockRuns(
         tables,
-        tuple(ordered_map(speeds, observations.speeds)),
+        tuple(ordered_map(speeds, observations.speeds, rows)),
         tuple(ordered_map(jumped, observations.speeds)),
+        middle,
     )
 
 
 def _jumped(
-    observations: Observations, track: SpeedRecord, table: RunoutCurve, resistance: Resistance
+    observations: Observations, track: SpeedRecord, table: RunoutCurve, cells: Cells
 ) -> JumpedStop:
     """Where F jumps over the stop of a track."""
     i = track.event
@@ -123,13 +152,13 @@ def _jumped(
         return none
     curve = table[int(observations.release[i])]
     passes = curve.left | (curve.x > track.stop_x)
-    cells = np.flatnonzero(passes[:-1] & ~passes[1:] & curve.broken)
-    if not len(cells):
+    over = np.flatnonzero(passes[:-1] & ~passes[1:] & curve.broken)
+    if not len(over):
         return none
     site = observations.sites[int(observations.columns.path_index[i])]
     release_x = float(site.release_x[observations.release[i]])
-    square = site.squares_to_rest(resistance, release_x, track.stop_x, track.x)
-    return JumpedStop(int(cells[-1]), square)
+    square = site.squares_to_rest(cells, release_x, track.stop_x, track.x)
+    return JumpedStop(int(over[-1]), square)
 
 
 def predict_records(

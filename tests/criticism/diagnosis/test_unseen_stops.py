@@ -32,7 +32,7 @@ def test_a_force_must_earn_its_evidence_beside_what_is_seen(
     screening: Any = SimpleNamespace(
         candidates=[SimpleNamespace(key=k, definition=definition(k)) for k in (DRAG, SIGHT)]
     )
-    monkeypatch.setattr(unseen_stops, "_with", lambda *_: fit(beside))
+    monkeypatch.setattr(unseen_stops, "refit_side_by_side", lambda *_: iter([fit(beside)]))
     fits = {leader: fit(10.0, leader, leader == DRAG), SIGHT: fit(20.0)}
     nothing: Any = None
     found = by_what_is_seen(nothing, (), nothing, fits, leader, screening)

@@ -7,7 +7,9 @@ import pytest
 
 from avahazard.criticism.screening.alternatives import Alternative, alternatives_of
 from avahazard.criticism.screening.model_design import base_coordinates, base_design
+from avahazard.criticism.screening.moments_of_worlds import moments_of
 from avahazard.criticism.screening.other_designs import SCATTER_SLOPES
+from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.tables import LOG_MU, make_tables
 from avahazard.effects import volume_error
 from avahazard.inference.likelihood.assemble import find_definition
@@ -17,6 +19,8 @@ from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
+from avahazard.synth.making import make_world
+from avahazard.synth.settings import Settings
 from tests.inference import studies
 from tests.inference.groupings import plan_of
 from tests.inference.new_law import NAME, halving
@@ -24,7 +28,7 @@ from tests.inference.new_law import NAME, halving
 TRACK_SCATTER = 0.075
 
 
-def alternatives(model: Posterior, key: str) -> list[Alternative]:
+def alternatives(model: Posterior, key: str, near: bool = False) -> list[Alternative]:
     observations, u = model.observations, studies.near(model)
     runs = run_blocks(observations, model.effects, {}, float(model.specification.centrifugal))
     base = make_tables(
@@ -33,7 +37,7 @@ def alternatives(model: Posterior, key: str) -> list[Alternative]:
     design = base_design(model, u, plan_of(observations, "path-effect"), np.full(1, 0.2))
     spelled = alternatives_of(
         find_definition(key), model, u, base, design,
-        base_coordinates(model, u), TRACK_SCATTER, runs,
+        base_coordinates(model, u), TRACK_SCATTER, runs, near,
     )  # fmt: skip
     return [alternative for spell in spelled for alternative in spell()]
 
@@ -214,3 +218,18 @@ def test_errors_of_records_are_in_their_tables() -> None:
     assert most
     assert np.any(limited)
     np.testing.assert_allclose(most[0].edges.seen_sd, expected.edges.seen_sd)
+
+
+@pytest.mark.parametrize("key", ["turbulent-drag", "entrainment"])
+def test_tables_near_the_records_say_the_same_of_these(key: str) -> None:
+    records = make_world(5, 24, 2, {}, Settings(speeds=0.4))[0]
+    model = studies.posterior(build_observations(records))
+    measured = real_world(model)
+    for one, other in zip(
+        alternatives(model, key, near=True), alternatives(model, key), strict=True
+    ):
+        assert not np.array_equal(one.tables.record, other.tables.record)
+        for found, expected in zip(
+            moments_of(one.tables, measured), moments_of(other.tables, measured), strict=True
+        ):
+            np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)

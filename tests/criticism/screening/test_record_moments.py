@@ -6,9 +6,15 @@ from scipy.stats import norm
 
 from avahazard.criticism.screening.moments_of_worlds import moments_of
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords, real_world
-from avahazard.criticism.screening.record_moments import record_moments
+from avahazard.criticism.screening.record_moments import NOTHING, record_moments
 from avahazard.criticism.screening.stop_moments import record_bounds
-from avahazard.criticism.screening.tables import LOG_MU, SPEED_STRIDE, Tables, make_tables
+from avahazard.criticism.screening.tables import (
+    LOG_MU,
+    SPEED_STRIDE,
+    Tables,
+    make_tables,
+    with_scatter,
+)
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
 from avahazard.inference.model.observations import LEFT, Observations
@@ -109,8 +115,20 @@ def test_coarser_frictions_give_the_same_bump() -> None:
             LOG_MU[::step].copy(),
             silent,
             measured.tracks,
+            NOTHING,
         )
 
     fine, coarse = one(1), one(2)
     assert coarse.mean[0] == pytest.approx(fine.mean[0], abs=2e-3)
     assert coarse.log_mass[0] == pytest.approx(fine.log_mass[0], abs=0.02)
+
+
+def test_what_is_known_of_another_scatter_along_tracks_is_taken_over() -> None:
+    _, tables, measured = setting()
+    wider = with_scatter(tables, 2.0 * TRACK_SCATTER)
+    assert wider.record is tables.record
+    known, fresh = moments_of(tables, measured), moments_of(wider, measured)
+    found = moments_of(wider, measured, known)
+    for one, other in zip(found, fresh, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert not np.array_equal(found.variance, known.variance)

@@ -94,7 +94,7 @@ def test_a_density_that_bends_up_against_a_bound_is_an_exponential_there() -> No
     layout = SimpleNamespace(
         low=np.array([-9.0, -1.0]),
         high=np.array([9.0, 0.0]),
-        slots=(None, None),
+        slots=(SimpleNamespace(grid=()),) * 2,
         law=SimpleNamespace(uses_volume=False),
     )
     volumes = SimpleNamespace(known=False)
@@ -103,3 +103,28 @@ def test_a_density_that_bends_up_against_a_bound_is_an_exponential_there() -> No
     )
     found = covariance_at(model, np.zeros(2))
     assert found == pytest.approx(np.linalg.inv(bend + np.diag([0.0, rate**2])), rel=0.02)
+
+
+def test_a_bend_at_a_grid_point_is_not_the_curvature() -> None:
+    """Between grid points the density is a blend: at these its slope jumps, by little."""
+    sd, grid = 0.0075, (-1.0, 0.0003, 1.0)
+
+    def log_densities(u: np.ndarray) -> np.ndarray:
+        return -0.5 * (u[:, 0] / sd) ** 2 - 0.5 * u[:, 1] ** 2 + 20.0 * np.abs(u[:, 0] - grid[1])
+
+    layout = SimpleNamespace(
+        low=np.array([-1.0, -9.0]),
+        high=np.array([1.0, 9.0]),
+        slots=(SimpleNamespace(grid=grid), SimpleNamespace(grid=())),
+        law=SimpleNamespace(uses_volume=False),
+    )
+    model: Any = SimpleNamespace(
+        layout=layout,
+        log_densities=log_densities,
+        observations=SimpleNamespace(volumes=SimpleNamespace(known=True)),
+    )
+    found = np.sqrt(np.diag(covariance_at(model, np.zeros(2))))
+    assert found == pytest.approx([sd, 1.0], rel=0.3)
+    # Over a fixed small step the bend would make a valley of the peak.
+    layout.slots = (SimpleNamespace(grid=()),) * 2
+    assert covariance_at(model, np.zeros(2))[0, 0] > 1.0

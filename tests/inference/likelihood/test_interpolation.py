@@ -7,7 +7,13 @@ import pytest
 
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.refinement import refined
-from avahazard.inference.likelihood.interpolation import _mix, line_weights, packed, unpacked
+from avahazard.inference.likelihood.interpolation import (
+    interpolated,
+    line_weights,
+    packed,
+    stack,
+    unpacked,
+)
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
@@ -120,19 +126,57 @@ def test_about_the_mode_the_blend_is_close(key: str, tolerance: float) -> None:
 USED = np.array([2, 4, 3])
 
 
+def _corner(seed: int, plain: bool) -> Nodes:
+    """Packed nodes of three events."""
+    rng = np.random.default_rng(seed)
+    weight = rng.random(9)
+    weight /= np.repeat(np.add.reduceat(weight, [0, 2, 6]), USED)
+    three = rng.random(3)
+    nothing = np.empty(0)
+    return Nodes(
+        place=rng.normal(-0.7, 0.2, 9),
+        weight=weight,
+        used=USED,
+        tail_place=np.tile([-3.0, 1.0], (3, 1)),
+        tail=rng.random((3, 2)),
+        log_scale=-three,
+        is_probability=np.full(3, plain),
+        floor=three,
+        seen_place=nothing,
+        seen_weight=nothing,
+        seen_floor=np.ones(3),
+        has_limit=np.zeros(3, np.bool_),
+        log_wrong=np.full(3, -np.inf),
+    )
+
+
+CUBIC, LINEAR = np.array([-0.1, 0.6, 0.5, 0.0]), np.array([0.0, 0.4, 0.6, 0.0])
+
+
 @pytest.mark.parametrize("plain", [False, True])
 def test_equal_corners_give_themselves(plain: bool) -> None:
-    rng = np.random.default_rng(1)
-    place, weight = rng.normal(-0.7, 0.2, 9), rng.random(9)
-    is_used = np.arange(4) < USED[:, None]
-    weight /= np.repeat(np.add.reduceat(weight, [0, 2, 6]), USED)
-    cubic, linear = np.array([-0.1, 0.6, 0.5]), np.array([0.0, 0.4, 0.6])
-    corners = (np.tile(place, (3, 1)), np.tile(weight, (3, 1)))
-    for found, one in zip(
-        _mix(cubic, linear, *corners, np.full(3, plain), USED), (place, weight), strict=True
-    ):
-        np.testing.assert_allclose(found[is_used], one, rtol=1e-12)
-        assert not found[~is_used].any()
+    one = _corner(1, plain)
+    found, own = interpolated(CUBIC, LINEAR, stack([one] * 4)), unpacked(one)
+    for name in ("place", "weight", "tail", "log_scale", "floor"):
+        np.testing.assert_allclose(
+            getattr(found, name), getattr(own, name), rtol=1e-12, atol=1e-15, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("plain", [False, True])
+def test_means_go_by_cubics_and_shapes_by_lines(plain: bool) -> None:
+    corners = [_corner(k, plain) for k in range(4)]
+    found = interpolated(CUBIC, LINEAR, stack(corners))
+    whole = [unpacked(corner) for corner in corners]
+    assert found.log_scale == pytest.approx(sum(CUBIC[c] * whole[c].log_scale for c in range(4)))
+    for i in range(3):
+        means = [0.0 if plain else w.place[i] @ w.weight[i] for w in whole]
+        for k in range(USED[i]):
+            parts = LINEAR * [w.weight[i, k] for w in whole]
+            away = [whole[c].place[i, k] - means[c] for c in range(4)]
+            assert found.weight[i, k] == pytest.approx(np.sum(parts))
+            expected = CUBIC @ means + parts @ away / np.sum(parts)
+            assert found.place[i, k] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("key", ["turbulent-drag", "observation-limit"])

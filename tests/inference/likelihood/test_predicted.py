@@ -112,7 +112,9 @@ def test_where_f_jumps_over_the_stop_u2_is_that_of_the_mean_friction() -> None:
     site = given.sites[0]
     resistance = no_resistance(site.terrain)
     release = float(site.release_x[0])
-    expected = site.squares_to_rest(resistance, release, 1000.0, np.array([300.0, 700.0]))
+    expected = site.squares_to_rest(
+        site.cells(resistance), release, 1000.0, np.array([300.0, 700.0])
+    )
     np.testing.assert_array_equal(jumped.square, expected)
     # More friction than that of the block which passes.
     assert np.all(jumped.square < found.speeds[0][jumped.cell] ** 2)

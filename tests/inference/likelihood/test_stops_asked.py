@@ -1,0 +1,57 @@
+"""Where blocks must stop: nothing that counts is left out, and little else asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.likelihood.stops_asked import FAR, stops_asked
+from avahazard.inference.model.observations import LEFT, LENGTH
+from tests.inference.studies import observations, posterior
+
+VALUES = {"leading-edge": np.array([0.8]), "epoch-bias": np.array([15.0, 1950.0])}
+
+
+@pytest.mark.parametrize("effects", [(), ("leading-edge",)])
+def test_every_stop_within_reach_of_a_record_is_asked_for(effects: tuple[str, ...]) -> None:
+    given = observations()
+    model = posterior(given, *effects)
+    values = {key: VALUES[key] for key in effects}
+    table = predict_records(given, model.effects, values)
+    # The block's own stops: what its front comes to is another thing.
+    block = predict_records(given, (), {})
+    asked = stops_asked(given, model.effects, values)
+    tracks = {track.event for track in given.speeds}
+    for i in np.flatnonzero(given.kind != LENGTH):
+        one = asked[given.columns.path_index[i]]
+        low, high = one.low[given.release[i]], one.high[given.release[i]]
+        left = table.status[i] == 1
+        if given.kind[i] == LEFT:
+            assert low <= np.min(block.x[i][left]) <= high
+            assert np.isinf(high) == (i in tracks)
+            continue
+        z = (table.record[i] - given.observed[i]) / table.sigma[i]
+        near = ~left & (np.abs(z) < FAR)
+        assert near.any()
+        assert low <= np.min(block.x[i][near])
+        assert high >= np.max(block.x[i][near])
+
+
+def test_little_else_is_asked_for() -> None:
+    given = observations()
+    asked = stops_asked(given, (), {})
+    length = given.sites[0].smooth.x_max - given.sites[0].smooth.x_min
+    assert np.median(asked[0].high - asked[0].low) < 0.5 * length
+
+
+def test_a_record_that_no_stop_is_near_asks_for_the_nearest() -> None:
+    given = observations(12, 6, False)
+    i = int(np.flatnonzero(given.kind == 0)[0])
+    observed = given.observed.copy()
+    observed[i] += 5000.0
+    one = stops_asked(replace(given, observed=observed), (), {})[given.columns.path_index[i]]
+    # Higher than all the path: its top.
+    assert one.low[given.release[i]] <= given.sites[0].smooth.x_min + 20.0
