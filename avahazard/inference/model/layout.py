@@ -298,8 +298,8 @@ def build_layout(
         log_scatter=log_scatter,
         law_correlation=None if prior is None else prior.correlation,
     )
-    told = with_given(layout, specification.given)
-    return regridded(replace(layout, slots=told), grids)
+    layout = replace(layout, slots=with_given(layout, specification.given))
+    return regridded(layout, grids)
 
 
 def regridded(layout: Layout, grids: Grids) -> Layout:
