@@ -48,7 +48,7 @@ def rates_at(descent, x):  # type: ignore[no-untyped-def]
     return result
 
 
-@kernel
+@kernel(inner=True)
 def _thresholds(descent, x):  # type: ignore[no-untyped-def]
     """ν under which blocks stop beyond places x, and how many nodes of their curves do.
 
@@ -65,7 +65,7 @@ def _thresholds(descent, x):  # type: ignore[no-untyped-def]
     return nu, over
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _threshold(descent, g, c, x, over):  # type: ignore[no-untyped-def]
     """ν under which a block of group g and class c stops beyond x; -inf never, inf always."""
     mu = friction_after(descent.falling[g, c], descent.broken[g, c], x, over)
@@ -74,7 +74,7 @@ def _threshold(descent, g, c, x, over):  # type: ignore[no-untyped-def]
     return math.log(mu) if descent.in_log else mu
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _share(descent, p, c, nu):  # type: ignore[no-untyped-def]
     if nu == -np.inf:
         return 0.0
@@ -83,7 +83,7 @@ def _share(descent, p, c, nu):  # type: ignore[no-untyped-def]
     return share_under(descent.shares, p, descent.kind[c], nu)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _rate_under(descent, p, nu):  # type: ignore[no-untyped-def]
     """The rate of draw p with friction under ν `[n_classes]`."""
     total = 0.0
@@ -92,13 +92,13 @@ def _rate_under(descent, p, nu):  # type: ignore[no-untyped-def]
     return descent.rate[p] * total
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _height(rate, wanted):  # type: ignore[no-untyped-def]
     """log of a rate over the wanted one, not far below nought."""
     return math.log(max(rate / wanted, RARE))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _height_at(descent, p, x, wanted, least, most):  # type: ignore[no-untyped-def]
     """`_height` past x, where from `least` to `most` `[n_classes]` nodes of the curves stop."""
     g, total = descent.group[p], 0.0
@@ -162,7 +162,7 @@ def exceeded_places(descent, wanted, low, high, halvings):  # type: ignore[no-un
     return result
 
 
-@kernel
+@kernel(inner=True)
 def _halved(low, high):  # type: ignore[no-untyped-def]
     """The places that the first halvings meet, in their order along the path."""
     n = 2**FIRST_HALVINGS
@@ -175,7 +175,7 @@ def _halved(low, high):  # type: ignore[no-untyped-def]
     return x
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _enclosed(descent, p, wanted, least, most, a, b, at_a, at_b, halvings):  # type: ignore[no-untyped-def]
     """Two places a cell of the halvings apart, or nearer, between which the rate is the wanted."""
     tolerance = (b - a) / 2.0**halvings

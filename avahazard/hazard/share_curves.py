@@ -155,7 +155,7 @@ def _tabulate(curves):  # type: ignore[no-untyped-def]
                 )
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _add_normal(density, n, z, step, weight):  # type: ignore[no-untyped-def]
     """Add `weight` of φ at z and n - 1 `step`s on, with two derivatives, in steps `[3, n_nodes]`.
 
@@ -176,7 +176,7 @@ def _add_normal(density, n, z, step, weight):  # type: ignore[no-untyped-def]
         z += step
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def _add_student(density, n, z, step, weight):  # type: ignore[no-untyped-def]
     """The same of Student's t."""
     for j in range(n):

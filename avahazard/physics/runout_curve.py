@@ -176,7 +176,7 @@ def inverse(values, broken, level):  # type: ignore[no-untyped-def]
     return friction_after(values, broken, level, n_over(values, level, 0, len(values)))
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def n_over(values, level, least, most):  # type: ignore[no-untyped-def]
     """How many of the falling `values` exceed a level, which is `least` to `most`."""
     while least < most:
@@ -188,7 +188,7 @@ def n_over(values, level, least, most):  # type: ignore[no-untyped-def]
     return least
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def friction_after(values, broken, level, n):  # type: ignore[no-untyped-def]
     """`inverse`, where the first n values exceed the level."""
     if n == 0:

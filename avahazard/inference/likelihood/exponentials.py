@@ -72,7 +72,7 @@ def exponentials(x: Floats, n: int, memory: ExpMemory) -> None:
         x[k] *= power[k]
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def logarithms(x: Floats, x_bits: NDArray[np.int64], n: int, memory: ExpMemory) -> None:
     """Put log in the place of the first n numbers of x, normal floats over 0 of bits `x_bits`."""
     whole, _, power_bits, _ = memory
