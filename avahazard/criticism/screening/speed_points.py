@@ -16,8 +16,6 @@ SPEED_PIECES = 4
 DEPTH = 20.0
 """Frictions whose log density is that much below the best are left out: means and variances, which
 is all that is asked for, have nothing of them."""
-BESIDE = 10.0
-"""A cell is passed over where both its ends are that much deeper still."""
 AHEAD = 8
 """Every so many cells one point is tried first, so that most others are known to be out of it."""
 
@@ -76,13 +74,6 @@ def stop_points(  # type: ignore[no-untyped-def]
             if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
                 continue
             width = log_mu[j + 1] - log_mu[j]
-            nearest = 0.0 if z0 * z1 < 0.0 else min(abs(z0), abs(z1))
-            room = np.log(width) - 0.5 * nearest * nearest - best + DEPTH + BESIDE
-            if (
-                _speed_log(speed_grid, row, errors, float(j), misfit, room) == -np.inf
-                and _speed_log(speed_grid, row, errors, float(j + 1), misfit, room) == -np.inf
-            ):
-                continue
             # Only the part of the cell within reach counts.
             t_low, t_high = within_reach(z0, z1)
             pieces = max(int(abs(z1 - z0) * (t_high - t_low)) + 1, SPEED_PIECES)
