@@ -47,6 +47,10 @@ LENGTH = Limits((0.0, 1e6), (0.0, 1e5))
 ERROR = Limits((0.0, 1e5), (0.0, 1_000.0))
 # From a snowball to the largest slides of the sea floor, some 2e13 m3.
 VOLUME = Limits((1e-3, 1e15), (1.0, 1e9))
+# From a laboratory's chute to the sea floor, and to what falls almost freely.
+HEIGHT = Limits((1e-3, 20_000.0), (1.0, 6_000.0))
+REACH = Limits((1e-3, 2e6), (1.0, 1e6))
+RATIO = Limits((1e-6, 1e3), (1e-3, 10.0))
 
 MEANINGS: dict[str, Meaning] = {
     "path_id": _name("the path"),
@@ -86,9 +90,9 @@ MEANINGS: dict[str, Meaning] = {
     ),
     "volume_rel_sigma": _number("error of log volume (sd)", "", Limits((0.0, 10.0), (0.0, 2.5))),
     "snow_type": _text("type of snow", "events"),
-    "fall_height_m": _number("height of fall H", "m", Limits((0.0, 20_000.0), (0.0, 6_000.0))),
-    "runout_length_m": _number("horizontal reach L", "m", Limits((0.0, 2e6), (0.0, 1e6))),
-    "h_over_l": _number("H over L"),
+    "fall_height_m": _number("height of fall H", "m", HEIGHT),
+    "runout_length_m": _number("horizontal reach L", "m", REACH),
+    "h_over_l": _number("H over L", "", RATIO),
     "elevation_m": _number("elevation of the speed", ABOVE_SEA, ELEVATION),
     "speed_m_s": _number("speed", "m/s", Limits((0.0, 500.0), (0.0, 150.0))),
     "speed_sigma_m_s": _number("error of the speed (sd)", "m/s", Limits((0.0, 500.0), (0.0, 50.0))),

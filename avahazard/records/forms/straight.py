@@ -7,6 +7,7 @@ from typing import Literal, Self
 from pydantic import Field, ValidationInfo, model_validator
 
 from avahazard.records.forms.deposit import DepositRow
+from avahazard.records.forms.meanings import RATIO
 from avahazard.records.forms.row import ELEVATION, Number, Positive, wrong
 
 WITHOUT_PATH = "empty, or a path_id with it"
@@ -68,6 +69,9 @@ class StraightRow(DepositRow):
             raise wrong("fall_height_m", f"about {drop:g}, the release less the stop")
         if self.h_over_l is not None and abs(self.h_over_l * reach - height) > ROUNDING * height:
             raise wrong("h_over_l", f"about {height / reach:.4g}, H over L of the row")
+        low, high = RATIO.possible
+        if self.h_over_l is None and not low <= height / reach <= high:
+            raise wrong("runout_length_m", f"a reach by which H over L is from {low:g} to {high:g}")
         return self
 
     def _ratio_alone(self, needed: bool) -> bool:

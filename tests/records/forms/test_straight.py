@@ -48,6 +48,8 @@ def test_height_and_reach(cells: dict[str, str], height: float, reach: float) ->
         ({"runout_length_m": "640"}, "fall_height_m"),
         ({"h_over_l": "0.4", "runout_elevation_m": "900"}, "release_elevation_m"),
         ({"h_over_l": "0.4", "runout_sigma_m": "20"}, "runout_sigma_m"),
+        ({"fall_height_m": "900", "runout_length_m": "0.01"}, "runout_length_m"),
+        ({"fall_height_m": "0.01", "runout_length_m": "1e6"}, "runout_length_m"),
         ({"release_elevation_m": "900", "runout_elevation_m": "400"}, "runout_length_m"),
         ({"release_elevation_m": "900", "runout_length_m": "1600"}, "fall_height_m"),
         ({"runout_elevation_m": "900", "runout_length_m": "1600"}, "release_elevation_m"),
