@@ -26,7 +26,8 @@ from benchmarks.measuring import Result  # noqa: E402
 NAMES = (
     *("run", "run_limit", "run_effects", "run_speed", "run_limit_ground"),
     *("mh_emcee", "marginal_nuts", "gibbs_limit", "draws_limit", "evidence"),
-    *("alpha_beta", "help", "small", "import_rows", "diagnose", "diagnose_speeds"),
+    *("alpha_beta", "help", "small", "import_rows"),
+    *("diagnose", "diagnose_speeds", "diagnose_records"),
     *("hazard_path", "workers", "compare_paths", "scaling", "events"),
 )
 
