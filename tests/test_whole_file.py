@@ -10,12 +10,19 @@ import pytest
 from avahazard.whole_file import put_in_place, put_new_in_place
 
 
-def test_what_is_put_in_place_is_synced_before_it_has_its_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def part_and_file(tmp_path: Path) -> tuple[Path, Path]:
+    """Give what is to be put in place, which says new, and the file there, which says old."""
     part, file = tmp_path / "part", tmp_path / "whole"
     part.write_bytes(b"new")
     file.write_bytes(b"old")
+    return part, file
+
+
+def test_what_is_put_in_place_is_synced_before_it_has_its_name(
+    part_and_file: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    part, file = part_and_file
     seen = []
     sync = os.fsync
 
@@ -32,11 +39,9 @@ def test_what_is_put_in_place_is_synced_before_it_has_its_name(
 
 
 def test_a_disk_that_refuses_leaves_the_file_as_it_was(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    part_and_file: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    part, file = tmp_path / "part", tmp_path / "whole"
-    part.write_bytes(b"new")
-    file.write_bytes(b"old")
+    part, file = part_and_file
 
     def full(_opened: int) -> None:
         raise OSError(28, "No space left on device")
@@ -49,16 +54,14 @@ def test_a_disk_that_refuses_leaves_the_file_as_it_was(
 
 @pytest.mark.parametrize("links", [True, False])
 def test_a_new_file_takes_no_name_that_is_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
+    part_and_file: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
     def refused(_part: Path, _file: Path) -> None:
         raise OSError(1, "Operation not permitted")
 
     if not links:  # as on a disk that knows one name for a file
         monkeypatch.setattr(os, "link", refused)
-    part, file = tmp_path / "part", tmp_path / "whole"
-    part.write_bytes(b"new")
-    file.write_bytes(b"old")
+    part, file = part_and_file
     with pytest.raises(FileExistsError):
         put_new_in_place(part, file)
     assert file.read_bytes() == b"old"
