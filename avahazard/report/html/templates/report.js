@@ -7,7 +7,8 @@
   var now = shared.own;
   var tongue = shared.language;
   var PRINT_PX = 690, PRINT_HIGH_PX = 385, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520,
-    PAGE_WIDE_PX = 703, PAGE_HIGH_PX = 990, SHEET_LEAST_PX = 700, SHEET_MOST_PX = 860, ENTRY_PX = 17;
+    PAGE_WIDE_PX = 703, PAGE_HIGH_PX = 990, SHEET_LEAST_PX = 700, FIRST_LEAST_PX = 560, SHEET_MOST_PX = 860,
+    ENTRY_PX = 17;
 
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
@@ -169,6 +170,7 @@
     sheets();
   });
   // On paper the paths come last, a sheet each: the panels have what its words leave of the page.
+  // The first shares its sheet with what is said of all, where that leaves enough.
   var paths = document.getElementById("paths"), after = paths.nextElementSibling;
   function sheets() {
     paths.parentNode.appendChild(paths);
@@ -180,13 +182,18 @@
       document.body.style.width = width;
     }
     as("all", PAGE_WIDE_PX + "px");
-    var sizes = Array.prototype.map.call(paths.querySelectorAll("article"), function (sheet) {
+    var top = paths.getBoundingClientRect().top;
+    var sizes = Array.prototype.map.call(paths.querySelectorAll("article"), function (sheet, k) {
       var place = sheet.querySelector("[data-figure^=path-]");
-      return place && { place: place, high: PAGE_HIGH_PX - (sheet.offsetHeight - place.offsetHeight) };
+      var high = place && PAGE_HIGH_PX - (sheet.offsetHeight - place.offsetHeight);
+      var under = k ? 0 : sheet.getBoundingClientRect().top - top;
+      var shares = !k && high - under >= FIRST_LEAST_PX;
+      sheet.classList.toggle("shares", shares);
+      return place && { place: place, high: shares ? high - under : high, least: shares ? FIRST_LEAST_PX : SHEET_LEAST_PX };
     });
     as("print", "");
     sizes.forEach(function (size) {
-      if (!size || size.high < SHEET_LEAST_PX) { return; }
+      if (!size || size.high < size.least) { return; }
       size.place.style.height = Math.min(size.high, SHEET_MOST_PX) + "px";
       Plotly.relayout(size.place, { height: Math.min(size.high, SHEET_MOST_PX) });
     });
