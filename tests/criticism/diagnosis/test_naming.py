@@ -32,7 +32,7 @@ def test_one_that_was_declared_needs_no_margin() -> None:
     assert leaders(ranked[1:], {"snow-type": -1.0}, ["snow-type"]) == []
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def base() -> Refit:
     return refit(studies.observations(speeds=True), Specification(), {})
 
