@@ -23,6 +23,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def pytest_configure(config: pytest.Config) -> None:
     """Share what is compiled among workers."""
+    # As the program does (`avahazard.cli.main`); numpy is not here yet.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if WORKER:
         compile_once()
         bytecode_once(config)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from avahazard import __version__
 from avahazard.cli.commands_group import Entry, load
-from avahazard.cli.main import COMMANDS, app
+from avahazard.cli.main import COMMANDS, app, main
 
 PROGRAM = Path(sys.executable).with_name("avahazard")
 
@@ -21,6 +22,21 @@ PROGRAM = Path(sys.executable).with_name("avahazard")
 def test_the_installed_command_prints_its_version() -> None:
     done = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True)
     assert done.stdout == f"avahazard {__version__}\n"
+
+
+@pytest.mark.parametrize("given", [None, "4"])
+def test_linear_algebra_has_one_thread_unless_asked_for_more(
+    given: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    if given is not None:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
+    found: list[str | None] = []
+    monkeypatch.setattr(
+        "avahazard.cli.main.app", lambda **_: found.append(os.getenv("OPENBLAS_NUM_THREADS"))
+    )
+    main()
+    assert found == [given or "1"]
 
 
 def test_help_loads_none_of_the_heavy_libraries() -> None:
