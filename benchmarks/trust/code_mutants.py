@@ -28,7 +28,8 @@ UNCOMPILED = (
     )),
     *(f"tests/inference/likelihood/test_{name}.py" for name in (
         "event_terms", "exponentials", "gauss_quadrature", "group_offsets", "interpolation",
-        "nodes", "record_density", "speed_errors", "speed_nodes", "straight_density",
+        "nodes", "record_density", "speed_bounds", "speed_errors", "speed_nodes",
+        "straight_density",
     )),
     *(f"tests/hazard/test_{name}.py" for name in (
         "exceedance", "passing", "runout_bounds", "shape_grid",

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
+from avahazard.inference.likelihood.speed_errors import squared
+from avahazard.inference.model.speed_record import SpeedRecord
+
 PER_CELL = 60
 
 
@@ -46,3 +49,13 @@ def seen(elevation, left, limit, sigma, grid, scatter_density):
     nu, width = fine(grid)
     chance = np.where(left, 1.0, stats.norm.cdf((limit - elevation) / sigma))
     return float(np.sum(width * np.interp(nu, grid, chance) * scatter_density(nu)))
+
+
+def speed_log_likelihood(track: SpeedRecord, predicted: np.ndarray, scatter: float) -> np.ndarray:
+    """Log density of the speeds of one track, `[n]`, by the law of their squares.
+
+    `predicted` `[n, n_speeds]` in m/s, `scatter` of friction along the track.
+    """
+    square, error = squared(track.speed, track.sigma)
+    law = stats.multivariate_normal(square, scatter**2 * track.spread + np.diag(error**2))
+    return np.atleast_1d(law.logpdf(predicted**2)) + np.sum(np.log(error / track.sigma))

@@ -18,6 +18,8 @@ from avahazard.inference.likelihood.interpolation import (
     stack,
     unpacked,
 )
+from avahazard.inference.likelihood.keeping import LEAST_KEPT, MOST_BYTES, make_room, within
+from avahazard.inference.likelihood.kept_runs import KeptRuns
 from avahazard.inference.likelihood.nodes import (
     Nodes,
     build_nodes,
@@ -25,36 +27,22 @@ from avahazard.inference.likelihood.nodes import (
     record_nodes,
     with_tracks,
 )
-from avahazard.inference.likelihood.predicted import (
-    BlockRuns,
-    Predicted,
-    Values,
-    predict_records,
-    run_blocks,
-)
-from avahazard.inference.likelihood.speed_nodes import TrackTables, track_nodes, track_tables
-from avahazard.inference.likelihood.stops_asked import sight_is_limited, stops_asked
+from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.likelihood.speed_nodes import track_nodes
+from avahazard.inference.likelihood.stops_asked import sight_is_limited
+from avahazard.inference.likelihood.track_tables import TrackTables, track_tables
 from avahazard.inference.likelihood.wrong_records import log_wrong
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
-from avahazard.physics.near_stops import Asked
-from avahazard.physics.runout_curve import MU
 
-KEPT_STACKS, KEPT_RUNS = 64, 64
-"""Neighbourhoods of grid points whose nodes are kept side by side, and runs of the block (several
-MB each)."""
+KEPT_STACKS = 64
+"""Neighbourhoods of grid points whose nodes are kept side by side."""
 KEPT_BETWEEN = 4
 """Places between grid points whose nodes are kept."""
 KEPT_PLACES = 512
 """Places of the grids for which it is kept what is known before scatters along tracks."""
-KEPT_ASKED = 16
-"""Values of effects on the record for which it is kept where blocks must stop."""
-MOST_BYTES, LEAST_KEPT = 64_000_000, 2
-"""Memory of what is kept of each of these two, and how many are kept whatever they take."""
 NODE_BYTES = 8 * MOST_BYTES
 """Memory of the nodes of all grid points: those of a thousand events at a thousand points."""
-RUN_BYTES = 17 * len(MU)
-"""Bytes of one curve of a run (x, elevation, status)."""
 
 
 class NodeGrid:
@@ -76,17 +64,13 @@ class NodeGrid:
         self.observations = observations
         self.effects = effects
         self.layout = layout
-        self.curvature = curvature
         self.in_log = in_log
         self._log_wrong = log_wrong(observations)
         self._axes = layout.tables + (
             () if layout.track_scatter is None else (layout.track_scatter,)
         )
         self._in_sight = not sight_is_limited(observations, effects)
-        # What sight is limited of is looked at over all frictions.
-        self._near = self._in_sight and any(effect.motion is not None for effect in effects)
-        self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
-        self._asked: dict[tuple[bytes, ...], tuple[Asked, ...]] = {}
+        self._runs = KeptRuns(observations, effects, curvature, self._in_sight)
         self._untracked: dict[tuple[float, ...], Nodes] = {}
         self._track_tables: dict[tuple[bytes, ...], TrackTables] = {}
         self._track_events = np.array([track.event for track in observations.speeds], np.int64)
@@ -99,14 +83,10 @@ class NodeGrid:
         self._points: dict[tuple[int, ...], Nodes] = {}
         self._stacks: dict[tuple[tuple[int, int], ...], Corners] = {}
 
-    @property
-    def _speed_bytes(self) -> int:
-        """Bytes of the speeds of one run of the block."""
-        return 8 * len(MU) * sum(len(track.x) for track in self.observations.speeds)
-
     def forget_runs(self) -> None:
         """Give back the memory of runs; nodes on the present grids stay, others are made anew."""
-        self._runs, self._stacks, self._untracked, self._track_tables = {}, {}, {}, {}
+        self._runs = self._runs.emptied()
+        self._stacks, self._untracked, self._track_tables = {}, {}, {}
         grids = [set(self.layout.slots[axis].grid) for axis in self._axes]
         self._packed = {
             at: nodes
@@ -196,7 +176,7 @@ class NodeGrid:
         key = tuple(v.tobytes() for name, v in values.items() if name not in limits)
         measured = len(self.observations.speeds) > 0
         if at not in self._untracked or (measured and key not in self._track_tables):
-            predicted = self._near_records(values)
+            predicted = self._runs.near_records(values)
             if measured and key not in self._track_tables:
                 tables = track_tables(self.observations, predicted)
                 make_room(self._track_tables, within(KEPT_PLACES, tables.nbytes))
@@ -223,9 +203,7 @@ class NodeGrid:
                     place = self.layout.places[effect.key]
                     u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
             scaled = self.layout.effect_values(u)
-            predicted = predict_records(
-                self.observations, self.effects, scaled, self.curvature, self._block_runs(values)
-            )
+            predicted = self._runs.records(scaled, moved=values)
             slot = self.layout.track_scatter
             scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
             self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
@@ -239,7 +217,7 @@ class NodeGrid:
         values = self.layout.effect_values(u)
         nodes = build_nodes(
             self.observations,
-            self._near_records(values),
+            self._runs.near_records(values),
             0.0 if slot is None else float(np.exp(u[slot])),
             self._limit(values),
             self.in_log,
@@ -249,48 +227,11 @@ class NodeGrid:
 
     def predicted(self, index: tuple[int, ...]) -> Predicted:
         """Tables of expected records at one point of the grids."""
-        values = self._values(index[: len(self.layout.tables)])
-        return predict_records(
-            self.observations, self.effects, values, self.curvature, self._block_runs(values)
-        )
+        return self._runs.records(self._values(index[: len(self.layout.tables)]))
 
     def predicted_at(self, u: Floats) -> Predicted:
         """Tables of expected records at coordinates u; where blocks move by them, run afresh."""
-        values = self.layout.effect_values(u)
-        moves = any(effect.motion is not None for effect in self.effects)
-        runs = None if moves else self._block_runs(values)
-        return predict_records(self.observations, self.effects, values, self.curvature, runs)
-
-    def _near_records(self, values: Values) -> Predicted:
-        """Tables of expected records, which nodes are made of: right near the records alone."""
-        runs = self._near_runs(values) if self._near else self._block_runs(values)
-        return predict_records(self.observations, self.effects, values, self.curvature, runs)
-
-    def _near_runs(self, values: Values) -> BlockRuns:
-        """Runs of the block near the records; not kept, as nodes are."""
-        on_record = [e for e in self.effects if e.shift or e.advance or e.record_scale]
-        key = tuple(values[e.key].tobytes() for e in on_record)
-        if key not in self._asked:
-            make_room(self._asked, KEPT_ASKED)
-            self._asked[key] = stops_asked(self.observations, self.effects, values)
-        runs = run_blocks(self.observations, self.effects, values, self.curvature, self._asked[key])
-        assert runs.middle is not None
-        # The next place is near this one, and so are its frictions.
-        self._asked[key] = tuple(
-            asked._replace(middle=middle)
-            for asked, middle in zip(self._asked[key], runs.middle, strict=True)
-        )
-        return runs
-
-    def _block_runs(self, values: Values) -> BlockRuns:
-        """Runs of the block, kept: effects on the record alone leave them as they are."""
-        moving = tuple(values[e.key].tobytes() for e in self.effects if e.motion is not None)
-        if moving not in self._runs:
-            size = sum(len(site.release_x) for site in self.observations.sites) * RUN_BYTES
-            size += self._speed_bytes
-            make_room(self._runs, within(KEPT_RUNS, size))
-            self._runs[moving] = run_blocks(self.observations, self.effects, values, self.curvature)
-        return self._runs[moving]
+        return self._runs.fresh_records(self.layout.effect_values(u))
 
     def _values(self, index: tuple[int, ...]) -> Values:
         u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
@@ -304,14 +245,3 @@ class NodeGrid:
             if effect.limit is not None:
                 limit = effect.limit(self.observations.columns, values[effect.key])
         return limit
-
-
-def within(most: int, size: int) -> int:
-    """How many things of `size` bytes are kept: at most `most`, fewer where they are large."""
-    return max(LEAST_KEPT, min(most, MOST_BYTES // max(size, 1)))
-
-
-def make_room(kept: dict, most: int) -> None:  # type: ignore[type-arg]
-    """Drop the oldest of what is kept, so that one more stays within `most`."""
-    while len(kept) >= most:
-        del kept[next(iter(kept))]

@@ -24,7 +24,8 @@ from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.node_kernels import fill_record_nodes
 from avahazard.inference.likelihood.panels import finest, n_panels
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_nodes import TrackNodes, track_nodes, track_tables
+from avahazard.inference.likelihood.speed_nodes import TrackNodes, track_nodes
+from avahazard.inference.likelihood.track_tables import track_tables
 from avahazard.inference.model.observations import LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU

@@ -18,14 +18,16 @@ from avahazard.inference.likelihood.event_terms import (
     summed_terms,
 )
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
+from avahazard.inference.likelihood.keeping import make_room
 from avahazard.inference.likelihood.location_scatter import location_and_scatter, pulled
-from avahazard.inference.likelihood.node_grid import NodeGrid, make_room
+from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
 from avahazard.inference.likelihood.side_by_side import side_by_side
 from avahazard.inference.likelihood.wrong_records import by_wrong_share, log_wrong
+from avahazard.inference.model.build_layout import build_layout
 from avahazard.inference.model.friction_scatter import shifted
-from avahazard.inference.model.layout import Grids, Layout, build_layout, regridded
+from avahazard.inference.model.layout import Grids, Layout, regridded
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.offset_plan import offset_plan
 from avahazard.inference.model.specification import Specification

@@ -55,6 +55,25 @@ def whitening(speed, sigma, spread, scatter):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def speed_log_density(predicted, errors):  # type: ignore[no-untyped-def]
+    """Log density of one track's speeds for each row of u² `predicted` `[n_friction, n_speeds]`."""
+    measured, whiten, constant = errors
+    k = len(measured)
+    result = np.empty(len(predicted))
+    misfit = np.empty(k)
+    for j in range(len(predicted)):
+        total = 0.0
+        for a in range(k):
+            misfit[a] = measured[a] - predicted[j, a]
+            z = 0.0
+            for b in range(a + 1):
+                z += whiten[a, b] * misfit[b]
+            total += z * z
+        result[j] = -0.5 * total - constant
+    return result
+
+
+@kernel
 def inverse_root(covariance):  # type: ignore[no-untyped-def]
     """Inverse of the lower Cholesky factor `[n, n]`: of so few speeds quicker than by a library."""
     n = len(covariance)

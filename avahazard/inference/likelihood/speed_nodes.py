@@ -6,7 +6,6 @@ linear in μ (exactly so where nothing but the drive depends on it), unlike u ne
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,64 +13,17 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.panels import finest, nodes_used
-from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
-from avahazard.inference.likelihood.record_density import DEPTH, REACH, record_density_nodes
-from avahazard.inference.likelihood.speed_errors import whitening
-from avahazard.inference.model.observations import LEFT, Observations
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.likelihood.record_density import DEPTH, record_density_nodes
+from avahazard.inference.likelihood.speed_bounds import cell_bounds
+from avahazard.inference.likelihood.speed_errors import speed_log_density, whitening
+from avahazard.inference.likelihood.track_tables import TrackTables
 from avahazard.kernels import kernel
-from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 from avahazard.workers import n_workers, ordered_map
 
-BESIDE = 4
-"""Rows kept beyond the frictions that a record leaves: two go to the fine frictions beside it."""
 SPLIT, POINTS = 15, 128
 """Parts of each cell of the friction grid (odd: a block that leaves does so up to the middle of
 a cell); fewer where that many points are there without."""
-
-
-class MeasuredSpeeds(NamedTuple):
-    """Speeds of all tracks end to end.
-
-    `speed`, `sigma` `[n_speeds]`; those of `event[k]` begin at `first[k]` and end before `end[k]`.
-    `spread` is that of each `SpeedRecord`, row by row, and begins at `first_spread[k]`; `cell[k]`
-    and `jumped` `[n_speeds]` are what each `JumpedStop` has.
-    """
-
-    event: NDArray[np.int64]
-    first: NDArray[np.int64]
-    end: NDArray[np.int64]
-    first_spread: NDArray[np.int64]
-    speed: Floats
-    sigma: Floats
-    spread: Floats
-    cell: NDArray[np.int64]
-    jumped: Floats
-
-
-class TrackTables(NamedTuple):
-    """What blocks do near the records of the tracks, rows of frictions of all tracks end to end.
-
-    Those of track k begin at row `begin[k]`, friction `first[k]` of the tables, and end before row
-    `begin[k + 1]`; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_places]` (m/s). `event`,
-    `observed_left`, `observed`, `error` `[n_tracks]` are those of the record.
-    """
-
-    measured: MeasuredSpeeds
-    begin: NDArray[np.int64]
-    first: NDArray[np.int64]
-    record: Floats
-    left: NDArray[np.bool_]
-    speeds: Floats
-    observed_left: NDArray[np.bool_]
-    observed: Floats
-    error: Floats
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of what differs from place to place."""
-        return self.speeds.nbytes + self.record.nbytes + self.left.nbytes
 
 
 class TrackNodes(NamedTuple):
@@ -95,23 +47,6 @@ class FineTrack(NamedTuple):
     square: Floats
 
 
-def measured_speeds(records: Sequence[SpeedRecord], jumped: Sequence[JumpedStop]) -> MeasuredSpeeds:
-    """The records of speeds end to end, as the kernels want them."""
-    bounds = np.cumsum([0, *(len(r.x) for r in records)])
-    spreads = np.cumsum([0, *(len(r.x) ** 2 for r in records)])
-    return MeasuredSpeeds(
-        event=np.array([r.event for r in records]),
-        first=bounds[:-1],
-        end=bounds[1:],
-        first_spread=spreads[:-1],
-        speed=np.concatenate([r.speed for r in records]),
-        sigma=np.concatenate([r.sigma for r in records]),
-        spread=np.concatenate([r.spread.ravel() for r in records]),
-        cell=np.array([stop.cell for stop in jumped]),
-        jumped=np.concatenate([stop.square for stop in jumped]),
-    )
-
-
 def squares(speeds: Floats) -> Floats:
     """u² `[n_friction, n_places]`, carried on to the first friction that stops short of a place.
 
@@ -124,6 +59,62 @@ def squares(speeds: Floats) -> Floats:
         ahead = 2.0 * square[c - 1] - square[c - 2]
         square[c] = np.where(short, np.minimum(ahead, 0.0), square[c])
     return np.asarray(square)
+
+
+def track_nodes(tables: TrackTables, scatter: float, panels: Ints, in_log: bool) -> TrackNodes:
+    """Nodes of all tracks with this `scatter` of friction along them; `panels` `[n_tracks]`."""
+    n = len(panels)
+    shape = n, int(np.max(nodes_used(panels)))
+    nodes = TrackNodes(np.zeros(shape), np.zeros(shape), np.zeros((n, 2)), np.zeros(n))
+
+    def fill(part: NDArray[np.int64]) -> None:
+        fill_speed_nodes(tables, part, scatter, MU, in_log, panels, finest(in_log), nodes)
+
+    list(ordered_map(fill, np.array_split(np.arange(n), min(n_workers(), n))))
+    return nodes
+
+
+@kernel
+def fill_speed_nodes(tables, tracks, scatter, mu, in_log, panels, finest, nodes):  # type: ignore[no-untyped-def]
+    """Fill in the `TrackNodes` of `tracks`, with `scatter` of friction along them.
+
+    `tables` are `TrackTables`, `mu` `[n_friction]` the frictions of the tables.
+    """
+    measured = tables.measured
+    for k in tracks:
+        a, b = measured.first[k], measured.end[k]
+        first, begin, stop = tables.first[k], tables.begin[k], tables.begin[k + 1]
+        grid = mu[first : first + stop - begin]
+        record, left = tables.record[begin:stop], tables.left[begin:stop]
+        observed_left = tables.observed_left[k]
+        observed, error = tables.observed[k], tables.error[k]
+        mine, jumped = tables.speeds[begin:stop, : b - a], measured.jumped[a:b]
+        cell = measured.cell[k] - first if measured.cell[k] >= 0 else -1
+        size, start = b - a, measured.first_spread[k]
+        spread = measured.spread[start : start + size * size].reshape((size, size))
+        errors = whitening(measured.speed[a:b], measured.sigma[a:b], spread, scatter)
+        told = mine, cell, jumped, errors, record, left
+        bound = cell_bounds(*told, observed_left, observed, error)
+        track = between(grid, record, left, mine, cell, jumped, bound, observed_left)
+        nodes.log_scale[k] = record_density_nodes(
+            track.record,
+            track.left,
+            observed_left,
+            observed,
+            error,
+            speed_log_density(track.square, errors),
+            np.log(track.grid) if in_log else track.grid,
+            panels[k],
+            finest,
+            nodes.place[k],
+            nodes.weight[k],
+            nodes.tail[k],
+        )
+        # Frictions that the speeds rule out lie beyond the fine ones.
+        if track.grid[0] > mu[0]:
+            nodes.tail[k, 0] = 0.0
+        if track.grid[-1] < mu[-1]:
+            nodes.tail[k, 1] = 0.0
 
 
 @kernel
@@ -169,187 +160,3 @@ def between(  # type: ignore[no-untyped-def]
     if last == cell:
         square[n - 1] = jumped
     return FineTrack(grid, fine_record, fine_left, square)
-
-
-def track_tables(observations: Observations, predicted: Predicted) -> TrackTables:
-    """The rows of the tables that the records of the tracks leave, with some beyond."""
-    tracks = observations.speeds
-    event = np.array([track.event for track in tracks])
-    left = predicted.status[event] == LEFT_PROFILE
-    observed_left = observations.kind[event] == LEFT
-    observed, error = observations.observed[event], predicted.sigma[event]
-    rows = rows_left(predicted.record[event], left, observed_left, observed, error)
-    begin = np.concatenate([[0], np.cumsum(rows[:, 1] - rows[:, 0])])
-    speeds = np.zeros((begin[-1], max(len(track.x) for track in tracks)))
-    for k, (track, (first, end)) in enumerate(zip(tracks, rows, strict=True)):
-        speeds[begin[k] : begin[k + 1], : len(track.x)] = predicted.speeds[k][first:end]
-    whole = [(i, slice(first, end)) for i, (first, end) in zip(event, rows, strict=True)]
-    return TrackTables(
-        measured_speeds(tracks, predicted.jumped),
-        begin,
-        rows[:, 0],
-        np.concatenate([predicted.record[part] for part in whole]),
-        np.concatenate([left[k, part] for k, (_, part) in enumerate(whole)]),
-        speeds,
-        observed_left,
-        observed,
-        error,
-    )
-
-
-def track_nodes(tables: TrackTables, scatter: float, panels: Ints, in_log: bool) -> TrackNodes:
-    """Nodes of all tracks with this `scatter` of friction along them; `panels` `[n_tracks]`."""
-    n = len(panels)
-    shape = n, int(np.max(nodes_used(panels)))
-    nodes = TrackNodes(np.zeros(shape), np.zeros(shape), np.zeros((n, 2)), np.zeros(n))
-
-    def fill(part: NDArray[np.int64]) -> None:
-        fill_speed_nodes(tables, part, scatter, MU, in_log, panels, finest(in_log), nodes)
-
-    list(ordered_map(fill, np.array_split(np.arange(n), min(n_workers(), n))))
-    return nodes
-
-
-@kernel
-def rows_left(record, left, observed_left, observed, error):  # type: ignore[no-untyped-def]
-    """First row and end `[n_tracks, 2]` of the frictions `[n_tracks, n_friction]` that count.
-
-    They are those whose cells `_bound` may ask for, and `BESIDE` more.
-    """
-    rows = np.empty((len(record), 2), dtype=np.int64)
-    for k in range(len(record)):
-        bound = _by_record(record[k], left[k], observed_left[k], observed[k], error[k])
-        within = np.flatnonzero(bound >= min(np.max(bound), -0.5 * REACH * REACH))
-        rows[k, 0] = max(within[0] - BESIDE, 0)
-        rows[k, 1] = min(within[-1] + 2 + BESIDE, record.shape[1])
-    return rows
-
-
-@kernel
-def fill_speed_nodes(tables, tracks, scatter, mu, in_log, panels, finest, nodes):  # type: ignore[no-untyped-def]
-    """Fill in the `TrackNodes` of `tracks`, with `scatter` of friction along them.
-
-    `tables` are `TrackTables`, `mu` `[n_friction]` the frictions of the tables.
-    """
-    measured = tables.measured
-    for k in tracks:
-        a, b = measured.first[k], measured.end[k]
-        first, begin, stop = tables.first[k], tables.begin[k], tables.begin[k + 1]
-        grid = mu[first : first + stop - begin]
-        record, left = tables.record[begin:stop], tables.left[begin:stop]
-        observed_left = tables.observed_left[k]
-        observed, error = tables.observed[k], tables.error[k]
-        mine, jumped = tables.speeds[begin:stop, : b - a], measured.jumped[a:b]
-        cell = measured.cell[k] - first if measured.cell[k] >= 0 else -1
-        size, start = b - a, measured.first_spread[k]
-        spread = measured.spread[start : start + size * size].reshape((size, size))
-        errors = whitening(measured.speed[a:b], measured.sigma[a:b], spread, scatter)
-        bound = _bound(mine, cell, jumped, errors, record, left, observed_left, observed, error)
-        track = between(grid, record, left, mine, cell, jumped, bound, observed_left)
-        nodes.log_scale[k] = record_density_nodes(
-            track.record,
-            track.left,
-            observed_left,
-            observed,
-            error,
-            _log_density(track.square, errors),
-            np.log(track.grid) if in_log else track.grid,
-            panels[k],
-            finest,
-            nodes.place[k],
-            nodes.weight[k],
-            nodes.tail[k],
-        )
-        # Frictions that the speeds rule out lie beyond the fine ones.
-        if track.grid[0] > mu[0]:
-            nodes.tail[k, 0] = 0.0
-        if track.grid[-1] < mu[-1]:
-            nodes.tail[k, 1] = 0.0
-
-
-@kernel
-def _bound(  # type: ignore[no-untyped-def]
-    predicted, cell, jumped, errors, record, left, observed_left, observed, error
-):
-    """The most that the log likelihood can be in each cell of frictions `[n_friction - 1]`.
-
-    -inf where the record is out of reach, and where it leaves less than `DEPTH` below the best:
-    speeds can add no more than their density at its highest.
-    """
-    bound = _by_record(record, left, observed_left, observed, error)
-    best = np.argmax(bound)
-    ends = _at_ends(np.array([best]), predicted, cell, jumped, errors)
-    least = bound[best] + max(ends[best], ends[best + 1]) - DEPTH + errors[2]
-    # Beyond reach there are no points of the likelihood: the nearest friction, at most.
-    likely = np.flatnonzero(bound >= max(least, min(bound[best], -0.5 * REACH * REACH)))
-    ends = _at_ends(likely, predicted, cell, jumped, errors)
-    found = np.full(len(bound), -np.inf)
-    found[likely] = bound[likely] + np.maximum(ends[likely], ends[likely + 1])
-    if not np.isfinite(np.max(found)):
-        found[likely] = 0.0
-    return found
-
-
-@kernel
-def _by_record(record, left, observed_left, observed, error):  # type: ignore[no-untyped-def]
-    """The most that the record alone leaves each cell of frictions `[n_friction - 1]`, a log."""
-    n = len(record) - 1
-    bound = np.zeros(n)
-    for j in range(n):
-        if observed_left:
-            if not (left[j] or left[j + 1]):
-                bound[j] = -np.inf
-        elif left[j] and left[j + 1]:
-            bound[j] = -np.inf
-        else:
-            z0, z1 = (record[j] - observed) / error, (record[j + 1] - observed) / error
-            if z0 * z1 > 0.0:
-                bound[j] -= 0.5 * min(abs(z0), abs(z1)) ** 2
-    return bound
-
-
-@kernel
-def _at_ends(cells, predicted, cell, jumped, errors):  # type: ignore[no-untyped-def]
-    """Log density of the speeds at the ends of these cells, `[n_friction]`; -inf elsewhere.
-
-    In `cell` the block that passes comes as slow as `jumped`; so does all between it and the next.
-    """
-    asked = np.zeros(len(predicted), dtype=np.bool_)
-    for j in cells:
-        asked[j], asked[j + 1] = True, True
-    rows = np.flatnonzero(asked)
-    square = predicted[rows] ** 2
-    for k in range(len(rows)):
-        if rows[k] == cell:
-            square[k] = jumped
-    result = np.full(len(predicted), -np.inf)
-    result[rows] = _log_density(square, errors)
-    return result
-
-
-def speed_log_likelihood(track: SpeedRecord, predicted: Floats, scatter: float) -> Floats:
-    """Log density of the speeds of one track given each friction, `[n_friction]`.
-
-    `predicted` `[n_friction, n_speeds]` in m/s, `scatter` of friction along the track.
-    """
-    errors = whitening(track.speed, track.sigma, track.spread, scatter)
-    return np.asarray(_log_density(predicted**2, errors))
-
-
-@kernel
-def _log_density(predicted, errors):  # type: ignore[no-untyped-def]
-    """Log density of one track's speeds for each row of u² `predicted` `[n_friction, n_speeds]`."""
-    measured, whiten, constant = errors
-    k = len(measured)
-    result = np.empty(len(predicted))
-    misfit = np.empty(k)
-    for j in range(len(predicted)):
-        total = 0.0
-        for a in range(k):
-            misfit[a] = measured[a] - predicted[j, a]
-            z = 0.0
-            for b in range(a + 1):
-                z += whiten[a, b] * misfit[b]
-            total += z * z
-        result[j] = -0.5 * total - constant
-    return result

@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.site import Site, build_site, release_places, stop_place
+from avahazard.effects.site import Site, build_site, release_places
 from avahazard.engine import spread_map
+from avahazard.inference.model.height_over_length import height_over_length
 from avahazard.inference.model.release_error import carried_error, stated_release_sigma
-from avahazard.inference.model.speed_record import SpeedRecord, speed_record
+from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.speed_records import speed_records
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event, Speed
+from avahazard.records.event import Event
 from avahazard.records.path import Profile
 
 ELEVATION, PLACE, LENGTH, LEFT = 0, 1, 2, 3
@@ -124,7 +126,7 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         if event.path_id is None and event.release_elevation_m is not None:
             elevation[i] = event.release_elevation_m
     columns = build_columns(
-        events, paths, elevation, _height_over_length(events, tuple(sites), release)
+        events, paths, elevation, height_over_length(events, tuple(sites), release)
     )
     kinds = [_observation(e) for e in events]
     kind = np.array([k for k, _ in kinds], dtype=np.int64)
@@ -155,37 +157,11 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
             [_or_nan(paths[e.path_id].observed_below_m) if e.path_id else np.nan for e in events]
         ),
         volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
-        speeds=_speed_records(
+        speeds=speed_records(
             records.speeds, index, events, {s.path.path_id: s for s in sites}, release
         ),
         in_ratio=in_ratio,
     )
-
-
-def _height_over_length(
-    events: Sequence[Event], sites: tuple[Site, ...], release: NDArray[np.int64]
-) -> Floats:
-    """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown."""
-    ratio = np.full(len(events), np.nan)
-    ground: dict[str, tuple[Site, Floats, Floats]] = {}
-    for site in sites:
-        y = site.smooth.height(site.terrain.x)
-        # Lowest so far, falling: its negative is sorted for the search.
-        ground[site.path.path_id] = site, y, -np.minimum.accumulate(y)
-    for i, e in enumerate(events):
-        if e.path_id is None:
-            if e.fall_height_m and e.runout_length_m:
-                ratio[i] = e.fall_height_m / e.runout_length_m
-            continue
-        site, y, fallen = ground[e.path_id]
-        x, stop = site.terrain.x, e.runout_x_m
-        if stop is None and e.runout_elevation_m is not None:
-            stop = float(x[min(int(np.searchsorted(fallen, -e.runout_elevation_m)), len(x) - 1)])
-        start = float(site.release_x[release[i]])
-        if stop is not None and stop > start and not e.left_profile:
-            top, bottom = np.interp([start, stop], x, y)
-            ratio[i] = (top - bottom) / (stop - start)
-    return ratio
 
 
 def _or_nan(value: float | None) -> float:
@@ -223,39 +199,3 @@ def _sigma(event: Event) -> float:
     if event.in_ratio:
         return H_OVER_L_REL_SIGMA / (event.h_over_l or 1.0)
     return event.runout_sigma_m
-
-
-def _speed_records(
-    speeds: Sequence[Speed],
-    index: dict[str, int],
-    events: Sequence[Event],
-    sites: dict[str, Site],
-    release: NDArray[np.int64],
-) -> tuple[SpeedRecord, ...]:
-    """Speeds by event, in the order of the events; elevations become the first place there."""
-    of_event: dict[int, list[Speed]] = {}
-    for speed in speeds:
-        if speed.event_id in index:
-            of_event.setdefault(index[speed.event_id], []).append(speed)
-    result = []
-    for i, measured in sorted(of_event.items()):
-        path_id = events[i].path_id
-        if path_id is None:
-            continue
-        site = sites[path_id]
-        smooth = site.smooth
-        stop = stop_place(smooth, events[i])
-        places = release_places(smooth, [s.elevation_m for s in measured])
-        x = [x if s.x_m is None else s.x_m for s, x in zip(measured, places, strict=True)]
-        order = np.argsort(x, kind="stable")
-        result.append(
-            speed_record(
-                event=i,
-                x=np.array(x)[order],
-                speed=np.array([s.speed_m_s for s in measured])[order],
-                sigma=np.array([s.speed_sigma_m_s for s in measured])[order],
-                release_x=float(site.release_x[release[i]]),
-                stop_x=smooth.x_max if stop is None else min(stop, smooth.x_max),
-            )
-        )
-    return tuple(result)

@@ -16,9 +16,9 @@ from avahazard.criticism.screening.tables import (
     with_scatter,
 )
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
 from avahazard.inference.model.observations import LEFT, Observations
 from tests.inference import studies
+from tests.inference.naive_nodes import speed_log_likelihood
 
 TRACK_SCATTER = 0.05
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood import node_grid
+from avahazard.inference.likelihood import kept_runs
 from avahazard.inference.likelihood.interpolation import packed, unpacked
-from avahazard.inference.likelihood.node_grid import LEAST_KEPT, MOST_BYTES, within
+from avahazard.inference.likelihood.keeping import LEAST_KEPT, MOST_BYTES, within
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
 from avahazard.inference.model.layout import regridded
@@ -30,9 +30,9 @@ def test_blocks_that_no_parameter_moves_are_run_once(monkeypatch: pytest.MonkeyP
     model = posterior(observations(speeds=False))
     model.nodes.point(())
     with monkeypatch.context() as patch:
-        patch.setattr(node_grid, "run_blocks", None)
+        patch.setattr(kept_runs, "run_blocks", None)
         found = model.nodes.predicted_at(near(model))
-    fresh = predict_records(model.observations, (), {}, model.nodes.curvature)
+    fresh = predict_records(model.observations, (), {})
     np.testing.assert_array_equal(found.record, fresh.record)
 
 
@@ -85,7 +85,7 @@ def test_few_frictions_are_run_near_the_records(monkeypatch: pytest.MonkeyPatch)
         runs.append(run_blocks(*args))
         return runs[-1]
 
-    monkeypatch.setattr(node_grid, "run_blocks", kept)
+    monkeypatch.setattr(kept_runs, "run_blocks", kept)
     grid.panels()
     grid._of_point((3, 4))
     whole, near = runs
@@ -100,7 +100,7 @@ def test_few_frictions_are_run_near_the_records(monkeypatch: pytest.MonkeyPatch)
 def test_a_scatter_along_tracks_asks_for_no_new_run(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = posterior(in_sight(), "turbulent-drag").nodes
     grid._of_point((3, 4))
-    monkeypatch.setattr(node_grid, "run_blocks", None)
+    monkeypatch.setattr(kept_runs, "run_blocks", None)
     one, other = grid._of_point((3, 4)), grid._of_point((3, 7))
     assert not np.array_equal(one.log_scale, other.log_scale)
     # Nor do the same places of another grid.

@@ -14,7 +14,6 @@ from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.node_kernels import FEW
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
-from avahazard.inference.likelihood.speed_nodes import speed_log_likelihood
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 from avahazard.physics.runout_curve import MU
@@ -228,7 +227,7 @@ def _speeds() -> tuple[SpeedRecord, np.ndarray]:
 
 def test_speeds_join_the_record() -> None:
     record, predicted = _speeds()
-    log_speed = speed_log_likelihood(record, predicted, 0.0)
+    log_speed = naive_nodes.speed_log_likelihood(record, predicted, 0.0)
     nodes = _nodes(PLAIN, observed=1350.0, sigma=25.0, speeds=(record, predicted))
     for m, s in FRICTIONS:
         density = _density(m, s)
@@ -239,7 +238,7 @@ def test_speeds_join_the_record() -> None:
 
 def test_speeds_of_an_event_that_left() -> None:
     record, predicted = _speeds()
-    log_speed = speed_log_likelihood(record, predicted, 0.0)
+    log_speed = naive_nodes.speed_log_likelihood(record, predicted, 0.0)
     left = MU < 0.42
     nodes = _nodes(PLAIN, kind=LEFT, speeds=(record, predicted), left=left)
     assert not nodes.is_probability[0]
@@ -258,7 +257,7 @@ def test_where_f_jumps_over_the_stop_the_block_is_brought_to_rest() -> None:
     observed = 0.5 * float(curve[cell] + curve[cell + 1])
     with_it = _nodes(curve, observed=observed, speeds=(record, predicted), jumped=slow)
     plain = _nodes(curve, observed=observed)
-    log_speed = speed_log_likelihood(record, np.sqrt(slow.square)[None], 0.0)[0]
+    log_speed = naive_nodes.speed_log_likelihood(record, np.sqrt(slow.square)[None], 0.0)[0]
     gain = _log_likelihood(with_it, np.log(0.45), 0.15) - _log_likelihood(plain, np.log(0.45), 0.15)
     assert gain == pytest.approx(log_speed, abs=0.05)
 
