@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import os
 import shutil
 import uuid
@@ -19,12 +20,12 @@ from tests.once import WORKER, bytecode_once, compile_once, made_once
 from tests.order import ordered
 
 ROOT = Path(__file__).resolve().parents[1]
+# As the program does (`avahazard.cli.main`); other modules of tests import numpy, this one must not.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Share what is compiled among workers."""
-    # As the program does (`avahazard.cli.main`); numpy is not here yet.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if WORKER:
         compile_once()
         bytecode_once(config)
@@ -202,6 +203,37 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def snow_database(snow_world: Path, tmp_path: Path) -> str:
     """Give a copy of the database of `snow_world`."""
     return str(shutil.copy(snow_world / "base.db", tmp_path / "snow.db"))
+
+
+@pytest.fixture(scope="session")
+def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give a folder with `base.db`, whose model `base` does not know that column_1 matters, and its
+    diagnosis: `diagnosis.json`, stored in `diagnosed.db`, `candidates.png` and the shares of
+    the work that were told, `told.json`; do not write to it."""
+    from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
+    from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
+    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+    from tests.criticism.lengths import as_csv, lengths  # noqa: PLC0415
+
+    def make(folder: Path) -> None:
+        base, diagnosed = str(folder / "base.db"), str(folder / "diagnosed.db")
+        (folder / "events.csv").write_text(as_csv(lengths(90, 0.12)), encoding="utf-8")
+        upkeep.create(base)
+        import_files(base, [folder / "events.csv"])
+        calibrate(base, "base", law="power", chains=2, draws=100)
+        shutil.copy(base, diagnosed)
+        told: list[float] = []
+        found = diagnose_model(
+            diagnosed,
+            "base",
+            n_worlds=39,
+            plot=folder / "candidates.png",
+            report=lambda _what, done, _total: told.append(done),
+        )
+        (folder / "diagnosis.json").write_text(json.dumps(found.to_dict()), encoding="utf-8")
+        (folder / "told.json").write_text(json.dumps(told), encoding="utf-8")
+
+    return made_once(tmp_path_factory, "diagnosed", make)
 
 
 @pytest.fixture(scope="session")
