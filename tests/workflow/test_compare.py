@@ -17,13 +17,15 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare, coordinate_name
 from avahazard.workflow.import_files import import_files
 from tests.criticism.studies import slopes, straight, with_left
+from tests.few_draws import few_draws
 
 
 @pytest.fixture(scope="module")
 def document(snow_world: Path, tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     file = tmp_path_factory.mktemp("compare") / "copy.db"
     file.write_bytes((snow_world / "base.db").read_bytes())
-    return compare(str(file), "base")
+    with few_draws():
+        return compare(str(file), "base")
 
 
 def test_what_it_holds(document: Comparison) -> None:
@@ -53,6 +55,7 @@ def test_scores_make_sense(document: Comparison) -> None:
     assert abs(held.runout.crps_m / scores.runout.crps_m - 1.0) < 0.15
 
 
+@pytest.mark.usefixtures("drawn_little")
 def test_it_is_stored_and_the_same_again(snow_database: str, document: Comparison) -> None:
     with reading(snow_database) as session:
         assert latest_result(session, COMPARISON, "base") is None
@@ -72,6 +75,7 @@ def test_records_that_changed_since(snow_database: str, write: Any) -> None:
         compare(snow_database, "base")
 
 
+@pytest.mark.usefixtures("drawn_little")
 def test_the_papers_methods(snow_database: str) -> None:
     calibrate(snow_database, "gibbs", method="gibbs", chains=2, draws=300)
     calibrate(snow_database, "mh", method="metropolis", chains=2, draws=300)

@@ -71,6 +71,7 @@ def test_it_stays_with_the_model(database: str) -> None:
     assert any("records say little of log sigma" in note for note in notes)
 
 
+@pytest.mark.usefixtures("drawn_little")
 def test_a_child_of_another_law_keeps_the_prior_of_the_rest_and_has_its_own_prior(
     database: str,
 ) -> None:

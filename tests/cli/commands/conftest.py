@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,6 @@ from typer.testing import Result
 from avahazard.workflow.calibrate import calibrate
 from tests.conftest import command_line
 from tests.once import made_once
-
-PROGRAM = Path(sys.executable).with_name("avahazard")
 
 
 @pytest.fixture

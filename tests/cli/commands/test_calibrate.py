@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from typer.testing import Result
 
-from tests.cli.commands.conftest import PROGRAM
 from tests.conftest import command_line
 from tests.telling import untold
 
@@ -29,15 +27,8 @@ def mine(twin_database: str, tmp_path: Path) -> Run:
     return command_line(shutil.copy(twin_database, tmp_path / "mine.db"))
 
 
-def test_the_installed_command(twin_database: str, tmp_path: Path) -> None:
-    file = shutil.copy(twin_database, tmp_path / "mine.db")
-    done = subprocess.run(
-        [PROGRAM, "--db", file, "--json", "calibrate", "m", *SHORT, "--seed", "4"],
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    document = json.loads(done.stdout)
+def test_the_document(mine: Run) -> None:
+    document = json.loads(mine("--json", "calibrate", "m", *SHORT, "--seed", "4").stdout)
     assert document.keys() >= KEYS
     assert document["parameters"].keys() == {"a", "n", "sigma"}
     assert document["parameters"]["n"].keys() == {"mean", "sd", "mode", "q05", "q95", "unit"}

@@ -11,6 +11,8 @@ from typer.testing import Result
 
 from tests.telling import untold
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 Run = Callable[..., Result]
 
 

@@ -6,8 +6,12 @@ import json
 import shutil
 from pathlib import Path
 
+import pytest
+
 from tests.conftest import command_line
 from tests.docs.test_results import check
+
+pytestmark = pytest.mark.usefixtures("drawn_little")
 
 PROJECT = """
 files = ["world"]
