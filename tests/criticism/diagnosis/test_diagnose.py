@@ -27,12 +27,15 @@ def friction(columns):
 """
 
 
-def on_lengths(slope: float, seed: int = 1, own: tuple[Definition, ...] = ()) -> Diagnosis:
-    return diagnose(build_observations(lengths(90, slope, seed)), POWER, {}, own, n_worlds=39)
+def on_lengths(
+    slope: float, seed: int = 1, own: tuple[Definition, ...] = (), n_columns: int = 3
+) -> Diagnosis:
+    observations = build_observations(lengths(90, slope, seed, n_columns))
+    return diagnose(observations, POWER, {}, own, n_worlds=39)
 
 
 def test_a_column_that_matters_is_named_as_an_axis() -> None:
-    found = on_lengths(0.12)
+    found = on_lengths(0.12, n_columns=1)
     assert found.verdict == "unexplained"
     assert found.missing == ("covariate:column_1",)
     best = found.candidates[0]
@@ -54,7 +57,7 @@ def test_nothing_is_missing_where_nothing_is() -> None:
 
 
 def test_the_users_own_effect_is_named_before_a_smooth_of_its_column() -> None:
-    found = on_lengths(0.12, own=(definition_from(OWN, "own.py"),))
+    found = on_lengths(0.12, own=(definition_from(OWN, "own.py"),), n_columns=1)
     assert found.missing == ("first-column",) or set(found.missing) == {
         "first-column",
         "covariate:column_1",
