@@ -20,7 +20,7 @@ from tests.once import WORKER, bytecode_once, compile_once, made_once
 from tests.order import ordered
 
 ROOT = Path(__file__).resolve().parents[1]
-# As the program does (`avahazard.cli.main`); other modules of tests import numpy, this one must not.
+# As the program does (`avahazard.cli.main`); other modules import numpy, this one must not.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 

@@ -2,57 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 
-from avahazard.message import message
 from avahazard.records.errors import AvahazardError
-from avahazard.records.plain import plain
-from avahazard.report.html.content import Cover, ReportContent
-from avahazard.report.language import language_of
+from avahazard.report.html.content import Cover
 from avahazard.results.base import Report, silent
 from avahazard.results.database import WrittenReport
-from avahazard.results.diagnosis import Diagnosis
-from avahazard.store.models import list_models
-from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
-from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result
-from avahazard.store.session import reading
-from avahazard.store.terrain import load_terrain
 from avahazard.whole_file import put_in_place
-from avahazard.workflow.alpha_beta import alpha_beta_paths
-from avahazard.workflow.compare import stored_comparison
-from avahazard.workflow.friction_views import friction_densities
-from avahazard.workflow.ladder import ladder_rows
-from avahazard.workflow.model_friction import apparent_friction, friction_view
-from avahazard.workflow.models import show_model
-from avahazard.workflow.provenance import surroundings
-from avahazard.workflow.report_events import event_views, unknown_columns
-from avahazard.workflow.report_loop import loop_view
-from avahazard.workflow.report_paths import path_views
-from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
-from avahazard.workflow.stored.own_effects import own_effects
+from avahazard.workflow.report_content import UNTITLED, gather
 
-UNTITLED = Cover()
 ENDINGS = (".html", ".htm")
-NO_PROFILES = message(
-    "No path has a profile, so there are no lines to draw: import paths.csv and profiles.csv."
-)
-NO_BOUNDS = message("No bounds were computed. Make them: avahazard hazard {model}")
-ONE_SCATTER = message(
-    "A model by method metropolis holds all errors in one scatter, and cannot be set against "
-    "them. Calibrate with --method marginal to compare."
-)
-NOT_COMPARED = message(
-    "The model was not compared with held-out records. Do it: avahazard compare {model}"
-)
-CANNOT_BE_ASKED = message(
-    "A model by method {method} cannot be asked for missing effects. Calibrate with --method "
-    "marginal to ask."
-)
-NOT_DIAGNOSED = message(
-    "Nobody asked yet which effect is missing. Do it: avahazard diagnose {model}"
-)
-NO_ZONES = message("Pressures and zones were not computed. Make them: avahazard zones {model}")
 
 
 def write_report(
@@ -106,114 +66,3 @@ def write_report(
         n_events=len(content.events),
         lacking=tuple(content.lacking.values()),
     )
-
-
-def gather(
-    database: str,
-    name: str,
-    *,
-    cover: Cover = UNTITLED,
-    language: str = "en",
-    effect_files: Sequence[FilePath] = (),
-    report: Report = silent,
-) -> ReportContent:
-    """Gather what the report of a stored model shows.
-
-    Raises:
-        AvahazardError: as for `write_report`.
-    """
-    tongue = language_of(language)
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    everything = stored.records
-    with reading(database) as session:
-        models = list_models(session)
-        comparisons = {
-            model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
-            for model in models
-        }
-        diagnoses = {
-            model.name: Diagnosis.from_dict(document)
-            for model in models
-            if (document := latest_result(session, DIAGNOSIS, model.name)) is not None
-        }
-        rows = latest_documents(session, BOUNDS, name) or []
-        zones = latest_documents(session, ZONES, name) or []
-        grounds = {
-            profile.path_id: ground
-            for profile in everything.profiles
-            if (ground := load_terrain(session, profile.path_id)) is not None
-        }
-    report("Writing the report", 0.1, 1.0)
-    observations = stored.model.observations
-    found, _ = apparent_friction(stored.model)
-    report("Writing the report", 0.3, 1.0)
-    events = event_views(stored.training.events, stored.model, found.mu)
-    report("Writing the report", 0.6, 1.0)
-    baseline = plain(alpha_beta_paths(database)) if everything.profiles else []
-    paths = path_views(stored, events, rows, baseline, zones, grounds)
-    report("Writing the report", 0.7, 1.0)
-    loop = loop_view(database, stored, models, comparisons, diagnoses)
-    report("Writing the report", 0.9, 1.0)
-    calibration = show_model(database, name)
-    model = next(model for model in models if model.name == name)
-    return ReportContent(
-        model=calibration,
-        created=str(calibration.created),
-        draws={key: v.ravel() for key, v in load_parameter_draws(database, name).items()},
-        paths=paths,
-        events=events,
-        n_speeds=sum(len(track.x) for track in observations.speeds),
-        covariates=unknown_columns(observations),
-        friction=friction_view(stored.model),
-        densities=plain(friction_densities(found.mu, observations)),
-        ladder=ladder_rows(models, comparisons),
-        comparison=comparisons[name],
-        diagnosis=diagnoses.get(name),
-        rows=rows,
-        records_changed=stored.records_changed,
-        calibrated_paths=stored.paths,
-        effect_sha256=model.effect_sha256,
-        physics={entry.key: entry.meaning for entry in stored.definitions},
-        speed_limited=any(entry.limits_speed for entry in stored.definitions),
-        versions=surroundings().versions,
-        lacking=_lacking(
-            stored,
-            profiles=bool(everything.profiles),
-            comparison=comparisons[name] is not None,
-            diagnosis=name in diagnoses,
-            rows=bool(rows),
-            zones=bool(zones),
-        ),
-        loop=loop,
-        cover=cover,
-        language=tongue,
-    )
-
-
-def _lacking(
-    stored: StoredFit,
-    *,
-    profiles: bool,
-    comparison: bool,
-    diagnosis: bool,
-    rows: bool,
-    zones: bool,
-) -> Mapping[str, str]:
-    """By key, what the report lacks and the command that makes it."""
-    name, method = stored.name, stored.method
-    lacking = {}
-    if not profiles:
-        lacking["paths"] = lacking["rows"] = NO_PROFILES
-    elif not rows:
-        lacking["rows"] = NO_BOUNDS.format(model=name)
-    if method == "metropolis":
-        lacking["comparison"] = ONE_SCATTER
-    elif not comparison:
-        lacking["comparison"] = NOT_COMPARED.format(model=name)
-    if method != "marginal":
-        lacking["diagnosis"] = CANNOT_BE_ASKED.format(method=method)
-    elif not diagnosis:
-        lacking["diagnosis"] = NOT_DIAGNOSED.format(model=name)
-    if profiles and not zones:
-        lacking["zones"] = NO_ZONES.format(model=name)
-    return lacking
