@@ -24,7 +24,10 @@ from tests.gis.results import DESIGN_RUNOUT
 from tests.hazard.parabola import draws, path
 from tests.results.samples import HAZARD_ROW
 
-PLAIN = path(draws(0.1, 20), one_volume(1e5, 20))
+
+@pytest.fixture(scope="module")
+def plain() -> PathHazard:
+    return path(draws(0.1, 20), one_volume(1e5, 20))
 
 
 def told(given: PathHazard, **more: object) -> str:
@@ -32,18 +35,18 @@ def told(given: PathHazard, **more: object) -> str:
     return " ".join(row_notes(given, row))
 
 
-def test_nothing_to_say() -> None:
-    assert told(PLAIN) == ""
-    assert told(replace(PLAIN, rising=RisingFriction(0.01, 1e3, 1e6))) == ""
+def test_nothing_to_say(plain: PathHazard) -> None:
+    assert told(plain) == ""
+    assert told(replace(plain, rising=RisingFriction(0.01, 1e3, 1e6))) == ""
 
 
-def test_each_note() -> None:
-    assert "does not start in 12%" in told(PLAIN, p_not_released=0.12)
-    assert "100 years are over twice" in told(PLAIN, extrapolated=True)
-    assert "were not over 0" in told(PLAIN, n_nonpositive_friction=3)
-    assert "no design runout" in told(replace(PLAIN, rate_known=False))
+def test_each_note(plain: PathHazard) -> None:
+    assert "does not start in 12%" in told(plain, p_not_released=0.12)
+    assert "100 years are over twice" in told(plain, extrapolated=True)
+    assert "were not over 0" in told(plain, n_nonpositive_friction=3)
+    assert "no design runout" in told(replace(plain, rate_known=False))
     beyond = replace(DESIGN_RUNOUT, p_beyond=0.2)
-    assert "past the end of the profile" in told(PLAIN, design=beyond)
+    assert "past the end of the profile" in told(plain, design=beyond)
 
 
 @pytest.mark.parametrize(("share", "law"), [(0.25, "exponential"), (1.0, "power"), (0.0, "power")])

@@ -17,16 +17,14 @@ from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.hazard import hazard
 from tests.workflow.worlds import bowl, known_stops
 
-VAGUE = tuple(
-    replace(event, runout_sigma_m=5000.0, volume_m3=1e4 * (k + 1))
-    for k, event in enumerate(known_stops())
-)
-EQUAL = tuple(replace(event, volume_m3=3e4, volume_rel_sigma=0.01) for event in known_stops())
-
 
 @pytest.mark.slow
 def test_the_prior_is_called_what_it_is(database: str) -> None:
-    events, prior = VAGUE, {"log a", "log sigma"}
+    prior = {"log a", "log sigma"}
+    events = tuple(
+        replace(event, runout_sigma_m=5000.0, volume_m3=1e4 * (k + 1))
+        for k, event in enumerate(known_stops())
+    )
     with writing(database) as session:
         save_records(session, bowl(events=events))
     found = calibrate(database, "m", chains=2, draws=300, seed=2)
@@ -42,7 +40,7 @@ def test_the_prior_is_called_what_it_is(database: str) -> None:
 
 def test_least_squares_of_equal_volumes_say_so(database: str) -> None:
     with writing(database) as session:
-        save_records(session, bowl(events=EQUAL))
+        save_records(session, bowl(events=known_stops(volume_m3=3e4, volume_rel_sigma=0.01)))
     found = fit_laws(database)
     for row in found.rows:
         assert all(math.isfinite(p.value) and abs(p.value) < 10 for p in row.parameters.values())

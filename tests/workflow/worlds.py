@@ -41,6 +41,7 @@ def _terrain(step: float) -> tuple[list[float], list[float]]:
     return slope.tolist(), bend.tolist()
 
 
+@cache
 def stop_x(mu: float, step: float = 0.1) -> float:
     """Where the block stops in the regularised bowl, by midpoint steps of equation 2.3."""
     slopes, bends = _terrain(step)

@@ -18,7 +18,9 @@ from avahazard.workflow.models import show_model
 from avahazard.workflow.stored.record_notes import record_notes
 from tests.workflow.worlds import bowl, height, known_stops
 
-EVENTS = known_stops(volume_m3=3e4)
+
+def events() -> tuple[Event, ...]:
+    return known_stops(volume_m3=3e4)
 
 
 def notes(records: Records) -> tuple[str, ...]:
@@ -30,11 +32,11 @@ def cliff(depth_m: float) -> Records:
     x = np.linspace(0.0, 1900.0, 96)
     y = height(x) + depth_m * (x < 500.0)
     profile = Profile("B", x, y, elevation_sigma_m=np.full(len(x), 0.5))
-    return Records((Path("B"),), (profile,), EVENTS)
+    return Records((Path("B"),), (profile,), events())
 
 
 def test_right_records_need_no_note() -> None:
-    assert notes(bowl(events=EVENTS)) == ()
+    assert notes(bowl(events=events())) == ()
 
 
 def test_a_path_that_misses_its_terrain_is_told_with_the_place() -> None:
@@ -64,7 +66,7 @@ def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
         deposit_thickness_m=2.0,
     )
     before = Event("before", "B", runout_x_m=900.0, left_profile=True, volume_m3=1e4)
-    records = bowl(events=(*EVENTS, wrong, before))
+    records = bowl(events=(*events(), wrong, before))
     note, of_place = notes(records)
     assert "event wrong contradicts itself: volume_m3 is 1e+06; accepted would be about 100" in note
     assert "event before contradicts itself: runout_x_m is 900" in of_place
