@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from itertools import groupby
 from operator import attrgetter
@@ -56,9 +56,18 @@ def load_by_pieces(session: Session) -> Iterator[Records]:
     yield _load(session, lambda column: column.is_(None))
 
 
-def load_events(session: Session, path_ids: Sequence[str] = ()) -> Iterator[Event]:
-    """Give the events of these paths, or of all without a name, in the same order."""
-    return _events(session, (lambda column: column.in_(path_ids)) if path_ids else None)
+def load_events(session: Session) -> Iterator[Event]:
+    """Give all events, in the same order."""
+    return _events(session, None)
+
+
+def load_without_profiles(session: Session, path_ids: Collection[str] = ()) -> Records:
+    """Return paths and events alone: of these paths, or all, with events without a path."""
+    wanted = set(path_ids)
+    return Records(
+        paths=tuple(p for p in _paths(session, None) if not wanted or p.path_id in wanted),
+        events=tuple(e for e in load_events(session) if not wanted or e.path_id in wanted),
+    )
 
 
 def _load(session: Session, chosen: Chosen | None) -> Records:
