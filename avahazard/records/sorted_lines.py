@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from heapq import merge
 from typing import IO
 
-HELD_BYTES = 16_000_000
+HELD_BYTES = 8_000_000
 """Bytes of lines that are held; what is more waits in files, sorted."""
+MOST_FILES = 64
+"""Files that are open at a time: where there are more, they become one."""
 
 
 class SortedLines:
@@ -37,13 +39,24 @@ class SortedLines:
         try:
             yield from merge(*self._files, self._held)
         finally:
-            for file in self._files:
-                file.close()
-            self._held, self._files, self._size, self.count = [], [], 0, 0
+            self._close()
+            self._held, self._size, self.count = [], 0, 0
 
     def _put_away(self) -> None:
+        self._held.sort()
+        lines: Iterable[bytes] = self._held
+        full = len(self._files) == MOST_FILES
+        if full:
+            lines = merge(*self._files, lines)
         file = tempfile.TemporaryFile(prefix="avahazard-")  # noqa: SIM115 (closed when it is read)
-        file.writelines(sorted(self._held))
+        file.writelines(lines)
         file.seek(0)
+        if full:
+            self._close()
         self._files.append(file)
         self._held, self._size = [], 0
+
+    def _close(self) -> None:
+        for file in self._files:
+            file.close()
+        self._files = []

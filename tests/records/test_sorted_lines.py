@@ -10,9 +10,10 @@ from avahazard.records import sorted_lines
 from avahazard.records.sorted_lines import SortedLines
 
 
-@pytest.mark.parametrize("held", [0, 40, 10_000])
-def test_they_come_out_sorted(monkeypatch: pytest.MonkeyPatch, held: int) -> None:
+@pytest.mark.parametrize(("held", "files"), [(0, 7), (0, 300), (40, 64), (10_000, 64)])
+def test_they_come_out_sorted(monkeypatch: pytest.MonkeyPatch, held: int, files: int) -> None:
     monkeypatch.setattr(sorted_lines, "HELD_BYTES", held)
+    monkeypatch.setattr(sorted_lines, "MOST_FILES", files)
     rng = random.Random(0)
     # One may begin another, and come twice.
     texts = ["".join(rng.choices(' "az', k=rng.randrange(6))) for _ in range(200)]
@@ -20,6 +21,7 @@ def test_they_come_out_sorted(monkeypatch: pytest.MonkeyPatch, held: int) -> Non
     for text in texts:
         lines.add(text)
     assert lines.count == 200
+    assert len(lines._files) <= files
     assert list(lines.read()) == [text.encode() + b"\n" for text in sorted(texts)]
     assert (lines.count, list(lines.read())) == (0, [])
 
