@@ -23,7 +23,7 @@ from scipy.special import ndtr  # noqa: E402
 from avahazard.arrays import Floats  # noqa: E402
 from avahazard.hazard.avalanches import Avalanches  # noqa: E402
 from avahazard.hazard.exceedance import exceeded_runout  # noqa: E402
-from avahazard.hazard.frequencies import volume_frequencies  # noqa: E402
+from avahazard.hazard.frequencies import known_volumes, volume_frequencies  # noqa: E402
 from avahazard.hazard.path_hazard import path_hazard  # noqa: E402
 from avahazard.inference.likelihood.assemble import with_effects  # noqa: E402
 from avahazard.inference.model.observations import build_observations  # noqa: E402
@@ -72,7 +72,7 @@ def ranks(world: TrueWorld) -> list[tuple[str, Row]]:
     ).model
     if world.told is not None:
         model = model.on(build_observations(world.records))
-    frequencies = volume_frequencies(world.records, world.seed)
+    frequencies = volume_frequencies(known_volumes(world.records), world.seed)
     found: list[tuple[str, Row]] = []
     for k, site in enumerate(world.sites):
         truth = exceeded_once(world, k, true_runouts(world, k, run_path(world, k)), YEARS)

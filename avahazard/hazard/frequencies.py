@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 
@@ -19,9 +20,13 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
+from avahazard.records.lookup import of_path
+from avahazard.records.path import Path
 
 DENSITY_RATIO = 0.5
 """Density of released snow over that of the deposit: about 200 over 400 kg/m3."""
+RELEASE_AREA = "release_area_m2"
+"""The column of paths that snowfall is made a volume by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +43,38 @@ class VolumeSource:
     table: FilePath | None = None
     snowfall: FilePath | None = None
     density_ratio: float = DENSITY_RATIO
+
+
+@dataclass(frozen=True, slots=True)
+class KnownVolumes:
+    """What the records of paths tell of their volumes, gathered piece by piece.
+
+    `refused` says of a path why it has no record; `areas` are release areas (m2) of paths that
+    state one over 0.
+    """
+
+    records: list[VolumeRecord] = field(default_factory=list)
+    refused: dict[str, AvahazardError] = field(default_factory=dict)
+    areas: dict[str, float] = field(default_factory=dict)
+
+    def add(self, path: Path, events: Sequence[Event]) -> None:
+        """Add a path, given all its events."""
+        try:
+            self.records.append(volume_record(path, events))
+        except AvahazardError as error:
+            # Its traceback would hold the events.
+            self.refused[path.path_id] = error.with_traceback(None)
+        area = path.covariates.get(RELEASE_AREA)
+        if isinstance(area, float | int) and area > 0.0:
+            self.areas[path.path_id] = float(area)
+
+
+def known_volumes(records: Records) -> KnownVolumes:
+    """What whole records tell of the volumes of their paths."""
+    known = KnownVolumes()
+    for path in records.paths:
+        known.add(path, of_path(records, path.path_id).events)
+    return known
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +124,7 @@ class Frequencies:
     ) -> VolumeFrequency:
         if path_id not in self.areas:
             raise AvahazardError(
-                f"Path {path_id} has no release_area_m2.",
+                f"Path {path_id} has no {RELEASE_AREA}.",
                 "Add this column to paths.csv and import it with --update.",
             )
         own = depths.get(path_id, depths.get(None))
@@ -122,43 +159,20 @@ class Frequencies:
 
 
 def volume_frequencies(
-    records: Records, seed: int, source: VolumeSource | None = None
+    known: KnownVolumes, seed: int, source: VolumeSource | None = None
 ) -> Frequencies:
-    """The frequencies of all paths of the records. Raises `AvahazardError` for a bad source."""
+    """The frequencies of all paths. Raises `AvahazardError` for a bad source."""
     source = source or VolumeSource()
     if not (np.isfinite(source.density_ratio) and source.density_ratio > 0.0):
         raise AvahazardError(
             f"The density ratio is {source.density_ratio:g}.", "Give a number over 0, such as 0.5."
         )
-    known, refused = volume_records(records)
     return Frequencies(
-        region=region_of(known, source.family, source.threshold_m3),
-        refused=refused,
+        region=region_of(known.records, source.family, source.threshold_m3),
+        refused=known.refused,
         seed=seed,
         source=source,
         table=None if source.table is None else read_return_volumes(source.table),
         depths=None if source.snowfall is None else read_snow_depths(source.snowfall),
-        areas=_areas(records),
+        areas=known.areas,
     )
-
-
-def _areas(records: Records) -> dict[str, float]:
-    """Release areas (m2) by path, where the column has a number over 0."""
-    values = {p.path_id: p.covariates.get("release_area_m2") for p in records.paths}
-    return {k: float(v) for k, v in values.items() if isinstance(v, float | int) and v > 0.0}
-
-
-def volume_records(records: Records) -> tuple[list[VolumeRecord], dict[str, AvahazardError]]:
-    """The volume record of each path, or why it has none."""
-    by_path: dict[str, list[Event]] = {path.path_id: [] for path in records.paths}
-    for event in records.events:
-        if event.path_id is not None:
-            by_path[event.path_id].append(event)
-    known: list[VolumeRecord] = []
-    refused: dict[str, AvahazardError] = {}
-    for path in records.paths:
-        try:
-            known.append(volume_record(path, by_path[path.path_id]))
-        except AvahazardError as error:
-            refused[path.path_id] = error
-    return known, refused

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -20,6 +21,8 @@ Method = Literal["auto", "legendre", "spline"]
 DEGREE = 8
 PENALTY = 1e-4
 N_SAMPLED = 4001
+KEPT_SAMPLED = 32
+"""Paths, those asked last, whose sampled places are kept."""
 POINTS_A_TERM = 2
 """With fewer points for each of its terms a polynomial cannot show that it misses them."""
 
@@ -47,14 +50,10 @@ class SmoothProfile:
     sigma_m: float = 0.0
     sigma_source: Source | None = None
     posterior: GroundPosterior | None = None
-    kept: list[tuple[Floats, Floats]] = field(default_factory=list, init=False, repr=False)
 
     def sampled(self) -> tuple[Floats, Floats]:
-        """Places x, and elevations there, evenly along the path, `[N_SAMPLED]`; kept."""
-        if not self.kept:
-            x = np.linspace(self.x_min, self.x_max, N_SAMPLED)
-            self.kept.append((x, self.height(x)))
-        return self.kept[0]
+        """Places x, and elevations there, evenly along the path, `[N_SAMPLED]`; kept a while."""
+        return _sampled(self)
 
     def height(self, x: Floats | float) -> Floats:
         """Elevation at x."""
@@ -62,6 +61,12 @@ class SmoothProfile:
         if isinstance(self.derivatives, Derivatives):
             return self.derivatives.curve(place)
         return self.derivatives(place)[0]
+
+
+@lru_cache(maxsize=KEPT_SAMPLED)
+def _sampled(smooth: SmoothProfile) -> tuple[Floats, Floats]:
+    x = np.linspace(smooth.x_min, smooth.x_max, N_SAMPLED)
+    return x, smooth.height(x)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,34 +11,54 @@ import numpy as np
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
+from avahazard.records.sorted_lines import SortedLines
 
 FINGERPRINT = "fingerprint"
 """Under this name it is kept with the records."""
 
 
 def data_fingerprint(records: Records) -> str:
-    """Return the SHA-256 of `records` in hexadecimal.
-
-    It depends on what is recorded only, to the last bit of every number, not on the order
-    of the records: the same data imported in another order have the same fingerprint.
-    """
+    """Return the SHA-256 of `records` in hexadecimal (`Fingerprint`)."""
     if FINGERPRINT not in records.kept:
-        records.kept[FINGERPRINT] = _fingerprint(records)
+        whole = Fingerprint()
+        whole.add(records)
+        records.kept[FINGERPRINT] = whole.hexdigest()
     return str(records.kept[FINGERPRINT])
 
 
-def _fingerprint(records: Records) -> str:
-    digest = hashlib.sha256()
-    for kind, texts in (
-        ("paths", sorted(_line(p) for p in records.paths)),
-        ("profiles", sorted(_line(p) for p in records.profiles)),
-        ("events", sorted(_event_line(e) for e in records.events)),
-        ("speeds", sorted(_line(s) for s in records.speeds)),
-    ):
-        digest.update(f"{kind} {len(texts)}\n".encode())
-        for text in texts:
-            digest.update(text.encode() + b"\n")
-    return digest.hexdigest()
+class Fingerprint:
+    """The fingerprint of records that are added piece by piece, in any order.
+
+    It depends on what is recorded only, to the last bit of every number, not on the order
+    of the records: the same data imported in another order have the same fingerprint. Few of
+    the records are held at a time.
+    """
+
+    def __init__(self) -> None:
+        self._lines = {kind: SortedLines() for kind in ("paths", "profiles", "events", "speeds")}
+
+    def add(self, records: Records) -> bytes:
+        """Add a piece, and return its own digest, which depends on the order in it."""
+        own = hashlib.sha256()
+        for kind, texts in (
+            ("paths", map(_line, records.paths)),
+            ("profiles", map(_line, records.profiles)),
+            ("events", map(_event_line, records.events)),
+            ("speeds", map(_line, records.speeds)),
+        ):
+            for text in texts:
+                own.update(f"{kind} {text}\n".encode())
+                self._lines[kind].add(text)
+        return own.digest()
+
+    def hexdigest(self) -> str:
+        """The fingerprint of all pieces, once all are added."""
+        digest = hashlib.sha256()
+        for kind, lines in self._lines.items():
+            digest.update(f"{kind} {lines.count}\n".encode())
+            for line in lines.read():
+                digest.update(line)
+        return digest.hexdigest()
 
 
 def _line(record: Path | Profile | Speed) -> str:

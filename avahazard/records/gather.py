@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from avahazard.records.build import build_event, build_path, build_profile, build_speed
@@ -49,14 +48,17 @@ def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> 
     profiles = []
     for table in tables:
         _note_unused(table, ProfileRow, intake)
-        points: dict[str, list[tuple[int, ProfileRow]]] = {}
-        for line, row in check_rows(ProfileRow, table.file, table.numbered(), intake.problems):
-            points.setdefault(row.path_id, []).append((line, row))
-        n_rows = Counter(cells.get("path_id") for cells in table.rows)
-        for path_id, rows in points.items():
+        # Path by path: checked rows take as much memory again as their cells.
+        points: dict[str | None, list[tuple[int, dict[str, str]]]] = {}
+        for line, cells in table.numbered():
+            points.setdefault(cells.get("path_id"), []).append((line, cells))
+        for path_id, mine in points.items():
+            rows = list(check_rows(ProfileRow, table.file, iter(mine), intake.problems))
+            if path_id is None or not rows:
+                continue
             if not intake.claim(("profile", path_id), (table.file, rows[0][0]), "path_id", path_id):
                 continue
-            whole = len(rows) == n_rows[path_id]
+            whole = len(rows) == len(mine)
             profile = build_profile(table.file, rows, intake.problems) if whole else None
             if profile is None:
                 continue

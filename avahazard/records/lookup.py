@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -19,13 +19,17 @@ def find_path(records: Records, path_id: str) -> Path:
     for path in records.paths:
         if path.path_id == path_id:
             return path
-    names = [path.path_id for path in records.paths]
+    raise unknown_path(path_id, [path.path_id for path in records.paths])
+
+
+def unknown_path(path_id: str, names: Sequence[str]) -> AvahazardError:
+    """That there is no path of this name among those that there are."""
     if not names:
         hint = "There are no paths yet: import some with `avahazard import`."
     else:
         more = f" and {len(names) - 12} more" if len(names) > 12 else ""
         hint = f"The paths are: {', '.join(names[:12])}{more}."
-    raise AvahazardError(f"There is no path '{path_id}'.", hint)
+    return AvahazardError(f"There is no path '{path_id}'.", hint)
 
 
 def find_profile(records: Records, path: Path) -> Profile:
@@ -37,8 +41,13 @@ def find_profile(records: Records, path: Path) -> Profile:
     for profile in records.profiles:
         if profile.path_id == path.path_id:
             return profile
-    raise AvahazardError(
-        f"No profile is stored for path {path.path_id}.",
+    raise no_profile(path.path_id)
+
+
+def no_profile(path_id: str) -> AvahazardError:
+    """That a path has no profile."""
+    return AvahazardError(
+        f"No profile is stored for path {path_id}.",
         "Import a profiles.csv with the points of this path.",
     )
 
@@ -84,16 +93,21 @@ def only_paths(records: Records, paths: Sequence[str]) -> Records:
     )
 
 
-def paths_to_run(records: Records, named: Sequence[str]) -> list[str]:
+def paths_to_run(
+    path_ids: Sequence[str], with_profile: Collection[str], named: Sequence[str]
+) -> list[str]:
     """The paths that are named, or all with a profile, in the order of their names.
 
     Raises:
         AvahazardError: a path is unknown or has no profile, or there are none with a profile.
     """
+    known = set(path_ids)
     for path_id in named:
-        find_profile(records, find_path(records, path_id))
-    profiles = {profile.path_id for profile in records.profiles}
-    found = sorted(set(named) or {p.path_id for p in records.paths} & profiles)
+        if path_id not in known:
+            raise unknown_path(path_id, path_ids)
+        if path_id not in with_profile:
+            raise no_profile(path_id)
+    found = sorted(set(named) or known.intersection(with_profile))
     if not found:
         raise AvahazardError(
             "There are no paths with a profile.", "Import paths.csv and profiles.csv first."

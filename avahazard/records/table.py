@@ -57,6 +57,8 @@ def read_tables(path: FilePath, problems: list[RowProblem]) -> list[Table]:
         text = decode(file, raw, problems)
         sheet = text and split(file, *text, problems)
         sheets = [sheet] if sheet else []
+        del text
+    del raw
     return [table for sheet in sheets if (table := _table(sheet, problems))]
 
 

@@ -1,8 +1,8 @@
-"""Records out of the database."""
+"""Records out of the database: all, those of some paths, or piece by piece."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from itertools import groupby
 from operator import attrgetter
@@ -10,7 +10,7 @@ from sys import intern
 from typing import Any
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import ColumnElement, Select, select
 from sqlalchemy.orm import Session
 
 from avahazard.arrays import Floats
@@ -18,7 +18,6 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Covariate, Path, Profile
 from avahazard.store.tables import (
-    Base,
     EventCovariateTable,
     EventTable,
     PathCovariateTable,
@@ -29,61 +28,127 @@ from avahazard.store.tables import (
 
 AT_A_TIME = {"yield_per": 2000}
 """Rows that are fetched together: the records alone are held, not the rows as well."""
+PATHS_AT_ONCE = 50
+"""Paths whose records are one piece, where they are read piece by piece."""
 PATH_COLUMNS = [f.name for f in fields(Path) if f.name != "covariates"]
 EVENT_COLUMNS = [f.name for f in fields(Event) if f.name != "covariates"]
 SPEED_COLUMNS = [f.name for f in fields(Speed)]
 POINT_COLUMNS = [f.name for f in fields(Profile)]
+Chosen = Callable[[Any], ColumnElement[bool]]
+"""A condition on a column of names of paths."""
 
 
 def load_records(session: Session) -> Records:
     """Return all records, in the order in which they were first imported."""
-    path_covariates = _load_covariates(session, PathCovariateTable, "path_id")
-    event_covariates = _load_covariates(session, EventCovariateTable, "event_id")
+    return _load(session, None)
+
+
+def load_paths(session: Session, path_ids: Sequence[str]) -> Records:
+    """Return the records of these paths, in the same order; unknown names are left out."""
+    return _load(session, lambda column: column.in_(path_ids))
+
+
+def load_by_pieces(session: Session) -> Iterator[Records]:
+    """Give all records, some paths at a time, in the same order; those without a path come last."""
+    path_ids = session.scalars(select(PathTable.path_id).order_by(PathTable.id)).all()
+    for start in range(0, len(path_ids), PATHS_AT_ONCE):
+        yield load_paths(session, path_ids[start : start + PATHS_AT_ONCE])
+    yield _load(session, lambda column: column.is_(None))
+
+
+def load_events(session: Session) -> Iterator[Event]:
+    """Give all events, in the same order."""
+    return _events(session, None)
+
+
+def load_without_profiles(session: Session, path_ids: Collection[str] = ()) -> Records:
+    """Return paths and events alone: of these paths, or all, with events without a path."""
+    wanted = set(path_ids)
     return Records(
-        paths=tuple(
-            Path(**row._mapping, covariates=path_covariates.get(row.path_id, {}))
-            for row in _rows(session, PathTable, PATH_COLUMNS, "id")
-        ),
-        profiles=tuple(_load_profiles(session)),
-        events=tuple(
-            Event(**row._mapping, covariates=event_covariates.get(row.event_id, {}))
-            for row in _rows(session, EventTable, EVENT_COLUMNS, "id")
-        ),
-        speeds=tuple(
-            Speed(**row._mapping) for row in _rows(session, SpeedTable, SPEED_COLUMNS, "id")
-        ),
+        paths=tuple(p for p in _paths(session, None) if not wanted or p.path_id in wanted),
+        events=tuple(e for e in load_events(session) if not wanted or e.path_id in wanted),
     )
 
 
-def _rows(
-    session: Session, table: type[Base], columns: Sequence[str], *order: str
-) -> Iterable[Any]:
+def _load(session: Session, chosen: Chosen | None) -> Records:
+    return Records(
+        paths=tuple(_paths(session, chosen)),
+        profiles=tuple(_profiles(session, chosen)),
+        events=tuple(_events(session, chosen)),
+        speeds=tuple(_speeds(session, chosen)),
+    )
+
+
+def _paths(session: Session, chosen: Chosen | None) -> Iterator[Path]:
+    query = _of(PathTable, PATH_COLUMNS, PathTable.path_id, chosen).order_by(PathTable.id)
+    covariates = _covariates(session, PathCovariateTable, "path_id", PathTable, chosen)
+    for row in _rows(session, query):
+        yield Path(**row._mapping, covariates=covariates.of(row.path_id))
+
+
+def _events(session: Session, chosen: Chosen | None) -> Iterator[Event]:
+    query = _of(EventTable, EVENT_COLUMNS, EventTable.path_id, chosen).order_by(EventTable.id)
+    covariates = _covariates(session, EventCovariateTable, "event_id", EventTable, chosen)
+    for row in _rows(session, query):
+        yield Event(**row._mapping, covariates=covariates.of(row.event_id))
+
+
+def _speeds(session: Session, chosen: Chosen | None) -> Iterator[Speed]:
+    query = _of(SpeedTable, SPEED_COLUMNS, EventTable.path_id, chosen)
+    if chosen is not None:
+        query = query.join(EventTable, EventTable.event_id == SpeedTable.event_id)
+    return (Speed(**row._mapping) for row in _rows(session, query.order_by(SpeedTable.id)))
+
+
+def _of(table: Any, columns: Sequence[str], of_path: Any, chosen: Chosen | None) -> Select[Any]:
+    """Columns of a table, where the name of the path is a chosen one."""
     query = select(*(getattr(table, name) for name in columns))
-    query = query.order_by(*(getattr(table, name) for name in order))
+    return query if chosen is None else query.where(chosen(of_path))
+
+
+def _rows(session: Session, query: Select[Any]) -> Iterable[Any]:
     return session.execute(query, execution_options=AT_A_TIME)
 
 
-def _load_covariates(
-    session: Session, table: type[PathCovariateTable | EventCovariateTable], key: str
-) -> dict[str, dict[str, Covariate]]:
-    found: dict[str, dict[str, Covariate]] = {}
-    for owner, name, number, word in _rows(
-        session, table, [key, "name", "number", "word"], key, "position"
-    ):
+class _Covariates:
+    """Covariates by owner, taken from rows that are in the order of the owners."""
+
+    def __init__(self, rows: Iterable[Any]) -> None:
+        self._groups = groupby(rows, key=lambda row: row[0])
+        self._next = next(self._groups, None)
+
+    def of(self, owner: str) -> dict[str, Covariate]:
+        """Those of an owner, who comes after those that were asked for before."""
+        if self._next is None or self._next[0] != owner:
+            return {}
         # A few names and words come again and again: each is held once.
-        value = intern(word) if number is None else number
-        found.setdefault(owner, {})[intern(name)] = value
-    return found
+        found: dict[str, Covariate] = {
+            intern(name): intern(word) if number is None else number
+            for _, name, number, word in self._next[1]
+        }
+        self._next = next(self._groups, None)
+        return found
 
 
-def _load_profiles(session: Session) -> Iterable[Profile]:
+def _covariates(
+    session: Session,
+    table: type[PathCovariateTable | EventCovariateTable],
+    key: str,
+    owners: type[PathTable | EventTable],
+    chosen: Chosen | None,
+) -> _Covariates:
+    query = _of(table, [key, "name", "number", "word"], owners.path_id, chosen)
+    query = query.join(owners, getattr(owners, key) == getattr(table, key))
+    return _Covariates(_rows(session, query.order_by(owners.id, table.position)))
+
+
+def _profiles(session: Session, chosen: Chosen | None) -> Iterator[Profile]:
     query = (
-        select(*(getattr(ProfilePointTable, name) for name in POINT_COLUMNS))
+        _of(ProfilePointTable, POINT_COLUMNS, ProfilePointTable.path_id, chosen)
         .join(PathTable, PathTable.path_id == ProfilePointTable.path_id)
         .order_by(PathTable.id, ProfilePointTable.point)
     )
-    rows = session.execute(query, execution_options=AT_A_TIME)
-    for path_id, group in groupby(rows, key=attrgetter("path_id")):
+    for path_id, group in groupby(_rows(session, query), key=attrgetter("path_id")):
         columns = dict(zip(POINT_COLUMNS, zip(*group, strict=True), strict=True))
         yield Profile(
             path_id=path_id,
@@ -99,8 +164,9 @@ def _load_profiles(session: Session) -> Iterable[Profile]:
         )
 
 
-def _whole(values: tuple[Any, ...]) -> tuple[Any, ...] | None:
-    return None if None in values else values
+def _whole(words: tuple[str | None, ...]) -> tuple[str, ...] | None:
+    # As above: held once.
+    return None if None in words else tuple(intern(word) for word in words if word is not None)
 
 
 def _array(values: tuple[Any, ...]) -> Floats | None:

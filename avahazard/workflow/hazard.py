@@ -12,7 +12,6 @@ import numpy as np
 
 from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import paths_to_run
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import Hazard, HazardRow, failed_document
 from avahazard.store.path_results import BOUNDS, read_run
@@ -20,9 +19,8 @@ from avahazard.store.session import reading
 from avahazard.workflow.hazard_notes import RowNotes, model_notes
 from avahazard.workflow.hazard_unit import HazardUnit, hazard_of_path
 from avahazard.workflow.stored.by_path import PathRun, PathWork, run_paths, went_on
-from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import for_paths
+from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 
 N_DRAWS = 20_000
 DEFAULT_RETURN_PERIOD = 100.0
@@ -120,7 +118,7 @@ def run_hazard(
 
 def hazard_work(
     database: str, name: str, question: HazardQuestion
-) -> tuple[StoredFit, list[str], PathWork[HazardUnit]]:
+) -> tuple[RegionFit, list[str], PathWork[HazardUnit]]:
     """The model, the paths to run, and what is done on each. Raises as `run_hazard`."""
     _check(question.volumes, "volume", "m3", 0.0)
     _check(question.return_periods, "return period", "years", 1.0)
@@ -130,11 +128,11 @@ def hazard_work(
         periods = (DEFAULT_RETURN_PERIOD,)
     n_draws, seed, source = question.n_draws, question.seed, question.source or VolumeSource()
     own = own_effects(database, name, question.effect_files)
-    stored = for_paths(load_stored(database, name, own))
-    path_ids = paths_to_run(stored.records, question.paths)
+    stored = load_region_fit(database, name, own)
+    path_ids = stored.paths_to_run(question.paths)
     unit = HazardUnit.of(
         stored,
-        volume_frequencies(stored.records, seed, source) if periods else None,
+        volume_frequencies(stored.survey.volumes, seed, source) if periods else None,
         periods,
         sizes,
         n_draws,

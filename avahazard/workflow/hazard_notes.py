@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avahazard.message import message
-from avahazard.workflow.stored.model import StoredFit
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.path_hazard import ignores_volume
+from avahazard.workflow.stored.region_fit import RegionFit
 
 ANY_VOLUME = message("this model's friction is the same for every volume.")
 
 
-def model_notes(stored: StoredFit) -> list[str]:
+def model_notes(stored: RegionFit) -> list[str]:
     """What goes with every row of a model."""
     notes = list(notes_of_fit(stored))
     if ignores_volume(stored):

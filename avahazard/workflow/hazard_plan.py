@@ -33,8 +33,8 @@ def plan_hazard(database: str, name: str, question: HazardQuestion) -> HazardPla
     with reading(database) as session:
         key = run_key(stored, path_ids, work)
         _, done = interrupted_run(session, work.kind, name, key) or (0, set[str]())
-    chosen_ids = {path_ids[k] for k in np.linspace(0, len(path_ids) - 1, MEASURED).astype(int)}
-    tasks = [task for task in path_tasks(stored, path_ids) if task.path_id in chosen_ids]
+    places = np.unique(np.linspace(0, len(path_ids) - 1, MEASURED).astype(int))
+    tasks = list(path_tasks(database, stored, [path_ids[k] for k in places]))
     before = peak_bytes()
     path_answer((work.function, work.shared), tasks[0])
     seconds, sizes = [], []

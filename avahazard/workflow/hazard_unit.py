@@ -14,8 +14,8 @@ from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.hazard_notes import model_notes
 from avahazard.workflow.stored.by_path import PathAnswer, PathTask
-from avahazard.workflow.stored.model import StoredFit
 from avahazard.workflow.stored.path_hazard import AppliedModel, applied_model
+from avahazard.workflow.stored.region_fit import RegionFit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +33,7 @@ class HazardUnit:
     @classmethod
     def of(
         cls,
-        stored: StoredFit,
+        stored: RegionFit,
         frequencies: Frequencies | None,
         return_periods: tuple[float, ...],
         volumes: tuple[float, ...],
@@ -55,7 +55,7 @@ def hazard_of_path(unit: HazardUnit, task: PathTask) -> PathAnswer:
     scenarios, notes = _scenarios(unit, task.path_id, frequencies)
     rate = _volumes(unit, scenarios, frequencies)
     at = [scenario.any_volume_m3 for scenario in scenarios]
-    path = unit.model.path(task.records, task.site, task.path_id, rate, at, seed=unit.seed)
+    path = unit.model.path(task.records, task.path_id, rate, at, seed=unit.seed)
     rows = path_rows(path, scenarios, unit.n_draws, unit.seed)
     asked = dict.fromkeys(s.volume_m3 for s in scenarios if s.volume_m3 is not None)
     if unit.model.volume_matters:

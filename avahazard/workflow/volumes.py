@@ -8,7 +8,12 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
-from avahazard.hazard.frequencies import Frequencies, VolumeSource, volume_frequencies
+from avahazard.hazard.frequencies import (
+    Frequencies,
+    VolumeSource,
+    known_volumes,
+    volume_frequencies,
+)
 from avahazard.hazard.volume_frequency import VolumeFrequency, return_volume
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
@@ -52,7 +57,7 @@ def volumes(
     with reading(database) as session:
         records = load_records(session)
     named = [find_path(records, path_id).path_id for path_id in paths]
-    frequencies = volume_frequencies(records, seed, source)
+    frequencies = volume_frequencies(known_volumes(records), seed, source)
     entries, notes, refusals, curves = [], [], [], []
     for path_id in named or sorted(p.path_id for p in records.paths):
         try:

@@ -14,19 +14,20 @@ from avahazard.hazard.zones.limits_file import read_limits
 from avahazard.hazard.zones.pressure import DENSITY_KG_M3, DENSITY_SD_KG_M3
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import paths_to_run
+from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.path_results import ZONES, read_run
+from avahazard.store.records import load_paths
 from avahazard.store.session import reading
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.stored.by_path import PathWork, run_paths, went_on
-from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import applied_model, for_paths
+from avahazard.workflow.stored.path_hazard import applied_model
+from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
 
 
@@ -60,7 +61,7 @@ def zones(
     require_picture(plot)
     _check(density, density_sd, return_periods)
     wanted = load_limits(limits)
-    stored = for_paths(load_stored(database, name, own_effects(database, name, effect_files)))
+    stored = load_region_fit(database, name, own_effects(database, name, effect_files))
     if stored.model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
@@ -70,7 +71,7 @@ def zones(
     periods = tuple(sorted({*return_periods, *wanted.return_periods}))
     unit = ZonesUnit(
         applied_model(stored),
-        volume_frequencies(stored.records, seed, source),
+        volume_frequencies(stored.survey.volumes, seed, source),
         wanted,
         periods,
         Density(density, density_sd),
@@ -85,7 +86,7 @@ def zones(
         "source": source_settings(source),
     }
     work = PathWork(ZONES, "Zones", zones_of_path, unit, settings)
-    run = run_paths(database, stored, paths_to_run(stored.records, paths), work, report)
+    run = run_paths(database, stored, stored.paths_to_run(paths), work, report)
     with reading(database) as session:
         found = list(read_run(session, run.run))
     entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
@@ -93,20 +94,21 @@ def zones(
     if run.n_before:
         notes.insert(0, went_on(run))
     if plot is not None:
-        _draw(plot, stored, entries, f"Zones by {name}, limits '{wanted.name}'")
+        _draw(plot, database, entries, f"Zones by {name}, limits '{wanted.name}'")
     return Zones(Rows(entries), (*notes, *wanted.notes, *_notes(stored, entries)))
 
 
-def _draw(plot: FilePath, stored: StoredFit, entries: Sequence[ZonedPath], title: str) -> None:
+def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:
     from avahazard.report.zones_figure import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
 
-    names = {path.path_id: path.name or path.path_id for path in stored.records.paths}
-    profiles = {profile.path_id: profile for profile in stored.records.profiles}
+    with reading(database) as session:
+        records = load_paths(session, [entry.path_id for entry in entries])
     drawn = []
     for entry in entries:
-        profile = profiles[entry.path_id]
+        path = find_path(records, entry.path_id)
+        profile = find_profile(records, path)
         smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-        drawn.append(DrawnZones(names[entry.path_id], smooth, entry))
+        drawn.append(DrawnZones(path.name or path.path_id, smooth, entry))
     draw_zones(plot, title, drawn)
 
 
@@ -140,7 +142,7 @@ def _check(density: float, density_sd: float, return_periods: Sequence[float]) -
             )
 
 
-def _notes(stored: StoredFit, entries: Sequence[ZonedPath]) -> list[str]:
+def _notes(stored: RegionFit, entries: Sequence[ZonedPath]) -> list[str]:
     notes = [note for entry in entries for note in entry.notes]
     if not any(entry.limits_speed for entry in stored.definitions):
         mend = " or ".join(e.key for e in catalogue().values() if e.limits_speed)

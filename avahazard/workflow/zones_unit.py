@@ -30,7 +30,7 @@ def zones_of_path(unit: ZonesUnit, task: PathTask) -> PathAnswer:
     frequencies = replace(unit.frequencies, fitted={})
     rate = None if unit.model.volume_matters else frequencies.rate_alone(task.path_id)
     volumes = rate or frequencies.of(task.path_id).volumes()
-    path = unit.model.path(task.records, task.site, task.path_id, volumes, seed=unit.seed)
+    path = unit.model.path(task.records, task.path_id, volumes, seed=unit.seed)
     far = {period for period in unit.periods if frequencies.extrapolated(task.path_id, period)}
     entry = path_zones(path, unit.limits, unit.periods, unit.density, far, unit.seed)
     return PathAnswer([entry])

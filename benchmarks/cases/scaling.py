@@ -15,10 +15,10 @@ N_PATHS, TIMES, RECORDS = 1000, 10, 3
 MOST_MEMORY = 1.2
 PROCESS = """
 import json, resource, sys, time
-from avahazard.workflow.hazard import hazard
-hazard(sys.argv[1], "m", return_periods=[100.0], paths=[sys.argv[2]])
+from avahazard.workflow.hazard import HazardQuestion, run_hazard
+run_hazard(sys.argv[1], "m", HazardQuestion([100.0], paths=[sys.argv[2]]))
 begun = time.process_time()
-hazard(sys.argv[1], "m", return_periods=[100.0])
+run_hazard(sys.argv[1], "m", HazardQuestion([100.0]))
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 print(json.dumps([time.process_time() - begun, peak / 1024]))
 """

@@ -10,7 +10,7 @@ import numpy as np
 
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.exceedance import exceeded_runout
-from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
+from avahazard.hazard.frequencies import VolumeSource, known_volumes, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.runout_bounds import spread
 from avahazard.hazard.volume_bounds import volume_bounds
@@ -71,7 +71,8 @@ def judge(world: TrueWorld, families: Sequence[Family] = FAMILIES) -> dict[str, 
             ],
         }
         for family in families:
-            frequencies = volume_frequencies(world.records, world.seed, VolumeSource(family))
+            known = known_volumes(world.records)
+            frequencies = volume_frequencies(known, world.seed, VolumeSource(family))
             frequency = frequencies.of(path_id)
             returned = return_volume(frequency, YEARS)
             volumes, at = frequency.volumes(), returned.volume_m3

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
-from avahazard.hazard.frequencies import Frequencies, VolumeSource
+from avahazard.hazard.frequencies import Frequencies, KnownVolumes, VolumeSource
 from avahazard.hazard.volume_record import VolumeRecord
 from avahazard.hazard.volume_region import region_of
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.path import Path
 
 
 @pytest.fixture
@@ -35,3 +40,22 @@ def test_its_rate_is_that_of_a_poisson_process(frequencies: Frequencies) -> None
 def test_it_is_trusted_for_twice_the_observed_years(frequencies: Frequencies) -> None:
     assert not frequencies.extrapolated("p", 60.0)
     assert frequencies.extrapolated("p", 60.5)
+
+
+def held(thing: object) -> Iterator[object]:
+    """All that an object leads to."""
+    seen: set[int] = set()
+    left = [thing]
+    while left:
+        one = left.pop()
+        if id(one) not in seen and not isinstance(one, type):
+            seen.add(id(one))
+            yield one
+            left += gc.get_referents(one)
+
+
+def test_a_refusal_holds_no_records() -> None:
+    known = KnownVolumes()
+    known.add(Path("P"), (Event("e", "P", runout_x_m=1.0),))
+    assert isinstance(known.refused["P"], AvahazardError)
+    assert not any(isinstance(thing, Event) for thing in held(known))

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from avahazard.records import sorted_lines
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
-from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.fingerprint import Fingerprint, data_fingerprint
 from avahazard.records.path import Path, Profile
 
 RECORDS = Records(
@@ -56,3 +57,32 @@ def test_an_event_without_h_over_l_has_the_fingerprint_that_it_had_before_that_c
     assert data_fingerprint(events).startswith("748848fe0a60e0c4")
     ratio = Records(events=(Event("e", h_over_l=0.5),))
     assert data_fingerprint(ratio) != data_fingerprint(Records(events=(Event("e", h_over_l=0.4),)))
+
+
+def test_it_is_that_of_the_lines_sorted_however_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    many = Records(
+        tuple(Path(f"P{k}", name="a" * (k % 7)) for k in range(50)),
+        tuple(Profile(f"P{k}", np.arange(5.0), -np.arange(5.0) * (k % 3)) for k in range(50)),
+        tuple(Event(f"e{k % 10}{k}", f"P{k}", runout_x_m=1.0 + k) for k in range(50)),
+        tuple(Speed(f"e{k}", 9.0, 1.0, x_m=1.0) for k in range(50)),
+    )
+    whole = data_fingerprint(many)
+    monkeypatch.setattr(sorted_lines, "HELD_BYTES", 500)
+    pieces = Fingerprint()
+    for k in reversed(range(50)):
+        pieces.add(Records(*(kind[k : k + 1] for kind in (many.paths, many.profiles))))
+        pieces.add(Records(events=many.events[k : k + 1], speeds=many.speeds[k : k + 1]))
+    assert pieces.hexdigest() == whole
+
+
+def test_it_stays_what_it_was() -> None:
+    # Databases hold it.
+    assert data_fingerprint(RECORDS) == (
+        "992c5a19187af4fc310135187952927d82cd9be96aa4b96c1852017e1fd7859c"
+    )
+
+
+def test_a_piece_has_a_digest_of_its_own() -> None:
+    one, same, other = Fingerprint(), Fingerprint(), Fingerprint()
+    assert one.add(RECORDS) == same.add(RECORDS) == same.add(RECORDS)
+    assert one.add(RECORDS) != other.add(replace(RECORDS, speeds=()))

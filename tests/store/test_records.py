@@ -13,12 +13,20 @@ from sqlalchemy import delete
 from avahazard.records.collection import Records
 from avahazard.records.compare import profile_difference
 from avahazard.records.event import Event, Speed
-from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.fingerprint import Fingerprint, data_fingerprint
 from avahazard.records.path import Path, Profile
-from avahazard.store.records import load_records
+from avahazard.store import records as store_records
+from avahazard.store.records import (
+    load_by_pieces,
+    load_events,
+    load_paths,
+    load_records,
+    load_without_profiles,
+)
 from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import Base
+from avahazard.synth.making import make_world
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
 words = st.text(
@@ -171,3 +179,63 @@ def test_many_records_are_saved_in_pieces(any_database: str) -> None:
     with reading(any_database) as session:
         found = load_records(session).events
     assert found == tuple(replace(e, date="1950") for e in events)
+
+
+def test_pieces_are_all_records_each_once(
+    any_database: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world, _ = make_world(1, 40, 7)
+    straight = Event("line", fall_height_m=1.0, runout_length_m=2.0, covariates={"k": 1.0})
+    world = replace(
+        world,
+        events=(straight, *world.events),
+        speeds=(
+            Speed("line", 3.0, 1.0, x_m=0.5),
+            *(Speed(e.event_id, 9.0, 1.0, x_m=9.0) for e in world.events[::2]),
+        ),
+    )
+    with writing(any_database) as session:
+        save_records(session, world)
+    monkeypatch.setattr(store_records, "PATHS_AT_ONCE", 3)
+    with reading(any_database) as session:
+        pieces = list(load_by_pieces(session))
+        by_name = load_paths(session, ["P05", "none", "P02"])
+        events = tuple(load_events(session))
+        some = load_without_profiles(session, ["P02", "P05"])
+        whole = load_without_profiles(session)
+    assert [len(piece.paths) for piece in pieces] == [3, 3, 1, 0]
+    assert pieces[-1].events == (straight,)
+    assert_same(of_paths(world, {"P02", "P05"}), by_name)
+    assert_same(of_paths(world, {p.path_id for p in pieces[0].paths}), pieces[0])
+    assert events == world.events
+    assert some == Records(paths=by_name.paths, events=by_name.events)
+    assert whole == Records(paths=world.paths, events=world.events)
+    fingerprint = Fingerprint()
+    for piece in pieces:
+        fingerprint.add(piece)
+    assert fingerprint.hexdigest() == data_fingerprint(world)
+
+
+def of_paths(records: Records, names: set[str]) -> Records:
+    """Those of some paths, looked for one by one."""
+    events = tuple(e for e in records.events if e.path_id in names)
+    theirs = {e.event_id for e in events}
+    return Records(
+        tuple(p for p in records.paths if p.path_id in names),
+        tuple(p for p in records.profiles if p.path_id in names),
+        events,
+        tuple(s for s in records.speeds if s.event_id in theirs),
+    )
+
+
+def test_words_that_come_again_are_held_once(any_database: str) -> None:
+    cover = ("open", "forest") * 3
+    records = Records(
+        tuple(Path(f"P{k}") for k in range(2)),
+        tuple(Profile(f"P{k}", np.arange(6.0), -np.arange(6.0), cover) for k in range(2)),
+    )
+    with writing(any_database) as session:
+        save_records(session, records)
+    with reading(any_database) as session:
+        found = load_records(session).profiles
+    assert len({id(word) for p in found for word in p.land_cover or ()}) == 2

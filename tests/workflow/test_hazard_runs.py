@@ -19,7 +19,7 @@ from avahazard.store.result_tables import PathResultTable, PathRunTable
 from avahazard.store.session import reading
 from avahazard.workflow import hazard_plan, hazard_unit
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.hazard import HazardQuestion, hazard, hazard_work, run_hazard
+from avahazard.workflow.hazard import HazardQuestion, hazard, run_hazard
 from avahazard.workflow.hazard_plan import plan_hazard
 from avahazard.workflow.stored import by_path
 from avahazard.workflow.zones import zones
@@ -65,17 +65,6 @@ def test_every_engine_gives_the_same_bits(
     set_engine(engine, workers=workers)
     assert plain(hazard(mine, "m", **ASKED).rows) == alone[0]
     assert plain(zones(mine, "m", paths=PATHS).rows) == alone[1]
-
-
-def test_no_terrains_of_all_paths_are_held(mine: str) -> None:
-    stored, path_ids, work = hazard_work(mine, "m", HazardQuestion(**ASKED))
-    sites = stored.model.observations.sites
-    for task in by_path.path_tasks(stored, path_ids):
-        assert task.site is not None
-        found = by_path.path_answer((work.function, work.shared), task)
-        assert found.failed is None
-    assert {site.path.path_id for site in sites} >= set(path_ids)
-    assert not any({"terrain", "fine_terrain"} & vars(site).keys() for site in sites)
 
 
 def broken_at(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import product
 
 import numpy as np
@@ -65,7 +65,6 @@ class NodeGrid:
         self.effects = effects
         self.layout = layout
         self.in_log = in_log
-        self._log_wrong = log_wrong(observations)
         self._axes = layout.tables + (
             () if layout.track_scatter is None else (layout.track_scatter,)
         )
@@ -77,6 +76,10 @@ class NodeGrid:
         self._packed: dict[tuple[float, ...], Nodes] = {}
         self._panels: Ints | None = None
         self._forget()
+
+    @cached_property
+    def _log_wrong(self) -> Floats:
+        return log_wrong(self.observations)
 
     def _forget(self) -> None:
         self._between: dict[tuple[float, ...], Nodes] = {}

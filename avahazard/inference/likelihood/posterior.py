@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,11 +60,6 @@ class Posterior:
         self.layout: Layout = build_layout(specification, effects, observations, grids or {})
         self._student = specification.tails == "student"
         self._in_log = specification.distribution == "lognormal"
-        self._designs = [
-            (self.layout.places[e.key], e.design(observations.columns) * self._scales(e.key))
-            for e in effects
-            if e.design is not None
-        ]
         self.plan = offset_plan(effects, observations.columns)
         self._rest = self.plan.rest
         self._volumes: dict[float, VolumeNodes] = {}
@@ -73,17 +68,26 @@ class Posterior:
             observations, effects, self.layout, float(specification.centrifugal), self._in_log
         )
 
+    @cached_property
+    def _designs(self) -> list[tuple[slice, Floats]]:
+        """What effects on friction multiply their coordinates by, `[n_events, n_parameters]`."""
+        return [
+            (self.layout.places[e.key], e.design(self.observations.columns) * self._scales(e.key))
+            for e in self.effects
+            if e.design is not None
+        ]
+
     def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
         """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
         part = copy(self)
         part._keep = keep
         return part
 
-    def bare(self, sites: tuple[Site, ...] = ()) -> Posterior:
-        """The same without tables, on these sites only: small, to be put on other events."""
+    def bare(self) -> Posterior:
+        """The same without tables and designs: small, to be put on other events."""
         other = copy(self)
-        other.observations = replace(self.observations, sites=sites)
-        other.__dict__.pop("nodes", None)
+        for made in ("nodes", "_designs"):
+            other.__dict__.pop(made, None)
         return other
 
     def regridded(self, grids: Grids) -> Posterior:

@@ -27,6 +27,8 @@ def height_over_length(
             if e.fall_height_m and e.runout_length_m:
                 ratio[i] = e.fall_height_m / e.runout_length_m
             continue
+        if e.path_id not in ground:
+            continue
         site, y, fallen = ground[e.path_id]
         x, stop = site.terrain.x, e.runout_x_m
         if stop is None and e.runout_elevation_m is not None:

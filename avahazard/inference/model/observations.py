@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,30 +80,13 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     others, here or in `prior`, metres.
     """
     events = records.events
-    if not events:
-        raise AvahazardError(
-            "There are no events to work on.", "Import some: avahazard import FOLDER."
-        )
-    in_ratio = events[0].in_ratio
-    if any(e.in_ratio != in_ratio for e in events) or (prior and prior.in_ratio != in_ratio):
-        raise AvahazardError(
-            "H/L alone and runouts in metres have no score in common.",
-            "Give H or L with each h_over_l, or keep such events in a database of their own.",
-        )
+    _require_one_scale(events, prior)
     paths = {p.path_id: p for p in records.paths}
     profiles = {p.path_id: p for p in records.profiles}
     used = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
-    lacking = [name for name in used if name not in profiles]
-    if lacking:
-        raise AvahazardError(
-            f"No profile is stored for path {', '.join(lacking)}.",
-            "Import profiles.csv with the points of this path.",
-        )
-    sites, release, elevation = (
-        [],
-        np.zeros(len(events), dtype=np.int64),
-        np.full(len(events), np.nan),
-    )
+    require_profiles(name for name in used if name not in profiles)
+    sites = []
+    release, elevation = np.zeros(len(events), dtype=np.int64), np.full(len(events), np.nan)
     known = {} if prior is None else {site.path.path_id: site.smooth for site in prior.sites}
     of_path: dict[str, list[int]] = {name: [] for name in used}
     for i, event in enumerate(events):
@@ -122,19 +105,66 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         for i in mine:
             release[i] = np.searchsorted(site.release_x, place[start[i]])
             elevation[i] = float(smooth.height(place[start[i]]))
+    return _arranged(records, prior, tuple(sites), release, elevation)
+
+
+def observations_without_ground(records: Records) -> Observations:
+    """Arrange the records without the ground of their paths, for a model of others than these.
+
+    It has no sites, no speeds, and nothing that follows from places on a profile: where blocks
+    start, and what the error of that is. Raises `AvahazardError` as `build_observations` does, but
+    asks for no profiles.
+    """
+    _require_one_scale(records.events, None)
+    n = len(records.events)
+    nowhere = np.zeros(n, dtype=np.int64), np.full(n, np.nan)
+    return _arranged(replace(records, speeds=()), None, (), *nowhere)
+
+
+def require_profiles(lacking: Iterable[str]) -> None:
+    """Raise `AvahazardError` where paths lack the profile that their events need."""
+    names = ", ".join(lacking)
+    if names:
+        raise AvahazardError(
+            f"No profile is stored for path {names}.",
+            "Import profiles.csv with the points of this path.",
+        )
+
+
+def _require_one_scale(events: Sequence[Event], prior: Observations | None) -> None:
+    if not events:
+        raise AvahazardError(
+            "There are no events to work on.", "Import some: avahazard import FOLDER."
+        )
+    in_ratio = events[0].in_ratio
+    if any(e.in_ratio != in_ratio for e in events) or (prior and prior.in_ratio != in_ratio):
+        raise AvahazardError(
+            "H/L alone and runouts in metres have no score in common.",
+            "Give H or L with each h_over_l, or keep such events in a database of their own.",
+        )
+
+
+def _arranged(
+    records: Records,
+    prior: Observations | None,
+    sites: tuple[Site, ...],
+    release: NDArray[np.int64],
+    elevation: Floats,
+) -> Observations:
+    """Observations of the records' events, which start at `release` of their sites, if any."""
+    events, in_ratio = records.events, records.events[0].in_ratio
+    paths = {p.path_id: p for p in records.paths}
     for i, event in enumerate(events):
         if event.path_id is None and event.release_elevation_m is not None:
             elevation[i] = event.release_elevation_m
-    columns = build_columns(
-        events, paths, elevation, height_over_length(events, tuple(sites), release)
-    )
+    columns = build_columns(events, paths, elevation, height_over_length(events, sites, release))
     kinds = [_observation(e) for e in events]
     kind = np.array([k for k, _ in kinds], dtype=np.int64)
     observed = np.array([v for _, v in kinds])
     fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
     released = carried_error(
         stated_release_sigma(events, paths),
-        tuple(sites),
+        sites,
         columns.path_index,
         release,
         observed,
@@ -144,7 +174,7 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     )
     index = {e.event_id: i for i, e in enumerate(events)}
     return Observations(
-        sites=tuple(sites),
+        sites=sites,
         columns=columns,
         kind=kind,
         observed=observed,

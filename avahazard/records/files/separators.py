@@ -27,9 +27,14 @@ def split(file: str, text: str, encoding: str, problems: list[RowProblem]) -> Sh
     lines: list[Line] = []
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     line = 1
+    before: tuple[str, ...] = ()
     try:
         for row in reader:
             cells = tuple(cell.strip() for cell in row)
+            if len(cells) == len(before):
+                # What is as in the row before, such as the path, is held once.
+                cells = tuple(b if b == c else c for b, c in zip(before, cells, strict=True))
+            before = cells
             if any(cells) and not (start and line == 1):
                 lines.append((line, cells))
             line = reader.line_num + 1

@@ -10,15 +10,10 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any, Generic, TypeVar
 
-import numpy as np
-
-from avahazard.effects.site import Site
 from avahazard.engine import spread_map
-from avahazard.hazard.classes_to_come import MAX_CLASSES
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import of_path
 from avahazard.records.plain import plain
 from avahazard.results.base import Report
 from avahazard.store.path_results import (
@@ -30,9 +25,9 @@ from avahazard.store.path_results import (
     finish_run,
     save_paths,
 )
-from avahazard.store.session import writing
-from avahazard.workflow.stored.model import StoredFit
-from avahazard.workflow.stored.path_hazard import takes_event_columns
+from avahazard.store.records import PATHS_AT_ONCE, load_paths
+from avahazard.store.session import reading, writing
+from avahazard.workflow.stored.region_fit import RegionFit
 
 Shared = TypeVar("Shared")
 
@@ -46,12 +41,11 @@ FAILURES = (ArithmeticError, ValueError, LookupError)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathTask:
-    """A path as one unit of work: its own records only, and its site where it is regularised."""
+    """A path as one unit of work: its own records only."""
 
     position: int
     path_id: str
     records: Records
-    site: Site | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,35 +84,27 @@ def went_on(run: PathRun) -> str:
     return f"went on where it was interrupted: {run.n_before} of {run.n_paths} paths were done."
 
 
-def path_tasks(stored: StoredFit, path_ids: Sequence[str]) -> Iterator[PathTask]:
-    """A task for each path, made as it is taken."""
-    records = stored.records
-    paths = {path.path_id: path for path in records.paths}
-    profiles = {profile.path_id: profile for profile in records.profiles}
-    sites = {site.path.path_id: site for site in stored.model.observations.sites}
-    events: dict[str, list[Event]] = {}
-    for event in records.events:
-        if event.path_id is not None:
-            events.setdefault(event.path_id, []).append(event)
-    others = _any_events(records) if takes_event_columns(stored) else ()
-    for position, path_id in enumerate(path_ids):
-        own = tuple(events.get(path_id, ()))
-        mine = Records((paths[path_id],), (profiles[path_id],), own or others)
-        site = sites.get(path_id)
-        # A copy: its terrains, which are made as they are used, go when the work on it is done.
-        yield PathTask(position, path_id, mine, None if site is None else replace(site))
+def path_tasks(
+    database: str, stored: RegionFit, path_ids: Sequence[str], done: Collection[str] = ()
+) -> Iterator[PathTask]:
+    """A task for each path that is not done; records are read as the tasks are taken.
 
-
-def _any_events(records: Records) -> tuple[Event, ...]:
-    """Those of all paths that stand for the events of a path without any (`classes_to_come`)."""
-    there = [event for event in records.events if event.path_id is not None]
-    kept = np.linspace(0, len(there) - 1, min(len(there), MAX_CLASSES)).round().astype(int)
-    return tuple(there[k] for k in np.unique(kept))
+    Raises `AvahazardError` where somebody has changed the records of a path meanwhile.
+    """
+    left = [(k, path_id) for k, path_id in enumerate(path_ids) if path_id not in done]
+    for start in range(0, len(left), PATHS_AT_ONCE):
+        piece = left[start : start + PATHS_AT_ONCE]
+        with reading(database) as session:
+            records = load_paths(session, [path_id for _, path_id in piece])
+        for position, path_id in piece:
+            own = of_path(records, path_id)
+            stored.survey.require_same(path_id, own)
+            yield PathTask(position, path_id, replace(own, events=own.events or stored.others))
 
 
 def run_paths(
     database: str,
-    stored: StoredFit,
+    stored: RegionFit,
     path_ids: Sequence[str],
     work: PathWork[Shared],
     report: Report,
@@ -134,7 +120,7 @@ def run_paths(
     first_failure: AvahazardError | None = None
     waiting: list[PathResult] = []
     stored_at = time.monotonic()
-    for found in _results(stored, path_ids, done, work, report):
+    for found in _results(database, stored, path_ids, done, work, report):
         if found.failed is not None and first_failure is None:
             first_failure = AvahazardError(found.failed, found.hint)
         waiting.append(found)
@@ -154,18 +140,18 @@ def run_paths(
     return PathRun(run, len(path_ids), len(done))
 
 
-def run_key(stored: StoredFit, path_ids: Sequence[str], work: PathWork[Shared]) -> str:
+def run_key(stored: RegionFit, path_ids: Sequence[str], work: PathWork[Shared]) -> str:
     """The key of all that the results hang on."""
     return _settings(stored, path_ids, work)[0]
 
 
 def _settings(
-    stored: StoredFit, path_ids: Sequence[str], work: PathWork[Shared]
+    stored: RegionFit, path_ids: Sequence[str], work: PathWork[Shared]
 ) -> tuple[str, dict[str, Any]]:
     """The key of all that the results hang on, and what of it is told."""
     told = {
         **plain(work.settings),
-        "data_fingerprint": data_fingerprint(stored.records),
+        "data_fingerprint": stored.survey.fingerprint,
         "avahazard": version("avahazard"),
     }
     whole = {**told, "paths": list(path_ids), "model": plain(stored.result)}
@@ -174,14 +160,15 @@ def _settings(
 
 
 def _results(
-    stored: StoredFit,
+    database: str,
+    stored: RegionFit,
     path_ids: Sequence[str],
     done: Collection[str],
     work: PathWork[Shared],
     report: Report,
 ) -> Iterator[PathResult]:
     """The results of the paths that are not done yet, as they come."""
-    tasks = (task for task in path_tasks(stored, path_ids) if task.path_id not in done)
+    tasks = path_tasks(database, stored, path_ids, done)
     began, n = time.monotonic(), len(path_ids)
     report(work.what, float(len(done)), n)
     for k, found in enumerate(spread_map(path_answer, (work.function, work.shared), tasks), 1):

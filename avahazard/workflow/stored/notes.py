@@ -26,7 +26,9 @@ from avahazard.results.calibration import (
 from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import load_model
 from avahazard.store.session import Session
-from avahazard.workflow.stored.model import StoredFit, version_of
+from avahazard.workflow.stored.fit import version_of
+from avahazard.workflow.stored.model import StoredFit
+from avahazard.workflow.stored.region_fit import RegionFit
 
 FEW_ONE = message("{model} stands on 1 event only.")
 FEW = message("{model} stands on {n} events only.")
@@ -43,7 +45,7 @@ FEW_EVENTS = 10
 """Events under which a model is one of its priors, whatever the chains say."""
 
 
-def notes_of_fit(stored: StoredFit) -> tuple[str, ...]:
+def notes_of_fit(stored: StoredFit | RegionFit) -> tuple[str, ...]:
     """The notes on a model that is loaded."""
     return model_notes(stored.result, stored.records_changed, stored.version)
 

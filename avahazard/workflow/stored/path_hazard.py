@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.path_hazard import PathHazard, path_hazard
 from avahazard.inference.model.laws import law
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.records.collection import Records
-from avahazard.workflow.stored.model import StoredFit
+from avahazard.workflow.stored.fit import Fit
 
 
-def takes_event_columns(stored: StoredFit) -> bool:
+def takes_event_columns(stored: Fit) -> bool:
     """Whether the model's friction or front depends on columns of the event itself."""
     return any(entry.event_columns for entry in stored.definitions)
 
 
-def ignores_volume(stored: StoredFit) -> bool:
+def ignores_volume(stored: Fit) -> bool:
     """Whether the model gives the same runout for every volume."""
     specification = stored.specification
     return (
@@ -40,20 +39,15 @@ class AppliedModel:
     def path(
         self,
         records: Records,
-        site: Site | None,
         path_id: str,
         volumes: EventVolumes | None,
         at: Sequence[float] = (),
         *,
         seed: int,
     ) -> PathHazard:
-        """What comes down a path (`path_hazard`).
-
-        `records` are those of the path, `site` its own of the calibration, None where it had none.
-        """
-        bare = self.fitted.posterior.bare(() if site is None else (site,))
+        """What comes down a path, whose `records` these are (`path_hazard`)."""
         return path_hazard(
-            replace(self.fitted, posterior=bare),
+            self.fitted,
             records,
             path_id,
             volumes,
@@ -64,21 +58,10 @@ class AppliedModel:
         )
 
 
-def applied_model(stored: StoredFit) -> AppliedModel:
-    """A stored model without its sites and tables."""
+def applied_model(stored: Fit) -> AppliedModel:
+    """A stored model without its tables."""
     return AppliedModel(
         replace(stored.model, posterior=stored.model.posterior.bare()),
         takes_event_columns(stored),
         not ignores_volume(stored),
-    )
-
-
-def for_paths(stored: StoredFit) -> StoredFit:
-    """A stored model to be applied path by path: its sites have no terrains, it has no tables.
-
-    Those of all paths would be held as long as the work goes on.
-    """
-    sites = tuple(replace(site) for site in stored.model.observations.sites)
-    return replace(
-        stored, model=replace(stored.model, posterior=stored.model.posterior.bare(sites))
     )

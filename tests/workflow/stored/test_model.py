@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sqlalchemy import delete
 
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.inference.fitting.refinement import refined_grids
@@ -14,21 +15,22 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Grids
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper
+from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import of_path, only_paths
 from avahazard.store.save_records import save_records
 from avahazard.store.session import writing
+from avahazard.store.tables import ProfilePointTable
 from avahazard.workflow.stored.calibration import calibration_result
-from avahazard.workflow.stored.model import (
-    load_stored,
-    only_paths,
-    require_unchanged,
-    save_calibrated,
-)
+from avahazard.workflow.stored.model import load_stored, require_unchanged, save_calibrated
+from avahazard.workflow.stored.path_hazard import applied_model
+from avahazard.workflow.stored.region_fit import load_region_fit
 from tests.workflow.twin import twin_records, twin_study
 from tests.workflow.worlds import bowl
 
@@ -157,6 +159,44 @@ def test_records_that_changed_since(database: str) -> None:
     with pytest.raises(AvahazardError, match="changed") as error:
         require_unchanged(stored)
     assert "avahazard calibrate" in error.value.hint
+
+
+@pytest.mark.parametrize("path_id", ["scey", "nants"])
+def test_a_model_for_paths_gives_what_the_whole_one_does(database: str, path_id: str) -> None:
+    _store(database, _found(GRIDS), paths=("scey", "saugy"))
+    whole, small = load_stored(database, "m"), load_region_fit(database, "m")
+    assert small.survey.fingerprint == data_fingerprint(whole.records)
+    assert (whole.records_changed, small.records_changed) == (False, False)
+    assert not small.model.observations.sites
+    mine = of_path(whole.records, path_id)
+    one, other = (
+        applied_model(fit).path(mine, path_id, None, [2e4], seed=3) for fit in (whole, small)
+    )
+    for name in ("location", "scatter"):
+        np.testing.assert_array_equal(
+            getattr(one.avalanches, name), getattr(other.avalanches, name)
+        )
+    for table, same in zip(one.avalanches.tables, other.avalanches.tables, strict=True):
+        np.testing.assert_array_equal(table.record, same.record)
+    np.testing.assert_array_equal(one.draws.u, other.draws.u)
+    assert one.rising == other.rising
+    assert one.offset_unknown == other.offset_unknown == (path_id != "scey")
+    told = [extrapolation(fit.model, path_id, 3e6) for fit in (whole, small)]
+    assert told[0] == told[1]
+
+
+def test_a_model_for_paths_on_records_that_changed_or_lack_a_profile(database: str) -> None:
+    _store(database, _found(), paths=("scey",))
+    with writing(database) as session:
+        save_records(session, Records(events=(Event("E2", "saugy", runout_elevation_m=1100.0),)))
+    assert not load_region_fit(database, "m").records_changed  # another path's
+    with writing(database) as session:
+        save_records(session, Records(events=(Event("E3", "scey", runout_elevation_m=1100.0),)))
+    assert load_region_fit(database, "m").records_changed
+    with writing(database) as session:
+        session.execute(delete(ProfilePointTable).where(ProfilePointTable.path_id == "scey"))
+    with pytest.raises(AvahazardError, match="No profile is stored for path scey"):
+        load_region_fit(database, "m")
 
 
 def test_a_users_effect_is_asked_for_again(database: str) -> None:

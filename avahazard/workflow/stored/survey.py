@@ -1,0 +1,72 @@
+"""One look over all records, of which little is held: enough to work on them path by path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from avahazard.hazard.classes_to_come import MAX_CLASSES
+from avahazard.hazard.frequencies import KnownVolumes
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.fingerprint import Fingerprint
+from avahazard.records.lookup import of_path
+from avahazard.store.records import PATHS_AT_ONCE, load_by_pieces, load_events, load_paths
+from avahazard.store.session import Session
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survey:
+    """What is held of the records of a database: their fingerprint, and of each path little.
+
+    `digests` has all paths, in the order in which they were imported, with what tells whether
+    their records have changed; `with_profile` those that have one.
+    """
+
+    fingerprint: str
+    digests: Mapping[str, bytes]
+    with_profile: frozenset[str]
+    volumes: KnownVolumes
+
+    def require_same(self, path_id: str, records: Records) -> None:
+        """Raise `AvahazardError` where the records of a path are others than they were."""
+        if Fingerprint().add(records) != self.digests[path_id]:
+            raise AvahazardError(
+                f"The records of path {path_id} have been changed since this began.",
+                "Give the same command again: it takes the records as they are now.",
+            )
+
+
+def survey(session: Session) -> Survey:
+    """Look over all records of a database."""
+    whole, volumes = Fingerprint(), KnownVolumes()
+    digests: dict[str, bytes] = {}
+    with_profile: set[str] = set()
+    for piece in load_by_pieces(session):
+        for path in piece.paths:
+            mine = of_path(piece, path.path_id)
+            digests[path.path_id] = whole.add(mine)
+            volumes.add(path, mine.events)
+        with_profile.update(profile.path_id for profile in piece.profiles)
+        pathless = tuple(event for event in piece.events if event.path_id is None)
+        whole.add(Records(events=pathless, speeds=piece.speeds))
+    return Survey(whole.hexdigest(), digests, frozenset(with_profile), volumes)
+
+
+def fingerprint_of(session: Session, path_ids: Sequence[str]) -> str:
+    """The fingerprint of the records of some paths (`only_paths`)."""
+    whole, each = Fingerprint(), list(dict.fromkeys(path_ids))
+    for start in range(0, len(each), PATHS_AT_ONCE):
+        whole.add(load_paths(session, each[start : start + PATHS_AT_ONCE]))
+    return whole.hexdigest()
+
+
+def any_events(session: Session) -> tuple[Event, ...]:
+    """Those of all paths that stand for the events of a path without any (`classes_to_come`)."""
+    n = sum(event.path_id is not None for event in load_events(session))
+    kept = set(np.linspace(0, n - 1, min(n, MAX_CLASSES)).round().astype(int).tolist())
+    there = (event for event in load_events(session) if event.path_id is not None)
+    return tuple(event for k, event in enumerate(there) if k in kept)

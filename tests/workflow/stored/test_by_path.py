@@ -1,0 +1,170 @@
+"""Work path by path: of the records of a region little is held, whatever the number of paths."""
+
+from __future__ import annotations
+
+import gc
+import tracemalloc
+from dataclasses import replace
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avahazard.records import sorted_lines
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from avahazard.results.base import silent
+from avahazard.store import records as store_records
+from avahazard.store.save_records import save_records
+from avahazard.store.session import writing
+from avahazard.workflow import hazard_plan
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import init_database
+from avahazard.workflow.hazard import HazardQuestion, hazard_work
+from avahazard.workflow.hazard_plan import plan_hazard
+from avahazard.workflow.stored import by_path
+from avahazard.workflow.stored.by_path import PathAnswer, PathTask
+from tests.workflow.worlds import height
+
+N_POINTS = 400
+PROFILE_BYTES = 2 * 8 * N_POINTS
+FEW, MANY = 20, 80
+AT_ONCE = 10
+ASKED = HazardQuestion(return_periods=[30.0])
+
+
+@pytest.fixture(autouse=True)
+def few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_records, "PATHS_AT_ONCE", AT_ONCE)
+    monkeypatch.setattr(by_path, "PATHS_AT_ONCE", AT_ONCE)
+    monkeypatch.setattr(sorted_lines, "HELD_BYTES", 50 * PROFILE_BYTES)
+
+
+@pytest.fixture(scope="module")
+def databases(tmp_path_factory: pytest.TempPathFactory) -> dict[int, str]:
+    """Regions of few and of many bowls, with a model of two of them."""
+    folder = tmp_path_factory.mktemp("regions")
+    return {n: region(folder, n) for n in (FEW, MANY)}
+
+
+def region(folder: FilePath, n: int) -> str:
+    file = str(folder / f"{n}.db")
+    init_database(file)
+    rng = np.random.default_rng(n)
+    x = np.linspace(0.0, 1900.0, N_POINTS)
+    names = [f"B{k:03d}" for k in range(n)]
+    records = Records(
+        tuple(Path(name, observed_from=1900, observed_to=1999) for name in names),
+        tuple(Profile(name, x, height(x), ("open",) * N_POINTS) for name in names),
+        tuple(
+            Event(
+                f"{name}-{year}",
+                name,
+                date=str(year),
+                runout_x_m=float(rng.uniform(900.0, 1700.0)),
+                volume_m3=float(rng.lognormal(9.0, 1.0)),
+            )
+            for name in names
+            for year in (1950, 1960, 1970)
+        ),
+    )
+    with writing(file) as session:
+        save_records(session, records)
+    calibrate(file, "m", method="gibbs", draws=100, chains=2, paths=names[:2])
+    return file
+
+
+def nothing(_: Any, task: PathTask) -> PathAnswer:
+    """A unit of work that runs no block; connections that are done with wait for no search."""
+    if task.position % AT_ONCE == 0:
+        gc.collect()
+    return PathAnswer([{"path_id": task.path_id, "notes": []}])
+
+
+def run(database: str) -> int:
+    """All of `hazard` but the runs of the block; the number of paths."""
+    stored, path_ids, work = hazard_work(database, "m", ASKED)
+    work = replace(work, function=nothing, settings={**work.settings, "try": id(stored)})
+    return by_path.run_paths(database, stored, path_ids, work, silent).n_paths
+
+
+def test_memory_does_not_grow_with_the_number_of_paths(databases: dict[int, str]) -> None:
+    run(databases[FEW])  # what is made once only
+    peaks = {}
+    for n, database in databases.items():
+        gc.collect()
+        tracemalloc.start()
+        assert run(database) == n
+        peaks[n] = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    # Names, volumes and a digest of each path are held: its profile alone is more than that.
+    assert (peaks[MANY] - peaks[FEW]) / (MANY - FEW) < PROFILE_BYTES
+
+
+def test_few_profiles_are_there_at_a_time(databases: dict[int, str]) -> None:
+    stored, path_ids, _ = hazard_work(databases[MANY], "m", ASKED)
+    gc.collect()
+    before = live_profiles()
+    most = 0
+    for task in by_path.path_tasks(databases[MANY], stored, path_ids):
+        assert task.records.profiles[0].path_id == task.path_id
+        if task.position % AT_ONCE == 2:
+            most = max(most, live_profiles())
+    assert AT_ONCE <= most - before <= 2 * AT_ONCE
+
+
+def live_profiles() -> int:
+    return sum(isinstance(thing, Profile) for thing in gc.get_objects())
+
+
+def test_tasks_are_the_paths_in_their_order_less_those_done(databases: dict[int, str]) -> None:
+    stored, path_ids, _ = hazard_work(databases[FEW], "m", ASKED)
+    assert path_ids == [f"B{k:03d}" for k in range(FEW)]
+    done = {"B000", "B007", f"B{FEW - 1:03d}"}
+    tasks = list(by_path.path_tasks(databases[FEW], stored, path_ids, done))
+    assert [task.path_id for task in tasks] == [p for p in path_ids if p not in done]
+    assert all(path_ids[task.position] == task.path_id for task in tasks)
+    for task in tasks:
+        assert [p.path_id for p in task.records.paths] == [task.path_id]
+        assert [e.event_id for e in task.records.events] == [
+            f"{task.path_id}-{year}" for year in (1950, 1960, 1970)
+        ]
+
+
+@pytest.fixture
+def changing(tmp_path: FilePath) -> str:
+    return region(tmp_path, AT_ONCE + 1)
+
+
+def test_records_that_change_meanwhile_end_the_work(changing: str) -> None:
+    stored, path_ids, _ = hazard_work(changing, "m", ASKED)
+    tasks = by_path.path_tasks(changing, stored, path_ids)
+    taken = [next(tasks).path_id for _ in range(AT_ONCE)]
+    with writing(changing) as session:
+        save_records(session, Records(events=(Event("new", path_ids[-1], runout_x_m=1000.0),)))
+    with pytest.raises(AvahazardError, match=f"path {path_ids[-1]} have been changed") as error:
+        next(tasks)
+    assert "same command again" in error.value.hint
+    assert taken == path_ids[:AT_ONCE]
+    again, _, _ = hazard_work(changing, "m", ASKED)
+    assert again.survey.fingerprint != stored.survey.fingerprint
+    assert (again.records_changed, stored.records_changed) == (False, False)
+
+
+def test_a_plan_reads_the_paths_again_that_it_measures(
+    databases: dict[int, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+
+    def watched(session: Any, path_ids: Any) -> Records:
+        read.extend(path_ids)
+        return store_records.load_paths(session, path_ids)
+
+    monkeypatch.setattr(by_path, "load_paths", watched)
+    plan = plan_hazard(databases[FEW], "m", ASKED)
+    assert (plan.n_paths, plan.measured_paths) == (FEW, hazard_plan.MEASURED)
+    assert len(read) == hazard_plan.MEASURED
+    assert (read[0], read[-1]) == ("B000", f"B{FEW - 1:03d}")
