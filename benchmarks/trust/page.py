@@ -29,6 +29,7 @@ def page(found: Found) -> str:
         "users": fault_sections.users,
         "upgrades": fault_sections.upgrades,
         "mutants": input_sections.mutants,
+        "guided": input_sections.guided,
         "degenerate": input_sections.degenerate,
         "code": code_section.code,
     }
