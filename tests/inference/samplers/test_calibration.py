@@ -16,19 +16,19 @@ CASES = {
     "law": Case(),
     "power law": Case(law="power"),
     "volume error": Case(n_events=80, volume_error=0.3),
-    "volume-error": Case(("volume-error",), 80, volume_error=0.3),
+    "volume-error": Case(("volume-error",), 80, volume_error=0.3, n_worlds=60),
     "volume-scatter": Case(("volume-scatter",)),
-    "record-error": Case(("record-error",)),
-    "path-effect": Case(("path-effect",), 48, 8),
-    "winter and storm": Case(("winter-effect", "storm-effect"), 72, n_worlds=60),
-    "columns": Case(COLUMNS, 48, 4, dropped=200.0),
-    "turbulent-drag": Case(("turbulent-drag",), a=0.3, n_worlds=60),
-    "speed-weakening": Case(("speed-weakening",), a=0.6, n_worlds=50),
-    "cohesion": Case(("cohesion",), a=0.42, n_worlds=60),
-    "forest-drag": Case(("forest-drag",), a=0.35, n_worlds=60),
-    "entrainment": Case(("entrainment",), a=0.4, dropped=300.0, n_worlds=50),
-    "epoch-bias": Case(("epoch-bias",), n_worlds=60),
-    "leading-edge": Case(("leading-edge",), in_x=True),
+    "record-error": Case(("record-error",), n_worlds=60),
+    "path-effect": Case(("path-effect",), 48, 8, n_worlds=60),
+    "winter and storm": Case(("winter-effect", "storm-effect"), 72, n_worlds=40),
+    "columns": Case(COLUMNS, 48, 4, dropped=200.0, n_worlds=60),
+    "turbulent-drag": Case(("turbulent-drag",), a=0.3, n_worlds=40),
+    "speed-weakening": Case(("speed-weakening",), a=0.6, n_worlds=40),
+    "cohesion": Case(("cohesion",), a=0.42, n_worlds=40),
+    "forest-drag": Case(("forest-drag",), a=0.35, n_worlds=40),
+    "entrainment": Case(("entrainment",), a=0.4, dropped=300.0, n_worlds=40),
+    "epoch-bias": Case(("epoch-bias",), n_worlds=40),
+    "leading-edge": Case(("leading-edge",), in_x=True, n_worlds=60),
     "observation limit": Case(seen_below=480.0),
 }
 
@@ -65,5 +65,5 @@ def test_ranks_are_uniform(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["record-error", "path-effect", "cohesion"])
 def test_a_fault_of_the_model_is_seen(name: str) -> None:
-    names, ranks, _ = _ranks(name, 40, fault=1.0)
+    names, ranks, _ = _ranks(name, 30, fault=1.0)
     assert least_p(names, ranks) < LEVEL
