@@ -1,4 +1,4 @@
-"""Inputs of every form that a fuzzer guides to new branches of the readers, and what they lead to.
+"""Inputs of every form that a fuzzer guides to new branches of the readers, and what they do.
 
 Needs atheris, which no lock has: `pip install --no-deps --target FOLDER atheris==3.0.0`, and
 FOLDER in PYTHONPATH.
@@ -30,13 +30,13 @@ from benchmarks.trust.sources import Source, sources
 REACHED = re.compile(r"(INITED|DONE)\s+cov: (\d+)")
 ROOT = Path(__file__).resolve().parents[2]
 IMPORTED = 40
-"""Kept inputs of each table that are imported in earnest."""
+"""Inputs of each table that are imported in earnest: accepted ones, and kept ones refused."""
 WITH_DIAGNOSIS = (*STEPS[:2], ("--json", "diagnose", "m", "--worlds", "39"), *STEPS[2:])
 T = TypeVar("T")
 
 
 def guided(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
-    """Guided inputs before the readers; imports in earnest and whole chains of some kept ones."""
+    """Guided inputs before the readers; imports in earnest and whole chains of some of them."""
     if importlib.util.find_spec("atheris") is None:
         raise SystemExit(str(__doc__))
     write_records(folder)
@@ -97,14 +97,11 @@ def fuzzed(
 
 
 def _sorted_out(source: Source, folder: Path, database: str) -> tuple[list[bytes], list[bytes]]:
-    """The kept inputs that are accepted, and those that are refused."""
-    accepted, refused = [], []
-    for file in sorted((folder / "corpus").iterdir()):
-        data = file.read_bytes()
-        if data != source.content:
-            taken = read_one(source, data, database, folder, Read(source.form))
-            (accepted if taken else refused).append(data)
-    return accepted, refused
+    """The inputs that were accepted, and the kept ones that are refused."""
+    accepted = [file.read_bytes() for file in sorted((folder / "accepted").iterdir())]
+    kept = [file.read_bytes() for file in sorted((folder / "corpus").iterdir())]
+    count = Read(source.form)
+    return accepted, [one for one in kept if not read_one(source, one, database, folder, count)]
 
 
 def in_earnest(source: Source, data: bytes, database: str, folder: Path) -> list[str]:

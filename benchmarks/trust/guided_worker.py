@@ -1,8 +1,8 @@
 """One form before its reader, by inputs that a fuzzer makes for the branches that they reach.
 
 `python -m benchmarks.trust.guided_worker FORM N SEED DATABASE FOLDER` with atheris (libFuzzer) at
-hand. Kept inputs, each of which reached something new, are left in FOLDER/corpus, what came of
-all in FOLDER/found.json.
+hand. Kept inputs, each of which reached something new, are left in FOLDER/corpus, those that were
+accepted in FOLDER/accepted, and what came of all in FOLDER/found.json.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ READERS = (
     "avahazard.workflow.import_files",
 )
 """What is instrumented: branches and comparisons in these."""
+LONGER = 16
+"""Inputs may be so many times as long as the right file: a changed workbook is not packed."""
 
 
 def main() -> None:
@@ -44,15 +46,17 @@ def main() -> None:
         from benchmarks.trust.sources import sources  # noqa: PLC0415
     inside = Path(folder)
     source = next(one for one in sources(inside.parent) if one.form == form)
-    corpus = inside / "corpus"
+    corpus, taken = inside / "corpus", inside / "accepted"
     corpus.mkdir()
+    taken.mkdir()
     (corpus / "right").write_bytes(source.content)
     found, words, most = Read(form), words_of(READERS), int(n)
 
     def read(data: bytes) -> None:
         if found.n_mutants < most:
             n_faults = len(found.faults)
-            read_one(source, data, database, inside, found)
+            if read_one(source, data, database, inside, found) and data != source.content:
+                (taken / f"{found.n_mutants - 1:06d}").write_bytes(data)
             if len(found.faults) > n_faults:
                 (inside / f"fault-{found.n_mutants - 1}").write_bytes(data)
         if found.n_mutants == most:  # the fuzzer ends the process by itself, soon
@@ -60,12 +64,15 @@ def main() -> None:
 
     def mutate(data: bytes, longest: int, key: int) -> bytes:
         rng = np.random.default_rng(key)
-        if rng.random() < 0.2:
+        what = rng.random()
+        if what < 0.1:
             return bytes(atheris.Mutate(data, longest))
+        if what < 0.5:  # most that are kept are refused early: what goes further comes from here
+            data = source.content
         return varied(source, data, words, rng)[:longest]
 
     options = (
-        f"-runs={n}", f"-seed={seed}", f"-max_len={2 * len(source.content) + 4096}",
+        f"-runs={n}", f"-seed={seed}", f"-max_len={LONGER * len(source.content) + 4096}",
         "-len_control=0", "-timeout=0", "-handle_alrm=0", "-rss_limit_mb=6000",
         f"-artifact_prefix={inside}/",
     )  # fmt: skip

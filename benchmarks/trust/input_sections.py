@@ -54,11 +54,11 @@ def guided(found: Found) -> list[str]:
         "",
         *table(("form", "inputs", "accepted", "refused", "kept", "reached first", "last"), lines),
         *listed(found["faults"], "No traceback, and no reader that hangs."),
-        f"{imported} of the kept tables were imported in earnest, and again. What is refused must "
+        f"{imported} of the tables were imported in earnest, and again. What is refused must "
         "leave every row as it was, what is accepted must change nothing the second time.",
         "",
         *listed(found["import_faults"], "So it was."),
-        f"{found['chains']} of the kept went through the chain of above with `diagnose`: "
+        f"{found['chains']} of the accepted went through the chain of above with `diagnose`: "
         f"{found['done']:,} commands "
         f"succeeded, {found['refused']:,} were refused with a message.",
         "",
