@@ -12,7 +12,6 @@ from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.observations import (
     ELEVATION,
     LEFT,
-    PLACE,
     Observations,
     build_observations,
 )
@@ -54,7 +53,6 @@ class Case:
     volume_error: float = 1e-6
     dropped: float = 0.0
     seen_below: float | None = None
-    in_x: bool = False
     n_worlds: int = 100
 
 
@@ -154,7 +152,8 @@ def world(case: Case, rng: np.random.Generator, fault: float = 0.0) -> tuple[Pos
     model = narrowed(given, case)
     u = from_prior(model, rng)
     law, layout = model.layout.law, model.layout
-    done = np.where(np.arange(len(u)) > layout.scatter, u + fault, u)
+    moved = u + fault * np.array([s.sd for s in layout.slots])
+    done = np.where(np.arange(len(u)) > layout.scatter, moved, u)
     done = np.clip(done, layout.low, layout.high)
     values = layout.effect_values(done)
     tables = model.nodes.predicted_at(done)
@@ -173,7 +172,6 @@ def world(case: Case, rng: np.random.Generator, fault: float = 0.0) -> tuple[Pos
     if layout.scatter_slope is not None:
         bent = done[layout.scatter_slope] * volume_share(volume, layout.reference_volume)
         log_scatter = np.maximum(log_scatter - bent, layout.slots[layout.scatter].low)
-    place = case.in_x & (np.arange(n) % 3 == 2)
     kind, observed = np.full(n, LEFT), np.full(n, np.nan)
     nearest_to = 0.5 * (np.log(MU[1:]) + np.log(MU[:-1]))
     lacking = np.arange(n)
@@ -185,9 +183,8 @@ def world(case: Case, rng: np.random.Generator, fault: float = 0.0) -> tuple[Pos
             kind[i], observed[i] = LEFT, np.nan
             if tables.status[i, np.searchsorted(nearest_to, nu[i])] == LEFT_PROFILE:
                 continue
-            kind[i] = PLACE if place[i] else ELEVATION
-            curve = tables.x if place[i] else tables.elevation
-            observed[i] = np.interp(nu[i], np.log(MU), curve[i]) + error[i]
+            kind[i] = ELEVATION
+            observed[i] = np.interp(nu[i], np.log(MU), tables.elevation[i]) + error[i]
             # What is not seen is not recorded: another avalanche is.
             if observed[i] > given.limit[i]:
                 left_out.append(i)
