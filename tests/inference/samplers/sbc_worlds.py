@@ -41,8 +41,7 @@ class Case:
 
     `a` is the friction about which they lie, `volume_error` the relative error of volumes. With
     `dropped` releases lie up to so many metres below the top, with `seen_below` stops above so
-    many metres (on the first path; the others lie higher) are not seen. `in_x`: every third stop
-    is recorded by its place.
+    many metres (on the first path; the others lie higher) are not seen. `n_worlds` are made.
     """
 
     effects: tuple[str, ...] = ()

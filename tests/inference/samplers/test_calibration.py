@@ -11,6 +11,7 @@ from avahazard.inference.seeds import generator
 from tests.inference.samplers.sbc import LEVEL, N_DRAWS, N_WORLDS, least_p, p_value, rank
 from tests.inference.samplers.sbc_worlds import Case, world
 
+COLUMNS = ("snow-type", "path-section", "release-elevation", "season", "covariate:wind")
 CASES = {
     "law": Case(),
     "power law": Case(law="power"),
@@ -18,11 +19,12 @@ CASES = {
     "volume-scatter": Case(("volume-scatter",)),
     "observation limit": Case(seen_below=480.0),
     "winter and storm": Case(("winter-effect", "storm-effect"), 72, n_worlds=30),
+    "columns": Case(COLUMNS, 48, 4, dropped=200.0, n_worlds=40),
     "path-effect": Case(("path-effect",), 48, 8, n_worlds=60),
     "record-error": Case(("record-error",), n_worlds=60),
     "turbulent-drag": Case(("turbulent-drag",), a=0.3, n_worlds=40),
 }
-"""Not yet: columns, cohesion, forest, entrainment, speed-weakening, epoch, front, volume-error."""
+"""Not yet: cohesion, forest, entrainment, speed-weakening, epoch, front, volume-error."""
 
 
 def _ranks(name: str, n_worlds: int, fault: float = 0.0) -> tuple[list[str], np.ndarray, float]:
