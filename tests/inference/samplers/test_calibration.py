@@ -20,11 +20,12 @@ CASES = {
     "observation limit": Case(seen_below=480.0),
     "winter and storm": Case(("winter-effect", "storm-effect"), 72, n_worlds=30),
     "columns": Case(COLUMNS, 48, 4, dropped=200.0, n_worlds=40),
+    "cohesion": Case(("cohesion",), a=0.42, n_worlds=30),
     "path-effect": Case(("path-effect",), 48, 8, n_worlds=60),
     "record-error": Case(("record-error",), n_worlds=60),
     "turbulent-drag": Case(("turbulent-drag",), a=0.3, n_worlds=40),
 }
-"""Not yet: cohesion, forest, entrainment, speed-weakening, epoch, front, volume-error."""
+"""Not yet: forest, entrainment, speed-weakening, epoch, front, volume-error."""
 
 
 def _ranks(name: str, n_worlds: int, fault: float = 0.0) -> tuple[list[str], np.ndarray, float]:
