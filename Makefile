@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: lock, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust.
+# For maintainers: lock, advisories, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -18,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust catalogues lock
+.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust catalogues lock advisories
 
 setup: $(VENV)/.installed
 
@@ -35,6 +35,7 @@ lint: setup
 	$(PYTHON) -m ruff format --check .
 	$(PYTHON) -m mypy
 	$(VENV)/bin/lint-imports
+	$(PYTHON) benchmarks/advisories.py
 
 test-slow: setup
 	$(PYTHON) -m pytest -m slow --durations 10
@@ -105,3 +106,8 @@ lock:
 	  --output-file requirements.lock pyproject.toml
 	$(COMPILE) --extra dev --constraint requirements.lock \
 	  --output-file requirements-bench.lock pyproject.toml benchmarks/requirements.in
+
+# What was locked anew is held against the advisories of a clone of github.com/pypa/advisory-database.
+advisories: setup
+	@test -n "$(DATABASE)" || { echo "Say where the clone is: make advisories DATABASE=FOLDER" >&2; exit 1; }
+	$(PYTHON) benchmarks/advisories.py --database "$(DATABASE)"

@@ -1,9 +1,10 @@
 """Faults, many users, upgrades, bad input and changes of the code; writes docs/trust.md.
 
-make trust                                    all of it, hours long
+make trust                                    all of it but guided, hours long
 … benchmarks/trust.py power users             these parts; the page keeps what the others found
 … benchmarks/trust.py kills --kills 60        fewer; kills by another --seed are added to the page
 … benchmarks/trust.py kills --only import     kills of one command
+… benchmarks/trust.py guided                  needs atheris (benchmarks/trust/guided.py)
 
 PostgreSQL takes part where AVAHAZARD_TEST_POSTGRES names a server on which databases may be made;
 for power cuts a server of their own is started, where one is installed.
@@ -27,7 +28,7 @@ sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.trust.amounts import Amounts  # noqa: E402
 from benchmarks.trust.page import page  # noqa: E402
-from benchmarks.trust.parts import PARTS, added  # noqa: E402
+from benchmarks.trust.parts import ASKED, PARTS, added  # noqa: E402
 
 FOUND = HERE / "trust.json"
 PAGE = HERE.parent / "docs" / "trust.md"
@@ -40,7 +41,7 @@ def main() -> None:
     for one in fields(Amounts):
         parser.add_argument(f"--{one.name}", type=type(one.default), default=one.default)
     given = vars(parser.parse_args())
-    names = given.pop("parts") or list(PARTS)
+    names = given.pop("parts") or [name for name in PARTS if name not in ASKED]
     if unknown := set(names) - set(PARTS):
         parser.error(f"no part is called {', '.join(unknown)}; there are {', '.join(PARTS)}")
     amounts = Amounts(**given)

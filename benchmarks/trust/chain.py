@@ -15,7 +15,8 @@ from benchmarks.trust.running import Ran, run
 GARBAGE = 1e12
 """No parameter of friction, and no spread, is as large."""
 SAMPLED = ("--chains", "2", "--draws", "60")
-STEPS: tuple[tuple[str, ...], ...] = (
+Steps = tuple[tuple[str, ...], ...]
+STEPS: Steps = (
     ("--json", "calibrate", "m", *SAMPLED),
     ("--json", "compare", "m"),
     ("--json", "hazard", "m", "--return-period", "30", "--volume", "20000", "--draws", "1000"),
@@ -42,7 +43,7 @@ def chain(
     database: str,
     files: list[str],
     folder: Path,
-    steps: tuple[tuple[str, ...], ...] = STEPS,
+    steps: Steps = STEPS,
 ) -> Chained:
     """Import `files` into an empty database and go on to the export."""
     found = Chained(name)

@@ -13,7 +13,7 @@ from typing import Any
 from avahazard.store import upkeep
 from avahazard.workflow.import_files import import_files
 from benchmarks.trust.amounts import Amounts, Tell, cut
-from benchmarks.trust.chain import Chained, chain
+from benchmarks.trust.chain import STEPS, Chained, Steps, chain
 from benchmarks.trust.degenerate import SETS, run_set
 from benchmarks.trust.jobs import write_records
 from benchmarks.trust.readers import Read, read_mutants
@@ -30,7 +30,7 @@ def mutants(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
     forms = sources(folder)
     each = amounts.mutants // len(forms)
     n_chained = sum(source.chain for source in forms)
-    rows, faults, chained = [], [], []
+    rows, faults, ends = [], [], []
     for source in forms:
         n_kept = amounts.chains // n_chained if source.chain else 0
         read = _read_apart(source.form, each, amounts.seed, database, folder, n_kept)
@@ -40,16 +40,15 @@ def mutants(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
         del row["kept"]
         rows.append(row)
         for k, mutant in enumerate(read.kept):
-            chained.append(_chained(source, k, mutant, empty, folder))
-            tell(str(chained[-1]))
-    ends = [f"{one.name}: {fault}" for one in chained for fault in one.faults]
+            ends.append(chained(source, k, mutant, empty, folder))
+            tell(str(ends[-1]))
     return {
         "rows": rows,
-        "chains": len(chained),
-        "done": sum(one.done for one in chained),
-        "refused": sum(one.refused for one in chained),
+        "chains": len(ends),
+        "done": sum(one.done for one in ends),
+        "refused": sum(one.refused for one in ends),
         "faults": cut(faults),
-        "chain_faults": cut(ends),
+        "chain_faults": cut([f"{one.name}: {fault}" for one in ends for fault in one.faults]),
     }
 
 
@@ -84,8 +83,10 @@ def _read(form: str, n: int, seed: int, database: str, folder: str, n_kept: int)
     return read_mutants(source, n, seed, database, inside, n_kept)
 
 
-def _chained(source: Source, k: int, mutant: bytes, empty: str, folder: Path) -> Chained:
-    """The mutant with the other files of its world."""
+def chained(
+    source: Source, k: int, mutant: bytes, empty: str, folder: Path, steps: Steps = STEPS
+) -> Chained:
+    """The whole chain on the mutant with the other files of its world."""
     inside = folder / "chain"
     shutil.rmtree(inside, ignore_errors=True)
     inside.mkdir()
@@ -95,4 +96,4 @@ def _chained(source: Source, k: int, mutant: bytes, empty: str, folder: Path) ->
             shutil.copy(folder / "world" / f"{form}.csv", inside)
     (inside / source.file).write_bytes(mutant)
     files = sorted(f.name for f in inside.iterdir() if f.suffix in (".csv", ".xlsx"))
-    return chain(f"{source.form} {k}", database, files, inside)
+    return chain(f"{source.form} {k}", database, files, inside, steps)

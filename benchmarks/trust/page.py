@@ -16,7 +16,7 @@ HEAD = """\
 What is lost when the program is killed, the power fails or the disk is full; what many users at
 once do to one another; what an upgrade keeps; what garbage does; what the tests see of a wrong
 line of code. Each table is written by the run that stands above it; `make trust` runs them all in
-full, `make test` a short version of each.
+full (but for the guided inputs, which need a fuzzer), `make test` a short version of each.
 """
 
 
@@ -29,6 +29,7 @@ def page(found: Found) -> str:
         "users": fault_sections.users,
         "upgrades": fault_sections.upgrades,
         "mutants": input_sections.mutants,
+        "guided": input_sections.guided,
         "degenerate": input_sections.degenerate,
         "code": code_section.code,
     }

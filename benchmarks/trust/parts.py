@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks.trust import code_part, fault_parts, input_parts
+from benchmarks.trust import code_part, fault_parts, guided, input_parts
 from benchmarks.trust.amounts import Amounts, Tell
 
 PARTS: dict[str, Callable[[Amounts, Path, Tell], dict[str, Any]]] = {
@@ -16,10 +16,13 @@ PARTS: dict[str, Callable[[Amounts, Path, Tell], dict[str, Any]]] = {
     "users": fault_parts.users,
     "upgrades": fault_parts.upgrades,
     "mutants": input_parts.mutants,
+    "guided": guided.guided,
     "degenerate": input_parts.degenerate,
     "code": code_part.code,
 }
 
+ASKED = ("guided",)
+"""Parts that are done where they are named: they need what no lock has."""
 MORE = ("kills",)
 """Parts of which runs by other seeds count too: more moments of the same commands."""
 

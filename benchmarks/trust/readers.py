@@ -36,28 +36,35 @@ def read_mutants(
 ) -> Read:
     """Read mutants of `source`: what raises anything but a message, or hangs, is at fault."""
     found = Read(source.form)
-    for k, mutant in enumerate(mutants_of(source, n_mutants, seed)):
-        file = folder / source.file
-        file.write_bytes(mutant)
-        found.n_mutants += 1
-        try:
-            with warnings.catch_warnings(), _at_most(MOST_SECONDS):
-                warnings.simplefilter("ignore")
-                source.read(database, file)
-        except (AvahazardError, OSError) as error:
-            found.refused += 1
-            if not str(error).strip():
-                found.faults.append(f"mutant {k}: a message without words")
-        except Exception as error:
-            place = traceback.extract_tb(error.__traceback__)[-1]
-            found.faults.append(
-                f"mutant {k}: {error!r:.200} ({Path(place.filename).name}:{place.lineno})"
-            )
-        else:
-            found.accepted += 1
-            if len(found.kept) < n_kept:
-                found.kept.append(mutant)
+    for mutant in mutants_of(source, n_mutants, seed):
+        if read_one(source, mutant, database, folder, found) and len(found.kept) < n_kept:
+            found.kept.append(mutant)
     return found
+
+
+def read_one(source: Source, mutant: bytes, database: str, folder: Path, found: Read) -> bool:
+    """Read one mutant, count in `found` what came of it, and return whether it was accepted."""
+    file = folder / source.file
+    file.write_bytes(mutant)
+    k = found.n_mutants
+    found.n_mutants += 1
+    try:
+        with warnings.catch_warnings(), _at_most(MOST_SECONDS):
+            warnings.simplefilter("ignore")
+            source.read(database, file)
+    except (AvahazardError, OSError) as error:
+        found.refused += 1
+        if not str(error).strip():
+            found.faults.append(f"mutant {k}: a message without words")
+        return False
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        found.faults.append(
+            f"mutant {k}: {error!r:.200} ({Path(place.filename).name}:{place.lineno})"
+        )
+        return False
+    found.accepted += 1
+    return True
 
 
 def mutants_of(source: Source, n_mutants: int, seed: int) -> Iterator[bytes]:

@@ -54,6 +54,11 @@ class Source:
     read: Callable[[str, Path], object]
     chain: bool = False
 
+    @property
+    def imported(self) -> bool:
+        """Whether it is a table of records, which `import` alone takes."""
+        return self.read is _import
+
 
 def sources(folder: Path) -> list[Source]:
     """All forms; `folder` holds the world whose files are mutated, and takes the terrain."""
