@@ -16,6 +16,11 @@ PATHS_DIFFER = message(
 ODDS, LONG_ODDS = message("{odds} to 1"), message("over 1000 to 1")
 ADD_PATHS = message("Add it: avahazard add {model} {effect} --as NEW.")
 TOO_FEW_PATHS = message("{n} paths are too few to add it: take them as too narrow.")
+HEAVIER_TAILS = message(
+    "friction scatters with heavier tails than {model} has, or some records are wrong (likelihood "
+    "{odds}): its scatter is too wide, and its law leans on few records. Hold it against a model "
+    "made with --tails student."
+)
 PRIOR_SPEAKS = message(
     "the records say little of {parameter}: in {model} the prior speaks (moved by {moved} of its "
     "standard deviations, {width} as wide)."
@@ -63,7 +68,6 @@ class PathSpread(Result):
 
     def note(self, model: str) -> str:
         """The sentence for people."""
-        odds = math.exp(min(self.evidence, 7.0))
         remedy = (
             ADD_PATHS.format(model=model, effect=self.effect)
             if self.effect
@@ -71,10 +75,26 @@ class PathSpread(Result):
         )
         return PATHS_DIFFER.format(
             sd=f"{self.sd:.2f}",
-            odds=ODDS.format(odds=f"{odds:.0f}") if odds < 1000.0 else LONG_ODDS,
+            odds=_odds(self.evidence),
             model=model,
             remedy=remedy,
         )
+
+
+@dataclass(frozen=True, slots=True)
+class HeavierTails(Result):
+    """What Student's tails `gain` (nats of log likelihood) over the normal ones of a model."""
+
+    gain: float
+
+    def note(self, model: str) -> str:
+        """The sentence for people."""
+        return HEAVIER_TAILS.format(model=model, odds=_odds(self.gain))
+
+
+def _odds(nats: float) -> str:
+    odds = math.exp(min(nats, 7.0))
+    return ODDS.format(odds=f"{odds:.0f}") if odds < 1000.0 else LONG_ODDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +160,8 @@ class Calibration(Result):
     `path:PATH_ID` among the parameters. Of a child made by `add`, `comparison` holds the scores
     before and after. `prior` is there where the law's came from elsewhere, `given_priors` where
     some were given as numbers (by parameter), `path_spread`
-    where paths differ and the model does not know it, `prior_dominated` where the records hardly
+    where paths differ and the model does not know it, `heavier_tails` where friction scatters with
+    such and the model's are normal, `prior_dominated` where the records hardly
     narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its terrain
     or a record contradicts itself.
     """
@@ -165,6 +186,7 @@ class Calibration(Result):
     notes: tuple[str, ...]
     comparison: BeforeAndAfter | None = field(default=None, metadata=ABSENT)
     path_spread: PathSpread | None = field(default=None, metadata=ABSENT)
+    heavier_tails: HeavierTails | None = field(default=None, metadata=ABSENT)
     prior_dominated: dict[str, PriorDominated] | None = field(default=None, metadata=ABSENT)
     of_records: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
     prior: PriorTold | None = field(default=None, metadata=ABSENT)

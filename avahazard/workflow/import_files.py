@@ -17,6 +17,7 @@ from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.files.conventions import UNKNOWN, Conventions
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
+from avahazard.records.repeated import repeated, repeated_notes
 from avahazard.records.vague import vague_stops
 from avahazard.results.base import Rows
 from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
@@ -81,6 +82,7 @@ def import_files(
         merge = merge_records(intake, stored, update=update)
         intake.notes += _dwarfing_volumes(merge.write, stored)
         intake.notes += vague_stops(merge.write, stored)
+        intake.notes += _written_twice(merge.write, stored)
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:
@@ -109,6 +111,13 @@ def _dwarfing_volumes(new: Records, stored: Records) -> list[str]:
         for i in dwarfing(volumes)
         if i < len(new.events)
     ]
+
+
+def _written_twice(new: Records, stored: Records) -> list[str]:
+    """Name new events that may be one avalanche, or one that is stored."""
+    written = {event.event_id for event in new.events}
+    events = [*(e for e in stored.events if e.event_id not in written), *new.events]
+    return repeated_notes([ids for ids in repeated(events) if written.intersection(ids)])
 
 
 def _drawn(

@@ -30,7 +30,7 @@ CONSTANTS = [
         "WRONG_SHARE",
         0.02,
     ),
-    ("likelihood", "averaged over 5", "inference.model.volumes", "N_NODES", 5),
+    ("likelihood", "averaged over 11", "inference.model.volumes", "N_NODES", 11),
     (
         "likelihood",
         "100\\,\\mathrm{m}",

@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from avahazard.criticism.diagnosis.misstated_volumes import by_misstated_volumes
 from avahazard.criticism.diagnosis.named_groups import named_group
 from avahazard.criticism.diagnosis.naming import Naming
+from avahazard.criticism.diagnosis.other_readings import read_otherwise
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
-from avahazard.criticism.diagnosis.unseen_stops import by_what_is_seen
 from avahazard.criticism.diagnosis.verdict import verdict_of
 from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition
@@ -49,23 +48,21 @@ def answer_of(question: Question, naming: Naming, granted: Sequence[str]) -> Ans
     if not answer.missing:
         answer, rivals = or_a_masked_pair(question, answer)
     q = question
-    group = named_group(q.observations, q.own, q.base, rivals, q.screening.groups, granted)
+    group = named_group(q.observations, q.own, q.base, rivals, q.screening, granted)
     if group:
-        return Answer("missing-effect", group)
+        return Answer(*verdict_of([find_definition(key, q.own) for key in group]))
     return with_what_is_needed_beside(question, answer)
 
 
 def beside_other_readings(question: Question, answer: Answer) -> Answer:
     """A leader that stops unseen, or errors of volumes, explain as well is not told apart."""
     q = question
-    verdict, missing = answer.verdict, answer.missing
+    missing = answer.missing
     if not missing or missing[0] not in q.fits:
         return answer
-    for reading in (by_what_is_seen, by_misstated_volumes):
-        other = reading(q.observations, q.own, q.base, q.fits, answer.missing[0], q.screening)
-        if other is not None and other not in missing:
-            verdict, missing = "ambiguous", (*missing, other)
-    return Answer(verdict, missing)
+    others = read_otherwise(q.observations, q.own, q.base, q.fits, missing[0], q.screening)
+    more = tuple(other for other in others if other not in missing)
+    return Answer("ambiguous", (*missing, *more)) if more else answer
 
 
 def or_a_masked_pair(question: Question, answer: Answer) -> tuple[Answer, tuple[Refit, ...]]:

@@ -1,4 +1,4 @@
-"""Whether an effect of the volume only makes up for errors of the volumes that are misstated."""
+"""Whether an effect, or a difference of groups, only makes up for volumes' misstated errors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
-from avahazard.criticism.diagnosis.verdict import least_evidence
+from avahazard.criticism.diagnosis.verdict import groups_earn_their_name, least_evidence
 from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
@@ -43,8 +43,8 @@ def by_misstated_volumes(
     setting = find_definition(leader, own).changes
     if setting is None or setting.field not in OF_THE_VOLUME:
         return None
-    key = next((c.key for c in screening.candidates if _on_volumes(c.definition, observations)), "")
-    if not key:
+    key = _errors_of_volumes(observations, screening)
+    if key is None or key in base.specification.effects:
         return None
     first = fits[leader]
     alone = fits.get(key) or _with(observations, own, base, key)
@@ -60,6 +60,32 @@ def by_misstated_volumes(
         without.append(_with(limited, own, base, key).evidence)
         beside.append(_with(limited, own, first, key).evidence)
     return None if float(logsumexp(beside) - logsumexp(without)) > needed else key
+
+
+def groups_by_misstated_volumes(
+    observations: Observations,
+    own: Sequence[Definition],
+    base: Refit,
+    groups: str,
+    screening: Screening,
+) -> str | None:
+    """The effect on the volumes' errors that leaves groups (a key) too little evidence, or None.
+
+    Errors larger than stated make friction fall less with the volumes of a path's records than with
+    the mean volumes of paths, in which errors average out. One law for both gives paths of large
+    avalanches too much friction, and they seem to differ.
+    """
+    key = _errors_of_volumes(observations, screening)
+    if key is None:
+        return None
+    wider = _with(observations, own, base, key)
+    return None if groups_earn_their_name(observations, own, wider, groups) else key
+
+
+def _errors_of_volumes(observations: Observations, screening: Screening) -> str | None:
+    """The candidate that scales the errors of the volumes, if there is one."""
+    candidates = screening.candidates
+    return next((c.key for c in candidates if _on_volumes(c.definition, observations)), None)
 
 
 def _with(observations: Observations, own: Sequence[Definition], start: Refit, key: str) -> Refit:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import force_witness
+from avahazard.criticism.diagnosis.other_readings import read_otherwise
 from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each, without_groups
 from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence
 from avahazard.criticism.screening.candidates import candidate_definitions
@@ -52,7 +53,8 @@ def needed_beside(
 
     A candidate counts where its gain beside those already chosen would be significant as the best
     of all in the made worlds of the screening, and where the model with it has `MARGIN` of evidence
-    over that without, gains on records held out, and is not better without any of the others.
+    over that without, gains on records held out, and is not better without any of the others. What
+    else could explain it is asked as of the first: one that is not told apart is not needed.
     """
     singles = dict(fits)
     fit = singles[first]
@@ -65,8 +67,8 @@ def needed_beside(
         p_values = {key: screening.chance.family_wise(key, gain) for key, gain in gains.items()}
         tried = sorted((k for k in gains if p_values[k] <= LEVEL), key=lambda k: -gains[k])[:TRIED]
         wider = refit_each(observations, tried, own, fit)
-        best = max(tried, key=lambda k: wider[k].evidence, default=None)
-        if best is None or not _is_needed(own, fit, wider[best], (best,)):
+        best = _best_needed(observations, own, fit, wider, screening)
+        if best is None:
             break
         if best not in singles:
             singles[best] = _with(observations, own, base, (best,))
@@ -75,6 +77,22 @@ def needed_beside(
         fit, chosen = wider[best], (*chosen, best)
         found.append(_together(chosen, fit, base, singles, p_values[best]))
     return tuple(found)
+
+
+def _best_needed(
+    observations: Observations,
+    own: Sequence[Definition],
+    fit: Refit,
+    wider: Mapping[str, Refit],
+    screening: Screening,
+) -> str | None:
+    """The candidate of most evidence beside `fit` that nothing else explains, if it is needed."""
+    for key in sorted(wider, key=lambda k: -wider[k].evidence):
+        if not _is_needed(own, fit, wider[key], (key,)):
+            return None
+        if not read_otherwise(observations, own, fit, wider, key, screening):
+            return key
+    return None
 
 
 def masked_pair(

@@ -31,6 +31,8 @@ def by_what_is_seen(
     if effect is None or effect.motion is None or not sight:
         return None
     key = sight[0]
+    if key in base.specification.effects:
+        return None
     asked = [(1, key)] if key in fits else [(1, key), (0, key)]
     both, *found = refit_side_by_side(observations, own, [base, fits[leader]], asked)
     (alone,) = found or [fits[key]]

@@ -69,7 +69,7 @@ def group_comes_first(
 def groups_earn_their_name(
     observations: Observations, own: Sequence[Definition], base: Refit, key: str
 ) -> bool:
-    """Whether groups that differ (`key`, granted in `base`) have `MARGIN` of evidence.
+    """Whether groups that differ (`key`, which `base` has) have `MARGIN` of evidence.
 
     Several kinds of groups are tested, each by itself, beside all candidates: their p-values alone
     would name one too often.

@@ -152,8 +152,8 @@ def _largest(volume: Floats) -> float | None:
 
 
 def _rounded(times: float) -> str:
-    """Two digits, as 1.4 or 140."""
-    return f"{float(f'{times:.2g}'):g}"
+    """Two digits, as 1.4 or 140; three below 1.1, and no less than 1.01: it is never once."""
+    return f"{max(times, 1.01):.3g}" if times < 1.1 else f"{float(f'{times:.2g}'):g}"
 
 
 def _times(volume: float, largest: float | None) -> float | None:

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.criticism.diagnosis.heavier_tails import heavier_tails
+from avahazard.criticism.diagnosis.nuisances import HEAVY_TAILS
 from avahazard.criticism.diagnosis.paths_differ import WORTH_A_NOTE, paths_differ
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated
@@ -17,6 +19,7 @@ from avahazard.results.calibration import (
     Calibration,
     Convergence,
     GivenTold,
+    HeavierTails,
     ParameterSummary,
     PathSpread,
     PriorCoordinate,
@@ -60,8 +63,8 @@ def calibration_result(
     of_records = record_notes(records, found.model.observations.sites)
     notes += of_records
     spread = _path_spread(found)
-    if spread is not None:
-        notes.insert(0, spread.note(name))
+    tails = _heavier_tails(found)
+    notes[:0] = [told.note(name) for told in (spread, tails) if told is not None]
     return Calibration(
         model=name,
         parent=parent,
@@ -89,6 +92,7 @@ def calibration_result(
         data_fingerprint=data_fingerprint(records),
         notes=tuple(notes),
         path_spread=spread,
+        heavier_tails=tails,
         prior_dominated=dominated or None,
         of_records=of_records or None,
         prior=prior,
@@ -119,6 +123,12 @@ def _path_spread(found: Calibrated) -> PathSpread | None:
         return None
     effect = None if differ.lacking else differ.effect
     return PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
+
+
+def _heavier_tails(found: Calibrated) -> HeavierTails | None:
+    """What heavy tails would gain, where the records ask for them."""
+    gain = heavier_tails(found.model)
+    return None if gain is None or gain <= HEAVY_TAILS else HeavierTails(gain)
 
 
 def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:

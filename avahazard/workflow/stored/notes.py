@@ -72,6 +72,8 @@ def model_notes(result: Calibration, records_changed: bool, version: str | None)
     name, notes = result.model, []
     if result.path_spread is not None:
         notes.append(result.path_spread.note(name))
+    if result.heavier_tails is not None:
+        notes.append(result.heavier_tails.note(name))
     if records_changed:
         notes.append(stale_words(name))
     if not result.diagnostics.converged:

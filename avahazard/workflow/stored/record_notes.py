@@ -12,6 +12,7 @@ from avahazard.records.collection import Records
 from avahazard.records.contradictions import place_fault, unseen_elevation, volume_fault
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from avahazard.records.repeated import repeated, repeated_notes
 
 Paths = Mapping[str, Path]
 Profiles = Mapping[str, Profile]
@@ -46,7 +47,7 @@ MORE_UNSEEN = message("{n} more paths have records over their observed_below_m."
 
 
 def record_notes(records: Records, sites: Sequence[Site]) -> tuple[str, ...]:
-    """Paths that miss their terrain, events whose values cannot all be true, stops said unseen.
+    """Paths that miss their terrain, events that cannot be true, or are there twice, unseen stops.
 
     An import refuses the second; a database of an earlier version may hold them.
     """
@@ -56,6 +57,7 @@ def record_notes(records: Records, sites: Sequence[Site]) -> tuple[str, ...]:
         *_misfits(profiles, sites),
         *_contradictions(records.events, paths, profiles),
         *_unseen(records.events, paths, profiles),
+        *repeated_notes(repeated(records.events)),
     )
 
 

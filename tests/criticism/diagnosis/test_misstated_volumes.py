@@ -6,17 +6,21 @@ from typing import Any
 
 import pytest
 
-from avahazard.criticism.diagnosis import misstated_volumes
-from avahazard.criticism.diagnosis.misstated_volumes import by_misstated_volumes
+from avahazard.criticism.diagnosis import misstated_volumes, verdict
+from avahazard.criticism.diagnosis.misstated_volumes import (
+    by_misstated_volumes,
+    groups_by_misstated_volumes,
+)
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
 from tests.criticism.studies import straight
 
 LAW, SCATTER, SEASON, ERROR = "volume-law", "volume-scatter", "season", "volume-error"
 
 
 def fit(evidence: float) -> Any:
-    return SimpleNamespace(evidence=evidence, specification=None, facts={})
+    return SimpleNamespace(evidence=evidence, specification=Specification(), facts={})
 
 
 @pytest.mark.parametrize(
@@ -54,3 +58,30 @@ def test_what_is_of_the_volume_must_earn_its_evidence_beside_its_errors(
     assert found == expected
     stated: Any = SimpleNamespace(candidates=[])
     assert by_misstated_volumes(observations, (), fit(0.0), fits, leader, stated) is None
+    base.specification = Specification(effects=(ERROR,))
+    assert by_misstated_volumes(observations, (), base, fits, leader, screening) is None
+
+
+@pytest.mark.parametrize(("left", "expected"), [(2.9, ERROR), (3.1, None)])
+def test_groups_must_earn_their_evidence_beside_errors_of_volumes(
+    monkeypatch: pytest.MonkeyPatch, left: float, expected: str | None
+) -> None:
+    """`left` is the evidence of the groups where the errors may be misstated too."""
+    observations: Any = None
+    candidates = [SimpleNamespace(key=k, definition=definition(k)) for k in (SEASON, ERROR)]
+    monkeypatch.setattr(misstated_volumes, "_on_volumes", lambda entry, _: entry.key == ERROR)
+    evidence = {("path-effect", ERROR): 30.0 + left, (ERROR,): 30.0}
+
+    def refitted(_observations: Any, specification: Any, *told: Any) -> Any:
+        keys = (*specification.effects, *told[1])
+        return SimpleNamespace(
+            specification=Specification(effects=keys), facts={}, evidence=evidence[keys]
+        )
+
+    monkeypatch.setattr(misstated_volumes, "refit", refitted)
+    monkeypatch.setattr(verdict, "refit", refitted)
+    base: Any = SimpleNamespace(specification=Specification(effects=("path-effect",)), facts={})
+    for tried, told in ((candidates, expected), (candidates[:1], None)):
+        screening: Any = SimpleNamespace(candidates=tried)
+        found = groups_by_misstated_volumes(observations, (), base, "path-effect", screening)
+        assert found == told

@@ -35,10 +35,12 @@ def test_a_force_must_earn_its_evidence_beside_what_is_seen(
     monkeypatch.setattr(unseen_stops, "refit_side_by_side", lambda *_: iter([fit(beside)]))
     fits = {leader: fit(10.0, leader, leader == DRAG), SIGHT: fit(20.0)}
     nothing: Any = None
-    found = by_what_is_seen(nothing, (), nothing, fits, leader, screening)
-    assert found == expected
+    base: Any = SimpleNamespace(specification=Specification())
+    assert by_what_is_seen(nothing, (), base, fits, leader, screening) == expected
     known: Any = SimpleNamespace(candidates=[])
-    assert by_what_is_seen(nothing, (), nothing, fits, leader, known) is None
+    assert by_what_is_seen(nothing, (), base, fits, leader, known) is None
+    base.specification = Specification(effects=(SIGHT,))
+    assert by_what_is_seen(nothing, (), base, fits, leader, screening) is None
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from avahazard.inference.model.volumes import (
     MIN_SPREAD,
     VolumeNodes,
     bounded,
+    even_nodes,
     rescaled,
     volume_nodes,
 )
@@ -67,6 +68,17 @@ def test_nodes_have_the_moments_of_the_normal() -> None:
         z = (nodes.log_volume - nodes.mean[:, None]) / nodes.sd[:, None]
         got = np.sum(nodes.weight * z**power, axis=1)
         assert got == pytest.approx(np.full(50, moment), abs=1e-9)
+
+
+@pytest.mark.parametrize(("width", "error"), [(0.3, 0.06), (0.5, 0.01), (2.0, 1e-3)])
+def test_nodes_bear_narrow_bells(width: float, error: float) -> None:
+    """What a record tells of log V is a bell of that width; the error is of its log mean (nats)."""
+    z, weight = even_nodes(11, 0.65)
+    for middle in np.linspace(-2.5, 2.5, 41):
+        found = np.sum(weight * np.exp(-0.5 * ((z - middle) / width) ** 2))
+        variance = 1.0 + width**2
+        exact = width / np.sqrt(variance) * np.exp(-0.5 * middle**2 / variance)
+        assert abs(np.log(found / exact)) < error
 
 
 def test_an_event_without_a_volume_has_the_whole_population() -> None:

@@ -52,6 +52,9 @@ def test_how_far_beyond_the_path_and_all_paths() -> None:
     assert "3 times the largest recorded" in unknown.notes()[0]
     far = replace(unknown, volume_m3=1.36e2 * (unknown.largest_m3 or 0.0))
     assert "is 140 times the largest recorded" in far.notes()[0]
+    for times, told in ((1.002, "1.01"), (1.032, "1.03"), (1.36, "1.4")):
+        barely = replace(unknown, volume_m3=times * (unknown.largest_m3 or 0.0))
+        assert f"is {told} times the largest recorded" in barely.notes()[0]
 
 
 @pytest.mark.parametrize(("n", "side"), [(1.0, "under 0.1"), (-1.0, "over 1.5")])

@@ -76,7 +76,8 @@ def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
         assert "half of length" not in told
         assert "left_profile 0, or" not in language_of(code).told(of_place)
         assert "wrong" in told
-    many = notes(replace(records, events=tuple(replace(wrong, event_id=f"w{k}") for k in range(5))))
+    five = tuple(replace(wrong, event_id=f"w{k}", date=f"195{k}") for k in range(5))
+    many = notes(replace(records, events=five))
     assert len(many) == 4
     assert many[-1] == "2 more records contradict themselves."
     # It is stored with the model, and everything that shows the model says it.
@@ -104,3 +105,13 @@ def test_stops_over_the_limit_of_sight_are_told_but_not_those_across_the_valley(
     assert "event high at 735 m" in note
     for code in ("de", "fr", "it"):
         assert language_of(code).told(note) != note
+
+
+def test_an_avalanche_that_is_there_twice_is_told() -> None:
+    again = replace(EVENTS[0], event_id="again")
+    (note,) = notes(bowl(events=(*EVENTS, again)))
+    assert note.startswith(f"events {EVENTS[0].event_id} = again are alike in path, day and stop")
+    for code in ("de", "fr", "it"):
+        told = language_of(code).told(note)
+        assert "again" in told
+        assert "alike" not in told
