@@ -108,9 +108,10 @@ def test_stops_over_the_limit_of_sight_are_told_but_not_those_across_the_valley(
 
 
 def test_an_avalanche_that_is_there_twice_is_told() -> None:
-    again = replace(EVENTS[0], event_id="again")
-    (note,) = notes(bowl(events=(*EVENTS, again)))
-    assert note.startswith(f"events {EVENTS[0].event_id} = again are alike in path, day and stop")
+    first, *others = events()
+    again = replace(first, event_id="again")
+    (note,) = notes(bowl(events=(first, *others, again)))
+    assert note.startswith(f"events {first.event_id} = again are alike in path, day and stop")
     for code in ("de", "fr", "it"):
         told = language_of(code).told(note)
         assert "again" in told
