@@ -7,12 +7,15 @@ is then nought between such two: storms seem to share their snow, and intervals 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import fields
+from operator import attrgetter
 
 from avahazard.message import message
 from avahazard.records.event import Event
 
 A_DAY = len("1999-01-31")
+COLUMNS = attrgetter(*(f.name for f in fields(Event) if f.name not in ("event_id", "covariates")))
+"""All that the forms say of an event but its id."""
 SHOWN = 3
 ALIKE = message(
     "events {events} are alike in path, day and stop, or in all columns: is that one avalanche "
@@ -60,5 +63,5 @@ def _told_by(event: Event) -> Hashable | None:
     if event.volume_m3 is None:
         return None
     # A record read from a file and one from the database may differ in the order of columns.
-    columns = tuple(sorted((name, str(value)) for name, value in event.covariates.items()))
-    return str(replace(event, event_id="", covariates={})), columns
+    own = tuple(sorted((name, str(value)) for name, value in event.covariates.items()))
+    return *COLUMNS(event), own
