@@ -149,8 +149,9 @@ def test_on_paper_two_figures_go_on_a_page_and_panels_can_be_read(seen: Seen) ->
         if len(each) == 1:
             assert high <= PAGE_PX / 2 - WORDS_PX, name
         else:
-            assert min(each) >= 60, name
-            assert each[0] >= 200, name
+            # The first path shares its sheet with the words on all paths.
+            assert min(each) >= (45 if name == "path-1" else 60), name
+            assert each[0] >= (150 if name == "path-1" else 200), name
     assert seen.page.locator("details:not([open])").count() == 0
     assert not seen.page.locator("[data-path]").first.is_visible()
     seen.page.emulate_media(media="screen")

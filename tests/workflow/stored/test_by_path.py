@@ -117,7 +117,7 @@ def test_few_profiles_are_there_at_a_time(databases: dict[int, str]) -> None:
 
 
 def live_profiles() -> int:
-    return sum(isinstance(thing, Profile) for thing in gc.get_objects())
+    return sum(type(thing) is Profile for thing in gc.get_objects())
 
 
 def test_tasks_are_the_paths_in_their_order_less_those_done(databases: dict[int, str]) -> None:

@@ -7,7 +7,7 @@
   var now = shared.own;
   var tongue = shared.language;
   var PRINT_PX = 690, PRINT_HIGH_PX = 385, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520,
-    PAGE_WIDE_PX = 703, PAGE_HIGH_PX = 990, SHEET_LEAST_PX = 700, FIRST_LEAST_PX = 560, SHEET_MOST_PX = 860,
+    PAGE_WIDE_PX = 703, PAGE_HIGH_PX = 990, SHEET_LEAST_PX = 700, FIRST_LEAST_PX = 600, SHEET_MOST_PX = 860,
     ENTRY_PX = 17;
 
   function draw(place) {
