@@ -17,12 +17,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store import upkeep
 from avahazard.workflow.import_files import import_files
 from benchmarks.trust.amounts import Amounts, Tell, cut
 from benchmarks.trust.chain import STEPS
 from benchmarks.trust.input_parts import chained
-from benchmarks.trust.jobs import write_records
+from benchmarks.trust.jobs import write_databases
 from benchmarks.trust.readers import Read, read_one
 from benchmarks.trust.rows import contents
 from benchmarks.trust.sources import Source, sources
@@ -39,11 +38,7 @@ def guided(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
     """Guided inputs before the readers; imports in earnest and whole chains of some of them."""
     if importlib.util.find_spec("atheris") is None:
         raise SystemExit(str(__doc__))
-    write_records(folder)
-    database, empty = str(folder / "records.db"), str(folder / "empty.db")
-    upkeep.create(empty)
-    shutil.copy(empty, database)
-    import_files(database, [folder / "world"])
+    database, empty = write_databases(folder)
     forms = sources(folder)
     each = amounts.mutants // len(forms)
     n_chained = sum(source.chain for source in forms)

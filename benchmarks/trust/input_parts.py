@@ -11,22 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from avahazard.store import upkeep
-from avahazard.workflow.import_files import import_files
 from benchmarks.trust.amounts import Amounts, Tell, cut
 from benchmarks.trust.chain import STEPS, Chained, Steps, chain
 from benchmarks.trust.degenerate import SETS, run_set
-from benchmarks.trust.jobs import write_records
+from benchmarks.trust.jobs import write_databases
 from benchmarks.trust.readers import Read, read_mutants
 from benchmarks.trust.sources import FORMS, Source, sources
 
 
 def mutants(amounts: Amounts, folder: Path, tell: Tell) -> dict[str, Any]:
     """Mutants of every form before the readers, then the whole chain on some that were accepted."""
-    write_records(folder)
-    database, empty = str(folder / "records.db"), str(folder / "empty.db")
-    upkeep.create(empty)
-    shutil.copy(empty, database)
-    import_files(database, [folder / "world"])
+    database, empty = write_databases(folder)
     forms = sources(folder)
     each = amounts.mutants // len(forms)
     n_chained = sum(source.chain for source in forms)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from avahazard.store import schema, upkeep
 from avahazard.store.engine import make_engine
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
+from avahazard.workflow.import_files import import_files
 from benchmarks.trust.running import run
 
 OLD_REVISION = "0005"
@@ -72,6 +74,16 @@ def write_records(folder: Path) -> None:
     moved = re.sub(r"(?<=,,)(\d+)\.\d+", r"\1.5", events)
     (folder / "changed" / "events.csv").write_text(moved, encoding="utf-8")
     (folder / "avahazard.toml").write_text(PROJECT, encoding="utf-8")
+
+
+def write_databases(folder: Path) -> tuple[str, str]:
+    """Write the records, a database with them, and an empty one; return where these two are."""
+    write_records(folder)
+    database, empty = str(folder / "records.db"), str(folder / "empty.db")
+    upkeep.create(empty)
+    shutil.copy(empty, database)
+    import_files(database, [folder / "world"])
+    return database, empty
 
 
 def make_state(state: str, database: str, folder: Path) -> None:

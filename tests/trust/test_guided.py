@@ -10,23 +10,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.store import upkeep
 from avahazard.workflow.import_files import import_files
 from benchmarks.trust import guided
 from benchmarks.trust.amounts import Amounts
 from benchmarks.trust.guided_mutants import varied, words_of
 from benchmarks.trust.guided_worker import READERS
 from benchmarks.trust.input_sections import guided as section
-from benchmarks.trust.jobs import write_records
+from benchmarks.trust.jobs import write_databases
 from benchmarks.trust.sources import Source, sources
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("guided")
-    write_records(made)
-    upkeep.create(str(made / "records.db"))
-    import_files(str(made / "records.db"), [made / "world"])
+    write_databases(made)
     return made
 
 

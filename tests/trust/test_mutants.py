@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.store import upkeep
-from avahazard.workflow.import_files import import_files
 from benchmarks.trust.chain import faults_of
-from benchmarks.trust.jobs import write_records
+from benchmarks.trust.jobs import write_databases
 from benchmarks.trust.readers import mutants_of, read_mutants
 from benchmarks.trust.running import Ran
 from benchmarks.trust.sources import Source, sources
@@ -23,9 +21,7 @@ GARBAGE = '{"diagnostics": {"converged": true}, "parameters": {"a": {"mean": 1e2
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("mutants")
-    write_records(made)
-    upkeep.create(str(made / "records.db"))
-    import_files(str(made / "records.db"), [made / "world"])
+    write_databases(made)
     return made
 
 
