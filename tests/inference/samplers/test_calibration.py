@@ -24,8 +24,11 @@ CASES = {
     "path-effect": Case(("path-effect",), 48, 8, n_worlds=60),
     "record-error": Case(("record-error",), n_worlds=60),
     "turbulent-drag": Case(("turbulent-drag",), a=0.3, n_worlds=40),
+    "forest-drag": Case(("forest-drag",), a=0.35, n_worlds=30),
+    "entrainment": Case(("entrainment",), a=0.4, dropped=300.0, n_worlds=30),
+    "epoch-bias": Case(("epoch-bias",), n_worlds=40),
 }
-"""Not yet: forest, entrainment, speed-weakening, epoch, front, volume-error."""
+"""Not yet: speed-weakening, front, volume-error."""
 
 
 def _ranks(name: str, n_worlds: int, fault: float = 0.0) -> tuple[list[str], np.ndarray, float]:
