@@ -126,6 +126,15 @@ def budget_table(found: Comparison) -> tuple[tuple[str, ...], list[tuple[Any, ..
     return ("where the error comes from", f">rms, {unit}", ">share of squares"), rows
 
 
+def profile_words(profile_m: float, coordinate: str) -> str:
+    """How much of the error may be that of the profiles' points."""
+    return (
+        f"Errors of the profiles' points move the predicted stops by "
+        f"{amount(profile_m, coordinate)} (rms): a part of the scatter and of what is unexplained, "
+        "not one beside them."
+    )
+
+
 def error_words(found: Comparison | BeforeAndAfter) -> str:
     """What the errors of the records alone account for."""
     floor = found.scores.runout if isinstance(found, Comparison) else found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,9 +15,9 @@ from avahazard.physics.mean_friction import squares_to_rest
 from avahazard.physics.near_stops import Asked, NearStops, near_stops
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
-from avahazard.physics.smooth_profile import SmoothProfile, drawn_profile, smooth_profile
+from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import speeds_along
-from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, node_of, terrain_at
+from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, node_of
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
@@ -31,8 +31,7 @@ SPEED_CELL_M = 10.0
 class Site:
     """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`.
 
-    It is cut at `nodes` (m), or, if given, at the places of `like`. Its terrains, which are large,
-    are made when they are first asked for.
+    It is cut at `nodes` (m). Its terrains, which are large, are made when they are first asked for.
     """
 
     path: Path
@@ -41,20 +40,15 @@ class Site:
     release_x: Floats
     profile_x: Floats
     land_cover: tuple[str, ...] | None
-    like: Site | None = None
 
     @cached_property
     def terrain(self) -> Terrain:
         """The path in cells."""
-        if self.like is not None:
-            return terrain_at(self.smooth, self.like.terrain.x)
         return build_terrain(self.smooth, self.nodes, MAX_CELL_M)
 
     @cached_property
     def fine_terrain(self) -> Terrain:
         """The path in cells for friction that depends on speed."""
-        if self.like is not None:
-            return terrain_at(self.smooth, self.like.fine_terrain.x)
         return build_terrain(self.smooth, self.nodes, SPEED_CELL_M)
 
     def terrain_for(self, resistance: Resistance) -> Terrain:
@@ -139,14 +133,6 @@ def path_site(path: Path, profile: Profile) -> Site:
     """Return the regularised path with one release: the path's own, else its top."""
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     return build_site(path, profile, smooth, [release_place(smooth, path.release_elevation_m)])
-
-
-def drawn_site(site: Site, rng: np.random.Generator) -> Site:
-    """The site on ground as it might be, given the error of its points: other heights of its nodes.
-
-    Releases, cells and land cover stay at their places, so that resistances fit both.
-    """
-    return replace(site, smooth=drawn_profile(site.smooth, rng), like=site)
 
 
 def release_place(smooth: SmoothProfile, elevation: float | None) -> float:

@@ -44,11 +44,6 @@ class GroundPosterior:
         """The most likely ground, as the block feels it."""
         return self._felt(self.mean)
 
-    def draw(self, rng: np.random.Generator) -> BSpline:
-        """Ground as it might be, as the block feels it."""
-        unit = rng.standard_normal(len(self.mean))
-        return self._felt(self.mean + solve_banded((0, 3), self.factor, unit))
-
     def sd(self, x: Floats) -> Floats:
         """Standard deviation (m) of the elevation at x `[n_x]` of the ground that is felt."""
         rows = BSpline.design_matrix(x, self.knots, 3, extrapolate=True).toarray().T

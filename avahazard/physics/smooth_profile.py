@@ -153,14 +153,6 @@ def spline_profile(
     return _spline(x, y, point_error(x, y, given), length)
 
 
-def drawn_profile(smooth: SmoothProfile, rng: np.random.Generator) -> SmoothProfile:
-    """The path as it might be, given its points and their error."""
-    if smooth.posterior is None:
-        return smooth
-    f = smooth.posterior.draw(rng)
-    return replace(smooth, knots=_inner_knots(smooth.posterior), derivatives=_derivatives(f))
-
-
 def _spline(x: Floats, y: Floats, error: PointError, block_m: float) -> SmoothProfile:
     posterior = ground_posterior(x, y, error.sigma, error.penalty, block_m)
     f = posterior.ground()

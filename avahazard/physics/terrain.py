@@ -75,10 +75,10 @@ def build_terrain(
     inner = np.concatenate([profile.knots, np.asarray([] if breaks is None else breaks)])
     inner = inner[(inner > profile.x_min) & (inner < profile.x_max)]
     coarse = np.unique(np.concatenate([[profile.x_min, profile.x_max], inner]))
-    return terrain_at(profile, _refine(profile, coarse, max_cell))
+    return _terrain_at(profile, _refine(profile, coarse, max_cell))
 
 
-def terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
+def _terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
     """Cells of the profile between these nodes x `[n_cells + 1]`."""
     y, slope, f2 = profile.derivatives(x)
     half = 0.5 * np.diff(x)[:, None]

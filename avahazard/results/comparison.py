@@ -99,7 +99,10 @@ class BudgetPart(Result):
 
 @dataclass(frozen=True, slots=True)
 class EventBudget(Result):
-    """The standard deviations (m) to be expected of one event, by source, and its error."""
+    """The standard deviations (m) to be expected of one event, by source, and its error.
+
+    `profile_m`, what the profile's points do, is no source of its own: see `Comparison`.
+    """
 
     event_id: str
     record_m: float
@@ -108,6 +111,7 @@ class EventBudget(Result):
     parameters_m: float
     error_m: float
     release_m: float = 0.0
+    profile_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +161,9 @@ class Comparison(Result):
     """A model against the measurements: scores, held-out scores, and where it fails.
 
     `coordinate` is that of the records: elevation, x, length, or mixed. `notes` are on the model.
+    `profile_m` is the root mean square (m) of what the error of the profiles' points does to the
+    predicted stops, None without profiles. It is in `scatter` and `unexplained` already, as far
+    as the calibration on the same points has not taken it into the friction.
     """
 
     model: str
@@ -168,4 +175,5 @@ class Comparison(Result):
     measured_force: Rows[MeasuredForce] | None
     budget: Rows[BudgetPart] = field(default_factory=Rows)
     budget_by_event: Rows[EventBudget] = field(default_factory=Rows)
+    profile_m: float | None = None
     notes: tuple[str, ...] = ()

@@ -10,17 +10,22 @@ from typing import Any
 import numpy as np
 
 from avahazard.criticism.scoring.axes import event_axes
-from avahazard.criticism.scoring.budget_rows import budget_by_event, budget_parts, with_explained
+from avahazard.criticism.scoring.budget_rows import (
+    budget_by_event,
+    budget_parts,
+    profile_part,
+    with_explained,
+)
 from avahazard.criticism.scoring.error_budget import ErrorBudget, error_budget
 from avahazard.criticism.scoring.error_fall import group_errors
-from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
+from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.held_out import (
     HeldOut,
     HeldOutPredictions,
     choose_groups,
     held_out_predictions,
 )
-from avahazard.criticism.scoring.in_x import in_x, with_profile
+from avahazard.criticism.scoring.in_x import x_scores
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.scores import (
     randomised_pit,
@@ -38,6 +43,7 @@ from avahazard.criticism.scoring.where_it_fails import where_it_fails
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.ground_error import ground_error
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
@@ -46,7 +52,6 @@ from avahazard.results.base import Report, silent
 from avahazard.results.comparison import (
     Comparison,
     HeldOutScores,
-    RunoutScores,
     Scores,
     SpeedScores,
 )
@@ -124,6 +129,7 @@ def comparison(
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
     budget = error_budget(model, generator(0, "error budget"))
+    of_profile = ground_error(model)
     progress(0.15)
     speeds = matched_speeds(model, rng)
     progress(0.25)
@@ -149,7 +155,8 @@ def comparison(
         speed_misfit=None if speeds is None else speed_misfit(observations, speeds),
         measured_force=measured_force(observations) if observations.speeds else None,
         budget=budget_parts(expected.error, budget),
-        budget_by_event=budget_by_event(observations, expected.error, budget),
+        budget_by_event=budget_by_event(observations, expected.error, budget, of_profile),
+        profile_m=profile_part(observations, of_profile),
     )
 
 
@@ -179,19 +186,6 @@ def _held_out_scores(
         groups=group_errors(held, others, observations),
         n_fits=len(np.unique(held.fits)),
     )
-
-
-def x_scores(
-    expected: ExpectedRecords, observations: Observations, budget: ErrorBudget
-) -> RunoutScores | None:
-    """The scores in x of the events with a profile; None without any."""
-    found = in_x(expected, observations)
-    if found is None:
-        return None
-    # What volumes do to the floor is in proportion to the errors of the records.
-    wider = (budget.floor / expected.sigma)[with_profile(observations)]
-    pit = record_pit(found, generator(0, "scores in x"))
-    return runout_scores(found, pit, found.sigma * wider)
 
 
 def _speed_scores(speeds: MatchedSpeeds | None) -> SpeedScores | None:

@@ -12,6 +12,7 @@ from scipy.special import logsumexp
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import error_budget
 from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.in_x import x_scores
 from avahazard.criticism.scoring.scores import record_pit, runout_scores
 from avahazard.inference.model.observations import LENGTH
 from avahazard.inference.model.release_error import stated_release_sigma
@@ -27,7 +28,7 @@ from avahazard.records.reading import read_records
 from avahazard.results.amounts import RATIO
 from avahazard.results.base import Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
-from avahazard.workflow.compare import coordinate_name, require_comparable, x_scores
+from avahazard.workflow.compare import coordinate_name, require_comparable
 from avahazard.workflow.stored.model import StoredFit, load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects

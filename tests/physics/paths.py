@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.linalg import solve_banded
 
 from avahazard.physics.cells import Cells, build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
-from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, spline_profile
+from avahazard.physics.smooth_profile import (
+    Derivatives,
+    SmoothProfile,
+    legendre_profile,
+    spline_profile,
+)
 from avahazard.physics.terrain import Terrain, build_terrain
 
 RELEASE_M = 100.0
@@ -33,6 +40,19 @@ def ski_jump() -> SmoothProfile:
     x = np.linspace(0.0, 1500.0, 151)
     y = 1000.0 - 0.45 * x - 80.0 / (1.0 + np.exp(-(x - 500.0) / 25.0)) + (x / 105.0) ** 2
     return spline_profile(x, y, 0.05)
+
+
+def drawn_profile(smooth: SmoothProfile, rng: np.random.Generator) -> SmoothProfile:
+    """The path as it might be, given its points and their error."""
+    ground = smooth.posterior
+    assert ground is not None
+    off = solve_banded((0, 3), ground.factor, rng.standard_normal(len(ground.mean)))
+    f = replace(ground, mean=ground.mean + off).ground()
+    return replace(
+        smooth,
+        knots=ground.knots[4:-4],
+        derivatives=Derivatives(f, f.derivative(1), f.derivative(2)),
+    )
 
 
 def cells_of(terrain: Terrain, **changes: object) -> Cells:

@@ -10,13 +10,12 @@ from numpy.polynomial import Legendre
 
 from avahazard.physics.point_error import FINEST_M
 from avahazard.physics.smooth_profile import (
-    drawn_profile,
     legendre_profile,
     smooth_profile,
     spline_profile,
 )
 from tests.physics import naive
-from tests.physics.paths import read_profiles
+from tests.physics.paths import drawn_profile, read_profiles
 
 X = np.sort(np.random.default_rng(5).uniform(0.0, 3000.0, 90))
 

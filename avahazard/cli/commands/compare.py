@@ -13,6 +13,7 @@ from avahazard.cli.comparison_table import (
     crps_words,
     error_words,
     failures,
+    profile_words,
     show_scores,
     unit_words,
 )
@@ -67,6 +68,8 @@ def compare(
             + ("." if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}.")
         )
         console.print(table("", *budget_table(found)))
+        if found.profile_m is not None:
+            console.print(profile_words(found.profile_m, found.coordinate))
         if found.speed_misfit:
             lines = [
                 (row.axis, row.level, row.n, row.bias_m_s, row.rmse_m_s)

@@ -9,6 +9,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import ErrorBudget, unexplained
+from avahazard.criticism.scoring.in_x import with_profile
 from avahazard.inference.model.observations import Observations
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart, Comparison, EventBudget
@@ -31,14 +32,24 @@ def budget_parts(error: Floats, budget: ErrorBudget) -> Rows[BudgetPart]:
 
 
 def budget_by_event(
-    observations: Observations, error: Floats, budget: ErrorBudget
+    observations: Observations, error: Floats, budget: ErrorBudget, profile: Floats
 ) -> Rows[EventBudget]:
-    """Standard deviations by source of each event, and its error (predicted less recorded)."""
+    """Standard deviations by source of each event, and its error (predicted less recorded).
+
+    `profile` `[n_events]` (m) is what the error of the profile's points does.
+    """
     sd = {f"{source}_m": np.sqrt(getattr(budget, source)) for source in SOURCES}
+    sd["profile_m"] = profile
     return Rows(
         EventBudget(name, error_m=float(error[i]), **{key: float(v[i]) for key, v in sd.items()})
         for i, name in enumerate(observations.columns.event_id)
     )
+
+
+def profile_part(observations: Observations, profile: Floats) -> float | None:
+    """Root mean square (m) of `profile` `[n_events]` over events with a profile, None if none."""
+    on_ground = with_profile(observations)
+    return float(np.sqrt(np.mean(profile[on_ground] ** 2))) if len(on_ground) else None
 
 
 def with_explained(

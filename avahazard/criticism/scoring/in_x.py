@@ -8,9 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.criticism.scoring.error_budget import ErrorBudget
 from avahazard.criticism.scoring.expected import ExpectedRecords
+from avahazard.criticism.scoring.scores import record_pit, runout_scores
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
+from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.results.comparison import RunoutScores
 
 N_PLACES = 4001
 
@@ -45,6 +49,19 @@ def in_x(expected: ExpectedRecords, observations: Observations) -> ExpectedRecor
         x=expected.x[events],
         sign=np.ones(len(events)),
     )
+
+
+def x_scores(
+    expected: ExpectedRecords, observations: Observations, budget: ErrorBudget
+) -> RunoutScores | None:
+    """The scores in x of the events with a profile; None without any."""
+    found = in_x(expected, observations)
+    if found is None:
+        return None
+    # What volumes do to the floor is in proportion to the errors of the records.
+    wider = (budget.floor / expected.sigma)[with_profile(observations)]
+    pit = record_pit(found, generator(0, "scores in x"))
+    return runout_scores(found, pit, found.sigma * wider)
 
 
 def with_profile(observations: Observations) -> NDArray[np.int64]:

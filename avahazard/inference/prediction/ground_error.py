@@ -1,59 +1,55 @@
-"""What the error of a profile's points does to runouts: the same block on ground as it might be."""
+"""What the error of a profile's points does to runouts, through the friction that they let show."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.site import drawn_site
-from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.observations import ELEVATION, Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import look_up
 
-GROUND_DRAWS = 24
+MOST_OFF = 0.9
+"""Of log friction: errors as large as the fall itself say no more than that."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GroundError:
-    """Standard deviations (m) over draws of the ground, each `[n_events]`.
+def ground_error(model: FittedModel, friction: Floats | None = None) -> Floats:
+    """Standard deviation `[n_events]` (m, in each record's coordinate) of the predicted stop.
 
-    Of the stop's place `x`, of its `elevation`, and of what would be recorded, in the coordinate
-    of each record. What left its profile counts as at its end; nought without a profile.
-    """
-
-    x: Floats
-    elevation: Floats
-    record: Floats
-
-
-def ground_error(
-    model: FittedModel,
-    rng: np.random.Generator,
-    friction: Floats | None = None,
-    n_draws: int = GROUND_DRAWS,
-) -> GroundError:
-    """How far each event's stop moves as the ground varies within the error of its points.
-
-    One draw of each path's ground (`physics.ground_spline`) is shared by the events on it. Every
-    event keeps its `friction` `[n_events]`, by default the posterior median for its volume, and
-    the effects their posterior mean. What all events of a path have in common of this error, a
-    calibration on the same points has partly taken into its friction: the sum of squares over
-    events is an upper bound of what the points' error adds to a model's misfit.
+    Along the path a block spends μ g dx and gains g dy, so what counts is how far the heights of
+    its release and of its stop are off, s₀ and s₁: it stops where one with a friction off by
+    √(s₀² + s₁²) / L does, L its reach (Ancey 2005, § 2: μ = H / L without curvature). An
+    elevation is off by s₁ besides, as the stop lies on other ground. Every event keeps its
+    `friction` `[n_events]`, by default the posterior median for its volume. What left its profile
+    counts as at its end. Nought without a profile, or where the ground is a polynomial of points
+    without error.
     """
     observations, posterior = model.observations, model.posterior
     if friction is None:
         friction = model.median_friction(np.exp(observations.volumes.mean))
-    values = posterior.layout.effect_values(model.draws.mean(axis=0))
-    stops = np.empty((3, n_draws, observations.n_events))
-    for k in range(n_draws):
-        sites = tuple(drawn_site(site, rng) for site in observations.sites)
-        drawn = replace(observations, sites=sites)
-        tables = predict_records(
-            drawn, posterior.effects, values, float(posterior.specification.centrifugal)
-        )
-        record, x, elevation, _ = look_up(tables, friction[:, None])
-        stops[:, k] = record[:, 0], x[:, 0], elevation[:, 0]
-    record_sd, x_sd, elevation_sd = np.nan_to_num(stops).std(axis=1)
-    return GroundError(x=x_sd, elevation=elevation_sd, record=record_sd)
+    tables = posterior.nodes.predicted_at(model.draws.mean(axis=0))
+    stop = look_up(tables, friction[:, None])[1][:, 0]
+    released, start, end = _errors(observations, stop)
+    reach = np.maximum(stop - released, 1.0)
+    off = np.where(start + end > 0.0, np.hypot(start, end) / reach, 0.0)
+    off = np.minimum(off, MOST_OFF * friction)
+    around = look_up(tables, friction[:, None] + off[:, None] * np.array([-1.0, 1.0]))[0]
+    moved = 0.5 * np.abs(around[:, 1] - around[:, 0])
+    # By a metre of height at either end, and the stop's own height on top.
+    steep = np.divide(moved, np.hypot(start, end), out=np.zeros_like(moved), where=off > 0.0)
+    own = end * (observations.kind == ELEVATION)
+    return np.asarray(np.hypot(steep * start, steep * end + own))
+
+
+def _errors(observations: Observations, stop: Floats) -> tuple[Floats, Floats, Floats]:
+    """x of each release (m) `[n_events]`, and the ground's error (m) there and at each `stop`."""
+    n = observations.n_events
+    released, start, end = np.zeros(n), np.zeros(n), np.zeros(n)
+    for k, site in enumerate(observations.sites):
+        mine = np.flatnonzero(observations.columns.path_index == k)
+        released[mine] = site.release_x[observations.release[mine]]
+        if site.smooth.posterior is None or not len(mine):
+            continue
+        places = np.concatenate([released[mine], stop[mine]])
+        start[mine], end[mine] = np.split(site.smooth.posterior.sd(places), 2)
+    return released, start, end
