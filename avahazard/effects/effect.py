@@ -149,6 +149,7 @@ class Definition:
     - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
       such alone is `unexplained`, and it needs no margin of evidence.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
+    - `reads`: the column of numbers that it goes by where a smooth of that is another effect.
     - `settled(columns, sites)`: the data state already what it would estimate, so that it is no
       candidate.
     - `seen_in(columns, sites)`: where the records have what the effect is about, in a sentence.
@@ -171,6 +172,7 @@ class Definition:
     says_what_is_seen: bool = False
     names_cause: bool = True
     column: str | None = None
+    reads: str | None = None
     settled: Callable[[EventColumns, Sequence[Site]], bool] = never
     seen_in: Callable[[EventColumns, Sequence[Site]], str | None] = nowhere
     trees: bool = False

@@ -35,5 +35,6 @@ DEFINITION = Definition(
     build=_build,
     lacking=_lacking,
     event_columns=True,
+    reads="deposit_length_m",
     order=160,
 )

@@ -7,19 +7,24 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.special import logsumexp
+from scipy.stats import pearsonr
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.diagnosis.verdict import groups_earn_their_name, least_evidence
 from avahazard.criticism.screening.significance import Screening
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.volumes import bounded
+from avahazard.inference.model.volumes import bounded, told_by
 
 OF_THE_VOLUME = ("law", "scatter")
 """Settings of the model that say how friction goes by volume."""
 OVERSTATED = (0.03, 0.1, 0.2)
 """Shares of the recorded volumes that are tried as larger than any true one."""
+BY_CHANCE = 0.01
 
 
 def by_misstated_volumes(
@@ -30,36 +35,86 @@ def by_misstated_volumes(
     leader: str,
     screening: Screening,
 ) -> str | None:
-    """The effect on the volumes' errors that leaves the leader, on the volume, too little evidence.
+    """The effect on the volumes' errors that leaves the leader too little evidence.
 
     Errors larger than stated bend the law towards the mean volume and scatter friction most where
-    it is steepest: another law, and another scatter, do the same. So such a leader must earn its
-    evidence where the errors may be misstated too. None where it does, or is another kind.
-
-    How far records of large volumes are overstated hangs on the largest volume that there is, which
-    nobody knows: where it lies under many records, friction stops falling with what is recorded,
-    as in a law with a limit. So the evidence of either is the mean over some such volumes.
+    it is steepest: another law, and another scatter, do the same. And a column that goes with the
+    volume (a deposit's length) then tells more of it than the records do, and friction seems to go
+    by the column. So such leaders must earn their evidence where the errors may be misstated too.
+    None where it does, or is another kind.
     """
-    setting = find_definition(leader, own).changes
-    if setting is None or setting.field not in OF_THE_VOLUME:
-        return None
+    definition = find_definition(leader, own)
     key = _errors_of_volumes(observations, screening)
     if key is None or key in base.specification.effects:
         return None
+    needed = least_evidence(definition)
+    if definition.changes is not None and definition.changes.field in OF_THE_VOLUME:
+        gain = _gain_of_volume(observations, own, base, fits, leader, key, needed)
+        return None if gain > needed else key
+    stand_in = stand_in_for_volume(observations.columns, definition)
+    if stand_in is None:
+        return None
+    told = replace(observations, volumes=told_by(observations.volumes, stand_in))
+    beside = _with(told, own, fits[leader], key).evidence - _with(told, own, base, key).evidence
+    return None if beside > needed else key
+
+
+def _gain_of_volume(
+    observations: Observations,
+    own: Sequence[Definition],
+    base: Refit,
+    fits: Mapping[str, Refit],
+    leader: str,
+    key: str,
+    needed: float,
+) -> float:
+    """Evidence (nats) of a law or a scatter beside the effect `key` on the volumes' errors.
+
+    How far records of large volumes are overstated hangs on the largest volume that there is, which
+    nobody knows: where it lies under many records, friction stops falling with what is recorded,
+    as in a law with a limit. So the evidence of either is the mean over some such volumes, where
+    it is over the `needed` without.
+    """
     first = fits[leader]
     alone = fits.get(key) or _with(observations, own, base, key)
     both = _with(observations, own, first, key)
-    needed = least_evidence(find_definition(leader, own))
-    if both.evidence - alone.evidence <= needed:
-        return key
     without, beside = [alone.evidence], [both.evidence]
+    if beside[0] - without[0] <= needed:
+        return beside[0] - without[0]
     recorded = observations.columns.log_volume
     for share in OVERSTATED:
         largest = float(np.exp(np.nanquantile(recorded, 1.0 - share)))
         limited = replace(observations, volumes=bounded(observations.volumes, largest))
         without.append(_with(limited, own, base, key).evidence)
         beside.append(_with(limited, own, first, key).evidence)
-    return None if float(logsumexp(beside) - logsumexp(without)) > needed else key
+    return float(logsumexp(beside) - logsumexp(without))
+
+
+def stand_in_for_volume(columns: EventColumns, definition: Definition) -> Floats | None:
+    """The column `[n_events]` of an effect that goes by one which goes with the recorded volumes.
+
+    Its log where it is positive. None for the volume itself, and where chance would make as much
+    of it, within paths, in one of a hundred cases.
+    """
+    name = definition.column or definition.reads
+    if name is None or name == VOLUME:
+        return None
+    values = number_column(columns, name)
+    if values is None:
+        return None
+    if np.nanmin(values) > 0.0:
+        values = np.log(values)
+    both = np.isfinite(values) & np.isfinite(columns.log_volume)
+    pairs = np.column_stack([values, columns.log_volume])
+    within = [
+        pairs[mine] - pairs[mine].mean(axis=0)
+        for k in np.unique(columns.path_index)
+        if np.sum(mine := both & (columns.path_index == k)) > 1
+    ]
+    if not within or np.any(np.ptp(np.concatenate(within), axis=0) == 0.0):
+        return None
+    found = pearsonr(*np.concatenate(within).T)
+    return values if found.pvalue < BY_CHANCE else None
 
 
 def groups_by_misstated_volumes(

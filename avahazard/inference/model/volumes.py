@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import log_ndtr, ndtri_exp
@@ -11,6 +11,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.volume_spread import MIN_SPREAD, variance_within
+from avahazard.inference.model.stand_in import told_by_stand_in
 from avahazard.records.event import Event
 
 N_NODES, APART = 11, 0.65
@@ -46,12 +47,14 @@ class VolumeRecords:
     """What is written of volumes, each `[n_events]`: `log_volume` (log m3, or nan).
 
     `sigma` is its stated error; `path` is the name of the path ('' for none), of `paths`.
+    `stand_in` is what else goes with the volume, where that is asked (nan where missing).
     """
 
     log_volume: Floats
     sigma: Floats
     path: tuple[str, ...]
     paths: tuple[str, ...]
+    stand_in: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,6 +116,12 @@ def bounded(volumes: VolumeNodes, largest: float) -> VolumeNodes:
     return _nodes(volumes.records, volumes.reference, volumes.factor, largest=largest)
 
 
+def told_by(volumes: VolumeNodes, stand_in: Floats) -> VolumeNodes:
+    """The same where `stand_in` `[n_events]` tells of the true volumes too (`model.stand_in`)."""
+    records = replace(volumes.records, stand_in=stand_in)
+    return _nodes(records, volumes.reference, volumes.factor, volumes, volumes.largest)
+
+
 def _nodes(
     records: VolumeRecords,
     reference: VolumeRecords,
@@ -129,7 +138,14 @@ def _nodes(
         centres, spread, known = alike.centre, alike.spread, alike.known
     overall = float(np.mean(list(centres.values())))
     centre = np.array([centres.get(name, overall) for name in records.path])
-    spread2 = spread**2
+    spread2 = np.full(len(centre), spread**2)
+    if records.stand_in is not None:
+        told = told_by_stand_in(recorded, records.stand_in, records.path)
+        known = np.isfinite(told)
+        centre[known] += told[known]
+        # What is told is no spread any more.
+        explained = float(np.mean(told[known] ** 2)) if np.any(known) else 0.0
+        spread2[known] = max(spread**2 - explained, MIN_SPREAD**2)
     trust = np.where(have, spread2 / (spread2 + sigma**2), 0.0)
     mean = centre + trust * (np.where(have, recorded, centre) - centre)
     sd = np.sqrt(spread2 * (1.0 - trust))

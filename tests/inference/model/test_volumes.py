@@ -15,6 +15,7 @@ from avahazard.inference.model.volumes import (
     bounded,
     even_nodes,
     rescaled,
+    told_by,
     volume_nodes,
 )
 from avahazard.records.event import Event
@@ -170,3 +171,31 @@ def test_a_record_far_over_the_largest_is_next_to_it() -> None:
     cut = bounded(_nodes(events), 10.0)
     assert np.all((cut.volume > 0.0) & (cut.volume < 10.0))
     assert np.all(np.isfinite(cut.log_volume))
+
+
+def test_a_stand_in_tells_of_true_volumes_what_is_right() -> None:
+    """Errors of the records are three times those stated, and a length goes with the true ones."""
+    events, truth = _world(4000, 8, 1)
+    stated = [replace(e, volume_rel_sigma=SIGMA / 3.0) for e in events]
+    length = 3.0 + truth / 3.0 + 0.2 * np.random.default_rng(2).standard_normal(len(truth))
+    length[:40] = np.nan
+    stated[100] = replace(stated[100], volume_m3=None)
+    nodes = rescaled(told_by(_nodes(stated), length), 3.0)
+    mean, error = _mean(nodes), truth - _mean(nodes)
+    assert np.polyfit(mean, truth, 1)[0] == pytest.approx(1.0, abs=0.03)
+    np.testing.assert_allclose(np.std(error[101:]), nodes.sd[101:].mean(), rtol=0.04)
+    # Better than by the records, or without the lengths, alone.
+    without = rescaled(_nodes(stated), 3.0)
+    assert np.std(error[101:]) < 0.85 * np.std((truth - _mean(without))[101:])
+    np.testing.assert_allclose(mean[:40], _mean(without)[:40], rtol=1e-12)
+    assert nodes.sd[0] > nodes.sd[200]
+    # A volume that is not recorded is told by its length alone.
+    assert without.sd[100] > nodes.sd[100] > nodes.sd[200]
+    assert abs(error[100]) < 3.0 * nodes.sd[100]
+
+
+@pytest.mark.parametrize("length", [np.full(30, 2.0), np.full(30, np.nan)])
+def test_a_stand_in_that_tells_nothing_changes_nothing(length: np.ndarray) -> None:
+    events, _ = _world(30, 2, 5)
+    nodes = _nodes(events)
+    np.testing.assert_array_equal(told_by(nodes, length).log_volume, nodes.log_volume)
