@@ -141,11 +141,11 @@ def _nodes(
     spread2 = np.full(len(centre), spread**2)
     if records.stand_in is not None:
         told = told_by_stand_in(recorded, records.stand_in, records.path)
-        known = np.isfinite(told)
-        centre[known] += told[known]
+        some = np.isfinite(told)
+        centre[some] += told[some]
         # What is told is no spread any more.
-        explained = float(np.mean(told[known] ** 2)) if np.any(known) else 0.0
-        spread2[known] = max(spread**2 - explained, MIN_SPREAD**2)
+        explained = float(np.mean(told[some] ** 2)) if np.any(some) else 0.0
+        spread2[some] = max(spread**2 - explained, MIN_SPREAD**2)
     trust = np.where(have, spread2 / (spread2 + sigma**2), 0.0)
     mean = centre + trust * (np.where(have, recorded, centre) - centre)
     sd = np.sqrt(spread2 * (1.0 - trust))

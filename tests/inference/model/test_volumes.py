@@ -192,6 +192,7 @@ def test_a_stand_in_tells_of_true_volumes_what_is_right() -> None:
     # A volume that is not recorded is told by its length alone.
     assert without.sd[100] > nodes.sd[100] > nodes.sd[200]
     assert abs(error[100]) < 3.0 * nodes.sd[100]
+    assert nodes.known is True
 
 
 @pytest.mark.parametrize("length", [np.full(30, 2.0), np.full(30, np.nan)])
