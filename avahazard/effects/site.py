@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, drawn_profile, smooth_profile
 from avahazard.physics.speed import speeds_along
-from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, node_of, terrain_at
+from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
@@ -25,14 +25,16 @@ COARSE = 4
 ALL_FRICTIONS = slice(0, len(MU))
 SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
+KEPT_TERRAINS = 64
+"""Terrains, those asked for last, that are kept: each is 100 times as large as its nodes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Site:
     """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`.
 
-    It is cut at `nodes` (m), or, if given, at the places of `like`. Its terrains, which are large,
-    are made when they are first asked for.
+    It is cut at `nodes` (m), or, if given, at the places of `like`. What is held of its terrains,
+    which are large, are their nodes: the rest is made when it is asked for.
     """
 
     path: Path
@@ -44,22 +46,41 @@ class Site:
     like: Site | None = None
 
     @cached_property
-    def terrain(self) -> Terrain:
-        """The path in cells."""
+    def terrain_x(self) -> Floats:
+        """The nodes of `terrain` (m)."""
         if self.like is not None:
-            return terrain_at(self.smooth, self.like.terrain.x)
-        return build_terrain(self.smooth, self.nodes, MAX_CELL_M)
+            return self.like.terrain_x
+        return cell_ends(self.smooth, self.nodes, MAX_CELL_M)
 
     @cached_property
+    def fine_terrain_x(self) -> Floats:
+        """The nodes of `fine_terrain` (m)."""
+        if self.like is not None:
+            return self.like.fine_terrain_x
+        return cell_ends(self.smooth, self.nodes, SPEED_CELL_M)
+
+    @property
+    def terrain(self) -> Terrain:
+        """The path in cells."""
+        return _terrain(self, fine=False)
+
+    @property
     def fine_terrain(self) -> Terrain:
         """The path in cells for friction that depends on speed."""
-        if self.like is not None:
-            return terrain_at(self.smooth, self.like.fine_terrain.x)
-        return build_terrain(self.smooth, self.nodes, SPEED_CELL_M)
+        return _terrain(self, fine=True)
+
+    @cached_property
+    def end_y(self) -> float:
+        """Elevation (m) of the end of the path."""
+        return float(self.heights()[-1])
+
+    def heights(self) -> Floats:
+        """Elevations (m) of the nodes of `terrain`."""
+        return self.smooth.height(self.terrain_x)
 
     def terrain_for(self, resistance: Resistance) -> Terrain:
         """The terrain whose number of cells fits this resistance."""
-        fits = len(resistance.drag) == self.terrain.n_cells
+        fits = len(resistance.drag) == len(self.terrain_x) - 1
         return self.terrain if fits else self.fine_terrain
 
     def cover(self, terrain: Terrain) -> NDArray[np.str_]:
@@ -73,9 +94,8 @@ class Site:
         """The path in cells with this resistance."""
         return build_cells(self.terrain_for(resistance), resistance)
 
-    def table(self, resistance: Resistance) -> RunoutCurve:
+    def table(self, cells: Cells) -> RunoutCurve:
         """F(μ) from every release of the site, `[n_releases, n_friction]`."""
-        cells = self.cells(resistance)
         starts = np.searchsorted(cells.x, self.release_x)
         if not cells.speed_dependent:
             return tabulate(cells, starts)
@@ -114,6 +134,11 @@ class Site:
     def squares_to_rest(self, cells: Cells, release_x: float, stop_x: float, x: Floats) -> Floats:
         """u² at places x `[n_x]` of what is released at `release_x` and rests at `stop_x` (m)."""
         return squares_to_rest(cells, node_of(cells.x, release_x), stop_x, x)
+
+
+@lru_cache(maxsize=KEPT_TERRAINS)
+def _terrain(site: Site, *, fine: bool) -> Terrain:
+    return terrain_at(site.smooth, site.fine_terrain_x if fine else site.terrain_x)
 
 
 def build_site(

@@ -129,7 +129,8 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
         for v, e in np.ndindex(2, 2):
             deviation = scatter[:, v] * noise[e, d]
             friction[side, v, e, :, d] = drawn(location[:, v], deviation, in_log)
-    runout = np.empty_like(friction)
+    # A friction gives way to its runout: there are eight of them to a draw and event.
+    runout = friction
     for g, members in enumerate(groups):
         away = np.sum((tables_at[members] - tables_at[members].mean(axis=0)) ** 2, axis=1)
         tables = posterior.nodes.predicted_at(model.draws[chosen[members[np.argmin(away)]]])

@@ -19,6 +19,8 @@ from avahazard.physics.runout_curve import MU, between, located, nearest, steps_
 
 LEAST_FRICTION = 1e-3
 """No flow is known to slide on less; draws of μ ≤ 0 count as the lowest friction of the tables."""
+NUMBERS_AT_ONCE = 500_000
+"""Numbers of the tables and of the draws that are looked up together: it takes some 20 of each."""
 MAX_TABLES = 24
 """Draws of the parameters that shape the tables, each of which costs runs of every block."""
 
@@ -138,13 +140,18 @@ def look_up(
     if straight.all():
         nowhere = np.broadcast_to(np.nan, friction.shape)
         return lengths, nowhere, nowhere, np.zeros(friction.shape, np.bool_)
-    curve = tables.curve
-    broken = curve.broken if broken is None else broken
-    cell, share = located(steps_of(friction), broken)
-    record, x, elevation = (
-        between(values, cell, share) for values in (tables.record, curve.x, curve.y)
-    )
-    left = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction <= 0.0)
+    record, x, elevation = (np.empty(friction.shape) for _ in range(3))
+    left = np.empty(friction.shape, dtype=np.bool_)
+    n_rows = max(1, NUMBERS_AT_ONCE // max(len(MU), friction.shape[1]))
+    for first in range(0, len(friction), n_rows):
+        some = slice(first, first + n_rows)
+        curve = tables.curve[some]
+        cell, share = located(
+            steps_of(friction[some]), curve.broken if broken is None else broken[some]
+        )
+        record[some] = between(tables.record[some], cell, share)
+        x[some], elevation[some] = between(curve.x, cell, share), between(curve.y, cell, share)
+        left[some] = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction[some] <= 0.0)
     record[straight] = lengths
     left[straight] = False
     return record, x, elevation, left
