@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -34,7 +34,7 @@ class Site:
     """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`.
 
     It is cut at `nodes` (m), or, if given, at the places of `like`. What is held of its terrains,
-    which are large, are their nodes: the rest is made when it is asked for.
+    which are large, are their nodes: the rest is made when it is asked for, but for those `kept`.
     """
 
     path: Path
@@ -44,6 +44,7 @@ class Site:
     profile_x: Floats
     land_cover: tuple[str, ...] | None
     like: Site | None = None
+    kept: dict[bool, Terrain] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def terrain_x(self) -> Floats:
@@ -62,12 +63,12 @@ class Site:
     @property
     def terrain(self) -> Terrain:
         """The path in cells."""
-        return _terrain(self, fine=False)
+        return self.kept.get(False) or _terrain(self, fine=False)
 
     @property
     def fine_terrain(self) -> Terrain:
         """The path in cells for friction that depends on speed."""
-        return _terrain(self, fine=True)
+        return self.kept.get(True) or _terrain(self, fine=True)
 
     @cached_property
     def end_y(self) -> float:
@@ -82,6 +83,11 @@ class Site:
         """The terrain whose number of cells fits this resistance."""
         fits = len(resistance.drag) == len(self.terrain_x) - 1
         return self.terrain if fits else self.fine_terrain
+
+    def keep_terrain(self, resistance: Resistance) -> None:
+        """Keep the terrain of this resistance as long as the site: other values ask for it too."""
+        terrain = self.terrain_for(resistance)
+        self.kept[terrain is not self.terrain] = terrain
 
     def cover(self, terrain: Terrain) -> NDArray[np.str_]:
         """Land cover of each cell, that of the profile point before it; `open` if unknown."""
