@@ -26,8 +26,8 @@ def _motion(site: Site, resistance: Resistance, values: Floats) -> Resistance:
 
 def _facts(_columns: EventColumns, sites: Sequence[Site]) -> Facts:
     # A line below most paths would be drag by another name.
-    top = max(float(s.terrain.y[0]) for s in sites)
-    bottom = float(np.median([np.min(s.terrain.y) for s in sites]))
+    top = max(float(s.heights()[0]) for s in sites)
+    bottom = float(np.median([np.min(s.heights()) for s in sites]))
     return {"bottom_m": bottom, "top_m": top}
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import speeds_along
-from avahazard.physics.terrain import MAX_CELL_M, Terrain, build_terrain, node_of
+from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
@@ -25,13 +25,16 @@ COARSE = 4
 ALL_FRICTIONS = slice(0, len(MU))
 SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
+KEPT_TERRAINS = 64
+"""Terrains, those asked for last, that are kept: each is 100 times as large as its nodes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Site:
     """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`.
 
-    It is cut at `nodes` (m). Its terrains, which are large, are made when they are first asked for.
+    It is cut at `nodes` (m). What is held of its terrains, which are large, are their nodes: the
+    rest is made when it is asked for, but for those `kept`.
     """
 
     path: Path
@@ -40,21 +43,46 @@ class Site:
     release_x: Floats
     profile_x: Floats
     land_cover: tuple[str, ...] | None
+    kept: dict[bool, Terrain] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
+    def terrain_x(self) -> Floats:
+        """The nodes of `terrain` (m)."""
+        return cell_ends(self.smooth, self.nodes, MAX_CELL_M)
+
+    @cached_property
+    def fine_terrain_x(self) -> Floats:
+        """The nodes of `fine_terrain` (m)."""
+        return cell_ends(self.smooth, self.nodes, SPEED_CELL_M)
+
+    @property
     def terrain(self) -> Terrain:
         """The path in cells."""
-        return build_terrain(self.smooth, self.nodes, MAX_CELL_M)
+        return self.kept.get(False) or _terrain(self, fine=False)
 
-    @cached_property
+    @property
     def fine_terrain(self) -> Terrain:
         """The path in cells for friction that depends on speed."""
-        return build_terrain(self.smooth, self.nodes, SPEED_CELL_M)
+        return self.kept.get(True) or _terrain(self, fine=True)
+
+    @cached_property
+    def end_y(self) -> float:
+        """Elevation (m) of the end of the path."""
+        return float(self.heights()[-1])
+
+    def heights(self) -> Floats:
+        """Elevations (m) of the nodes of `terrain`."""
+        return self.smooth.height(self.terrain_x)
 
     def terrain_for(self, resistance: Resistance) -> Terrain:
         """The terrain whose number of cells fits this resistance."""
-        fits = len(resistance.drag) == self.terrain.n_cells
+        fits = len(resistance.drag) == len(self.terrain_x) - 1
         return self.terrain if fits else self.fine_terrain
+
+    def keep_terrain(self, resistance: Resistance) -> None:
+        """Keep the terrain of this resistance as long as the site: other values ask for it too."""
+        terrain = self.terrain_for(resistance)
+        self.kept[terrain is not self.terrain] = terrain
 
     def cover(self, terrain: Terrain) -> NDArray[np.str_]:
         """Land cover of each cell, that of the profile point before it; `open` if unknown."""
@@ -67,9 +95,8 @@ class Site:
         """The path in cells with this resistance."""
         return build_cells(self.terrain_for(resistance), resistance)
 
-    def table(self, resistance: Resistance) -> RunoutCurve:
+    def table(self, cells: Cells) -> RunoutCurve:
         """F(μ) from every release of the site, `[n_releases, n_friction]`."""
-        cells = self.cells(resistance)
         starts = np.searchsorted(cells.x, self.release_x)
         if not cells.speed_dependent:
             return tabulate(cells, starts)
@@ -108,6 +135,11 @@ class Site:
     def squares_to_rest(self, cells: Cells, release_x: float, stop_x: float, x: Floats) -> Floats:
         """u² at places x `[n_x]` of what is released at `release_x` and rests at `stop_x` (m)."""
         return squares_to_rest(cells, node_of(cells.x, release_x), stop_x, x)
+
+
+@lru_cache(maxsize=KEPT_TERRAINS)
+def _terrain(site: Site, *, fine: bool) -> Terrain:
+    return terrain_at(site.smooth, site.fine_terrain_x if fine else site.terrain_x)
 
 
 def build_site(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
@@ -21,10 +21,23 @@ Method = Literal["auto", "legendre", "spline"]
 DEGREE = 8
 PENALTY = 1e-4
 N_SAMPLED = 4001
-KEPT_SAMPLED = 32
-"""Paths, those asked last, whose sampled places are kept."""
+KEPT = 32
+"""Paths, those asked last, of which it is kept what can be made again from their ground."""
 POINTS_A_TERM = 2
 """With fewer points for each of its terms a polynomial cannot show that it misses them."""
+
+
+class GroundPoints(NamedTuple):
+    """Points (x, y) with errors `sigma`, all `[n_points]` (m), and how stiff ground is in them.
+
+    `penalty` and `block_m` are those of `ground_posterior`.
+    """
+
+    x: Floats
+    y: Floats
+    sigma: Floats
+    penalty: float
+    block_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +47,7 @@ class SmoothProfile:
     `derivatives(x)` returns (f, f', f'') with the shape of `x`; `knots` are the places where
     higher derivatives jump. `rms_m` is the misfit, `sigma_m` the error of the points that it should
     equal, both as root mean squares weighted by 1/σ²; `sigma_source` says whence that error is.
-    `posterior` is what the points tell of the ground. A polynomial that was asked for by itself
+    `points` are those that it was made of. A polynomial that was asked for by itself
     has none of these three.
     """
 
@@ -49,7 +62,12 @@ class SmoothProfile:
     rms_m: float = 0.0
     sigma_m: float = 0.0
     sigma_source: Source | None = None
-    posterior: GroundPosterior | None = None
+    points: GroundPoints | None = None
+
+    @property
+    def posterior(self) -> GroundPosterior | None:
+        """What the points tell of the ground: ten times as large as the path, so kept a while."""
+        return None if self.points is None else _posterior(self)
 
     def sampled(self) -> tuple[Floats, Floats]:
         """Places x, and elevations there, evenly along the path, `[N_SAMPLED]`; kept a while."""
@@ -63,10 +81,16 @@ class SmoothProfile:
         return self.derivatives(place)[0]
 
 
-@lru_cache(maxsize=KEPT_SAMPLED)
+@lru_cache(maxsize=KEPT)
 def _sampled(smooth: SmoothProfile) -> tuple[Floats, Floats]:
     x = np.linspace(smooth.x_min, smooth.x_max, N_SAMPLED)
     return x, smooth.height(x)
+
+
+@lru_cache(maxsize=KEPT)
+def _posterior(smooth: SmoothProfile) -> GroundPosterior:
+    assert smooth.points is not None
+    return ground_posterior(*smooth.points)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,13 +100,20 @@ class Derivatives:
     Unlike a function that is made where it is needed, it can be sent to another process.
     """
 
-    curve: Callable[[Floats], Floats]
-    slope: Callable[[Floats], Floats]
-    bending: Callable[[Floats], Floats]
+    curve: BSpline | Legendre
 
     def __call__(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """(f, f', f'') at x."""
-        return self.curve(x), self.slope(x), self.bending(x)
+        slope, bending = _differentiated(self)
+        return self.curve(x), slope(x), bending(x)
+
+
+@lru_cache(maxsize=KEPT)
+def _differentiated(of: Derivatives) -> tuple[Any, Any]:
+    f = of.curve
+    if isinstance(f, Legendre):
+        return f.deriv(1), f.deriv(2)
+    return f.derivative(1), f.derivative(2)
 
 
 def smooth_profile(
@@ -110,7 +141,7 @@ def smooth_profile(
         rms_m=_weighted_rms(deviation, error.sigma),
         sigma_m=spline.sigma_m,
         sigma_source=spline.sigma_source,
-        posterior=spline.posterior,
+        points=spline.points,
     )
 
 
@@ -128,7 +159,6 @@ def legendre_profile(
         np.vstack([design, bending]), np.concatenate([y, np.zeros(len(x))]), rcond=None
     )[0]
     f = Legendre(coefficients * norms, domain=[x[0], x[-1]])
-    slope, bend = f.deriv(1), f.deriv(2)
     deviation = f(x) - y
     return SmoothProfile(
         method="legendre",
@@ -138,7 +168,7 @@ def legendre_profile(
         x_min=float(x[0]),
         x_max=float(x[-1]),
         knots=np.empty(0),
-        derivatives=Derivatives(f, slope, bend),
+        derivatives=Derivatives(f),
         rms_m=float(np.sqrt(np.mean(deviation**2))),
     )
 
@@ -154,8 +184,8 @@ def spline_profile(
 
 
 def _spline(x: Floats, y: Floats, error: PointError, block_m: float) -> SmoothProfile:
-    posterior = ground_posterior(x, y, error.sigma, error.penalty, block_m)
-    f = posterior.ground()
+    points = GroundPoints(x, y, error.sigma, error.penalty, block_m)
+    f = ground_posterior(*points).ground()
     deviation = f(x) - y
     return SmoothProfile(
         method="spline",
@@ -164,21 +194,17 @@ def _spline(x: Floats, y: Floats, error: PointError, block_m: float) -> SmoothPr
         max_deviation_m=float(np.max(np.abs(deviation))),
         x_min=float(x[0]),
         x_max=float(x[-1]),
-        knots=_inner_knots(posterior),
-        derivatives=_derivatives(f),
+        knots=_inner_knots(f),
+        derivatives=Derivatives(f),
         rms_m=_weighted_rms(deviation, error.sigma),
         sigma_m=_weighted_rms(error.sigma, error.sigma),
         sigma_source=error.source,
-        posterior=posterior,
+        points=points,
     )
 
 
-def _derivatives(f: BSpline) -> Derivatives:
-    return Derivatives(f, f.derivative(1), f.derivative(2))
-
-
-def _inner_knots(posterior: GroundPosterior) -> Floats:
-    return posterior.knots[4:-4]
+def _inner_knots(f: BSpline) -> Floats:
+    return np.asarray(f.t[4:-4])
 
 
 def _weighted_rms(deviation: Floats, sigma: Floats) -> float:

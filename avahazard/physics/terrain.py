@@ -72,13 +72,18 @@ def build_terrain(
     Cells end at the knots of the profile and are chosen by error: none is longer than
     `max_cell` metres or turns by more than `MAX_TURN`.
     """
+    return terrain_at(profile, cell_ends(profile, breaks, max_cell))
+
+
+def cell_ends(profile: SmoothProfile, breaks: Floats | None, max_cell: float) -> Floats:
+    """The nodes x `[n_cells + 1]` (m) of `build_terrain`."""
     inner = np.concatenate([profile.knots, np.asarray([] if breaks is None else breaks)])
     inner = inner[(inner > profile.x_min) & (inner < profile.x_max)]
     coarse = np.unique(np.concatenate([[profile.x_min, profile.x_max], inner]))
-    return _terrain_at(profile, _refine(profile, coarse, max_cell))
+    return _refine(profile, coarse, max_cell)
 
 
-def _terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
+def terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
     """Cells of the profile between these nodes x `[n_cells + 1]`."""
     y, slope, f2 = profile.derivatives(x)
     half = 0.5 * np.diff(x)[:, None]

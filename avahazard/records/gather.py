@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterator, Sequence
 
 from avahazard.records.build import build_event, build_path, build_profile, build_speed
@@ -49,11 +50,12 @@ def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> 
     for table in tables:
         _note_unused(table, ProfileRow, intake)
         # Path by path: checked rows take as much memory again as their cells.
-        points: dict[str | None, list[tuple[int, dict[str, str]]]] = {}
-        for line, cells in table.numbered():
-            points.setdefault(cells.get("path_id"), []).append((line, cells))
+        points: dict[str | None, array[int]] = {}
+        for k, cells in enumerate(table.rows):
+            points.setdefault(cells.get("path_id"), array("q")).append(k)
         for path_id, mine in points.items():
-            rows = list(check_rows(ProfileRow, table.file, iter(mine), intake.problems))
+            numbered = ((table.lines[k], table.rows[k]) for k in mine)
+            rows = list(check_rows(ProfileRow, table.file, numbered, intake.problems))
             if path_id is None or not rows:
                 continue
             if not intake.claim(("profile", path_id), (table.file, rows[0][0]), "path_id", path_id):

@@ -18,7 +18,8 @@ Origin = tuple[str, int]  # file and line
 class Intake:
     """Records in the order of the files; `origins` has no path that only a profile implies.
 
-    `read` says in a line how each file was read, `understood` how each column was.
+    `read` says in a line how each file was read, `understood` how each column was. `known` are
+    the records stored before, with the profiles of the paths that it touches.
     """
 
     files: list[str] = field(default_factory=list)
@@ -28,6 +29,7 @@ class Intake:
     notes: list[str] = field(default_factory=list)
     read: list[str] = field(default_factory=list)
     understood: list[UnderstoodColumn] = field(default_factory=list)
+    known: Records = field(default_factory=Records)
 
     def claim(self, key: Key, origin: Origin, column: str, value: str) -> bool:
         """Take `key` for the row at `origin`; a second row with it is a problem."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
 from pathlib import Path as FilePath
 
 from avahazard.records.collection import Records
@@ -13,7 +15,7 @@ from avahazard.records.files.conventions import UNKNOWN, Conventions
 from avahazard.records.files.forms import read_forms
 from avahazard.records.gather import gather_events, gather_paths, gather_profiles, gather_speeds
 from avahazard.records.intake import Intake
-from avahazard.records.path import Path
+from avahazard.records.path import Path, Profile
 from avahazard.records.recognise import Kind
 from avahazard.records.sources import find_files
 from avahazard.records.table import Table, read_tables
@@ -48,10 +50,12 @@ def read_files(
     need_runout: bool = True,
     drawn: Sequence[Drawn] = (),
     given: Conventions = UNKNOWN,
+    profiles_of: Callable[[AbstractSet[str]], Sequence[Profile]] | None = None,
 ) -> Intake:
     """Read `sources` as `read_records` does, but collect the problems instead of raising.
 
-    Paths that were `drawn` on a map are read with the files.
+    Paths that were `drawn` on a map are read with the files. With `profiles_of`, `known` has no
+    profiles: those of the paths that the files touch are asked for.
     """
     intake = Intake()
     tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
@@ -68,6 +72,14 @@ def read_files(
         tables["paths"].append(lines.paths)
         tables["profiles"].append(lines.profiles)
 
+    event_ids = _ids("event_id", tables["events"])
+    if profiles_of is not None:
+        named = event_ids | _ids("event_id", tables["velocities"])
+        touched = {e.path_id for e in known.events if e.event_id in named and e.path_id}
+        for of_kind in tables.values():
+            touched |= _ids("path_id", of_kind)
+        known = replace(known, profiles=tuple(profiles_of(touched)))
+    intake.known = known
     paths = gather_paths(tables["paths"], known, intake)
     profiles = gather_profiles(tables["profiles"], known, intake)
     events = gather_events(tables["events"], known, intake, need_runout)
@@ -76,7 +88,7 @@ def read_files(
     # A row that was refused still counts as there: what refers to it is not wrong too.
     listed = _ids("path_id", tables["paths"]) | {path.path_id for path in known.paths}
     path_ids = listed | _ids("path_id", tables["profiles"])
-    event_ids = _ids("event_id", tables["events"]) | {event.event_id for event in known.events}
+    event_ids |= {event.event_id for event in known.events}
     implied = [Path(p.path_id) for p in profiles if p.path_id not in listed]
     intake.records = Records((*paths, *implied), tuple(profiles), tuple(events), tuple(speeds))
     check_references(intake, path_ids, event_ids)

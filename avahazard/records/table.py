@@ -66,7 +66,7 @@ def _table(sheet: Sheet, problems: list[RowProblem]) -> Table | None:
     if not sheet.lines:
         problems.append(_no_header(sheet.file))
         return None
-    (first, names), *rest = sheet.lines
+    first, names = sheet.lines[0]
     # Spreadsheets leave columns that hold nothing, not even a name.
     used = [
         k
@@ -79,7 +79,10 @@ def _table(sheet: Sheet, problems: list[RowProblem]) -> Table | None:
         return None
     lines: list[int] = []
     rows: list[dict[str, str]] = []
-    for line, cells in rest:
+    sheet.lines.reverse()
+    sheet.lines.pop()
+    while sheet.lines:
+        line, cells = sheet.lines.pop()
         here = [c for k, c in enumerate(cells) if k not in blank] if blank else list(cells)
         while len(here) > len(header) and not here[-1]:
             here.pop()

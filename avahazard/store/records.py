@@ -45,7 +45,7 @@ def load_records(session: Session) -> Records:
 
 def load_paths(session: Session, path_ids: Sequence[str]) -> Records:
     """Return the records of these paths, in the same order; unknown names are left out."""
-    return _load(session, lambda column: column.in_(path_ids))
+    return _load(session, _among(path_ids))
 
 
 def load_by_pieces(session: Session) -> Iterator[Records]:
@@ -61,13 +61,32 @@ def load_events(session: Session) -> Iterator[Event]:
     return _events(session, None)
 
 
-def load_without_profiles(session: Session, path_ids: Collection[str] = ()) -> Records:
-    """Return paths and events alone: of these paths, or all, with events without a path."""
+def load_without_profiles(
+    session: Session, path_ids: Collection[str] = (), *, speeds: bool = False
+) -> Records:
+    """Return paths and events alone: of these paths, or all, with events without a path.
+
+    All `speeds` are with them if they are asked for.
+    """
     wanted = set(path_ids)
     return Records(
         paths=tuple(p for p in _paths(session, None) if not wanted or p.path_id in wanted),
         events=tuple(e for e in load_events(session) if not wanted or e.path_id in wanted),
+        speeds=tuple(_speeds(session, None)) if speeds else (),
     )
+
+
+def load_profiles(session: Session, path_ids: Collection[str]) -> list[Profile]:
+    """Return the profiles of these paths, of those that have one."""
+    each = sorted(path_ids)
+    found: list[Profile] = []
+    for start in range(0, len(each), PATHS_AT_ONCE):
+        found += _profiles(session, _among(each[start : start + PATHS_AT_ONCE]))
+    return found
+
+
+def _among(path_ids: Sequence[str]) -> Chosen:
+    return lambda column: column.in_(path_ids)
 
 
 def _load(session: Session, chosen: Chosen | None) -> Records:

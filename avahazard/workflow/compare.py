@@ -125,10 +125,11 @@ def comparison(
 ) -> Comparison:
     """A model against the records that it was fitted to; nothing is stored."""
     observations = model.observations
+    # The budget takes most memory, and leaves little: it comes before the draws that stay.
+    budget = error_budget(model, generator(0, "error budget"))
     rng = generator(0, "compare")
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
-    budget = error_budget(model, generator(0, "error budget"))
     of_profile = ground_error(model)
     progress(0.15)
     speeds = matched_speeds(model, rng)

@@ -6,6 +6,7 @@ import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -21,7 +22,7 @@ from avahazard.records.repeated import repeated, repeated_notes
 from avahazard.records.vague import vague_stops
 from avahazard.results.base import Rows
 from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
-from avahazard.store.records import load_records
+from avahazard.store.records import load_profiles, load_without_profiles
 from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.terrain import save_terrain
@@ -77,8 +78,14 @@ def import_files(
     tables = [source for source in sources if FilePath(source) not in lines]
     drawn = _drawn(lines, dem, land_cover, crs)
     with (reading if dry_run else writing)(database) as session:
-        stored = load_records(session)
-        intake = read_files(tables, stored, drawn=drawn, given=given)
+        intake = read_files(
+            tables,
+            load_without_profiles(session, speeds=True),
+            drawn=drawn,
+            given=given,
+            profiles_of=partial(load_profiles, session),
+        )
+        stored = intake.known
         merge = merge_records(intake, stored, update=update)
         intake.notes += _dwarfing_volumes(merge.write, stored)
         intake.notes += vague_stops(merge.write, stored)

@@ -81,7 +81,7 @@ def _blocks(model: FittedModel, future: Observations) -> tuple[tuple[str, ...], 
     values = posterior.layout.effect_values(u)
     paths, stops, friction = [], [], []
     for k, site in enumerate(future.sites):
-        curve = site.table(posterior.resistance(site, values))[0]
+        curve = site.table(site.cells(posterior.resistance(site, values)))[0]
         x = np.where(curve.status == LEFT_PROFILE, np.inf, curve.x)
         paths.append(site.path.path_id)
         stops.append(x[np.searchsorted(MU, FRICTION - 1e-9)])

@@ -150,7 +150,7 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Run
 def with_table(found: Runout, site: Site, resistance: Resistance | None = None) -> Runout:
     """The run of a site with F(μ), its derivative and its jumps under the same resistance."""
     resistance = no_resistance(site.terrain) if resistance is None else resistance
-    curve = site.table(resistance)[0]
+    curve = site.table(site.cells(resistance))[0]
     dx, dy = curve.derivative()
     return replace(
         found,

@@ -11,6 +11,7 @@ from avahazard.effects import cohesion, entrainment, forest_drag, speed_weakenin
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
+from avahazard.physics.runout_curve import RunoutCurve
 from tests.effects.examples import columns, sites
 
 
@@ -18,6 +19,11 @@ from tests.effects.examples import columns, sites
 def site() -> Site:
     """The bowl with its forest."""
     return sites()[0]
+
+
+def table(resistance: Resistance) -> RunoutCurve:
+    """F(μ) in the bowl."""
+    return site().table(site().cells(resistance))
 
 
 def _added(entry: Definition, *values: float) -> Resistance:
@@ -92,8 +98,8 @@ def test_two_effects_on_speed_multiply() -> None:
 def test_what_resists_shortens_every_run(entry: Definition, values: list[float]) -> None:
     effect = entry.build(entry.facts(columns(), sites()))
     assert effect.motion is not None
-    base = site().table(no_resistance(site().terrain))
-    held = site().table(effect.motion(site(), no_resistance(site().terrain), np.array(values)))
+    plain = no_resistance(site().terrain)
+    base, held = table(plain), table(effect.motion(site(), plain, np.array(values)))
     both = (base.status == 0) & (held.status == 0)
     assert both.any()
     assert np.all(held.x[both] <= base.x[both] + 1e-3)
@@ -105,7 +111,7 @@ def test_a_bed_that_weakens_with_speed_lengthens_runs() -> None:
     effect = speed_weakening.DEFINITION.build({})
     assert effect.motion is not None
     fine = no_resistance(site().fine_terrain)
-    base, held = site().table(fine), site().table(effect.motion(site(), fine, np.array([0.5, 8.0])))
+    base, held = table(fine), table(effect.motion(site(), fine, np.array([0.5, 8.0])))
     # Not those that hardly start: there F is not straight between every fourth friction.
     started = base.x > site().release_x[:, None] + 30.0
     both = (base.status == 0) & (held.status == 0) & started

@@ -86,7 +86,7 @@ def test_without_cover_all_is_open() -> None:
 
 def test_the_table_has_a_row_for_every_release() -> None:
     site = _site([0.0, 300.25])
-    table = site.table(no_resistance(site.terrain))
+    table = site.table(site.cells(no_resistance(site.terrain)))
     cells = build_cells(site.terrain, no_resistance(site.terrain))
     for row, release in enumerate(site.release_x):
         stops = run(cells, np.array([site.terrain.node(release)]), MU)
@@ -99,7 +99,7 @@ def test_a_fine_resistance_runs_over_fine_cells() -> None:
     coarse, fine = no_resistance(site.terrain), no_resistance(site.fine_terrain)
     assert site.terrain_for(coarse) is site.terrain
     assert site.terrain_for(fine) is site.fine_terrain
-    one, other = site.table(coarse), site.table(fine)
+    one, other = site.table(site.cells(coarse)), site.table(site.cells(fine))
     both = (one.status == STOPPED) & (other.status == STOPPED)
     assert both.sum() > 100
     assert one.x[both] == pytest.approx(other.x[both], abs=0.01)
@@ -107,7 +107,7 @@ def test_a_fine_resistance_runs_over_fine_cells() -> None:
 
 def test_a_release_at_the_end_goes_nowhere() -> None:
     site = _site([X[-1]])
-    table = site.table(no_resistance(site.terrain))
+    table = site.table(site.cells(no_resistance(site.terrain)))
     assert table.not_released.all()
 
 

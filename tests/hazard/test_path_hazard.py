@@ -17,7 +17,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -92,9 +92,9 @@ def test_each_draw_has_the_tables_of_drag_like_its_own() -> None:
 def test_the_block_is_run_once_for_each_group(monkeypatch: pytest.MonkeyPatch) -> None:
     fitted, table, runs = model(), Site.table, []
 
-    def count(site: Site, resistance: Resistance) -> RunoutCurve:
-        runs.append(float(resistance.drag[0]))
-        return table(site, resistance)
+    def count(site: Site, cells: Cells) -> RunoutCurve:
+        runs.append(float(cells.drag[0]))
+        return table(site, cells)
 
     monkeypatch.setattr(Site, "table", count)
     path = build(fitted)

@@ -48,11 +48,7 @@ def drawn_profile(smooth: SmoothProfile, rng: np.random.Generator) -> SmoothProf
     assert ground is not None
     off = solve_banded((0, 3), ground.factor, rng.standard_normal(len(ground.mean)))
     f = replace(ground, mean=ground.mean + off).ground()
-    return replace(
-        smooth,
-        knots=ground.knots[4:-4],
-        derivatives=Derivatives(f, f.derivative(1), f.derivative(2)),
-    )
+    return replace(smooth, knots=ground.knots[4:-4], derivatives=Derivatives(f))
 
 
 def cells_of(terrain: Terrain, **changes: object) -> Cells:

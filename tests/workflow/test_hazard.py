@@ -16,7 +16,7 @@ import pytest
 from avahazard.effects.site import Site
 from avahazard.hazard.frequencies import VolumeSource
 from avahazard.inference.model import observations
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
@@ -105,9 +105,9 @@ def test_tables_and_profiles_are_made_once_for_a_path(
     counted: Counter[str] = Counter()
     table, smooth = Site.table, observations.smooth_profile
 
-    def count_table(site: Site, resistance: Resistance) -> RunoutCurve:
+    def count_table(site: Site, cells: Cells) -> RunoutCurve:
         counted[f"table of {site.path.path_id}"] += 1
-        return table(site, resistance)
+        return table(site, cells)
 
     def count_profile(x: np.ndarray, y: np.ndarray, sigma: np.ndarray | None) -> SmoothProfile:
         counted[f"profile {x[-1]} {y[0]}"] += 1

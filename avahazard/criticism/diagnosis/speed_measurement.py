@@ -91,7 +91,7 @@ def _places(observations: Observations, event: int, n_places: int) -> tuple[Floa
         float(observations.observed[event]),
     )
     if observations.kind[event] == ELEVATION:
-        x = site.terrain.x
+        x = site.terrain_x
         below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
         stop = float(x[below[0]]) if len(below) else float(x[-1])
     share = np.asarray((np.arange(n_places) + 1.0) / (n_places + 1.0), np.float64)

@@ -21,7 +21,7 @@ from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import group_shift, look_up
+from avahazard.inference.prediction.stops import DRAWS_AT_ONCE, group_shift, look_up
 from avahazard.inference.prediction.table_groups import table_groups
 
 N_DRAWS = 600
@@ -129,12 +129,15 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
         for v, e in np.ndindex(2, 2):
             deviation = scatter[:, v] * noise[e, d]
             friction[side, v, e, :, d] = drawn(location[:, v], deviation, in_log)
-    runout = np.empty_like(friction)
+    del volume_noise, noise
+    # A friction gives way to its runout: there are eight of them to a draw and event.
+    runout = friction
     for g, members in enumerate(groups):
         away = np.sum((tables_at[members] - tables_at[members].mean(axis=0)) ** 2, axis=1)
         tables = posterior.nodes.predicted_at(model.draws[chosen[members[np.argmin(away)]]])
         for side in range(2):
             mine = np.flatnonzero(group_of[used[side]] == g)
-            for v, e in np.ndindex(2, 2):
-                runout[side, v, e][:, mine] = look_up(tables, friction[side, v, e][:, mine])[0]
+            for some in np.array_split(mine, 1 + len(mine) // DRAWS_AT_ONCE):
+                for v, e in np.ndindex(2, 2):
+                    runout[side, v, e][:, some] = look_up(tables, friction[side, v, e][:, some])[0]
     return runout

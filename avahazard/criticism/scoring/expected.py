@@ -53,8 +53,10 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
     n_stops = SPARE * n_draws if limited else n_draws
     stops = predict_stops(model, n_stops, rng, release_off=True)
     end = profile_end(observations)[:, None]
-    noise = _errors(observations, stops.sigma) * rng.standard_normal(stops.record.shape)
-    draws = np.where(stops.left, end, observations.as_recorded(stops.record) + noise)
+    noise = rng.standard_normal(stops.record.shape)
+    noise *= _errors(observations, stops.sigma)
+    draws = observations.as_recorded(stops.record) + noise
+    np.copyto(draws, end, where=stops.left)
     left, x = stops.left, stops.x
     if limited:
         first, place = np.unique(model.evenly(n_stops), return_inverse=True)
@@ -110,9 +112,7 @@ def profile_end(observations: Observations) -> Floats:
     end = np.full(observations.n_events, np.nan)
     for k, site in enumerate(observations.sites):
         mine = observations.columns.path_index == k
-        end[mine] = np.where(
-            observations.kind[mine] == PLACE, site.smooth.x_max, site.terrain.y[-1]
-        )
+        end[mine] = np.where(observations.kind[mine] == PLACE, site.smooth.x_max, site.end_y)
     return end
 
 

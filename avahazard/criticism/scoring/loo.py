@@ -18,6 +18,8 @@ ALIKE = 1e-9
 MAX_DRAWS = 1000
 BAD_K = 0.7
 MAX_REFITS = 10
+EVENTS_AT_ONCE = 500
+"""Events whose weights are smoothed together: it takes several copies of their draws."""
 
 
 class Loo(NamedTuple):
@@ -43,11 +45,12 @@ def leave_one_out(model: FittedModel) -> Loo:
     """
     posterior, coordinates = model.posterior, model.draws
     offsets = model.group_offsets(generator(0, "leave one out"))
-    given = [
-        posterior.event_log_likelihood(coordinates[k], None if offsets is None else offsets[k])
-        for k in model.evenly(min(MAX_DRAWS, len(coordinates)))
-    ]
-    by_event, pareto_k = smoothed_loo(np.array(given))
+    chosen = model.evenly(min(MAX_DRAWS, len(coordinates)))
+    given = np.empty((len(chosen), posterior.observations.n_events))
+    for row, k in enumerate(chosen):
+        shift = None if offsets is None else offsets[k]
+        given[row] = posterior.event_log_likelihood(coordinates[k], shift)
+    by_event, pareto_k = smoothed_loo(given)
     bad = np.flatnonzero(~(np.asarray(pareto_k) <= BAD_K))
     refits = bad if len(bad) <= MAX_REFITS else bad[:0]
     if len(refits):
@@ -73,11 +76,9 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     without a tail that a Pareto distribution could be fitted to: its plain weights serve, and its k
     is nan, or 0 where they are all equal.
     """
-    try:
-        by_event, pareto_k = _pareto_loo(log_likelihood)
-    except ValueError:  # one event without a tail is enough
-        each = [_pareto_loo_or_nan(column[:, None]) for column in log_likelihood.T]
-        by_event, pareto_k = (np.concatenate(part) for part in zip(*each, strict=True))
+    n_parts = -(-log_likelihood.shape[1] // EVENTS_AT_ONCE)
+    parts = [_pareto_loo_each(some) for some in np.array_split(log_likelihood, n_parts, axis=1)]
+    by_event, pareto_k = (np.concatenate(part) for part in zip(*parts, strict=True))
     equal = np.ptp(log_likelihood, axis=0) <= ALIKE
     pareto_k[equal] = 0.0
     plain = equal | ~np.isfinite(by_event)
@@ -92,6 +93,16 @@ def _pareto_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     with np.errstate(divide="ignore", invalid="ignore"):
         found, k, _ = array_stats.loo(log_likelihood.T, chain_axis=None, draw_axis=-1)
     return np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)
+
+
+def _pareto_loo_each(log_likelihood: Floats) -> tuple[Floats, Floats]:
+    """The same, nan for events without a tail."""
+    try:
+        return _pareto_loo(log_likelihood)
+    except ValueError:  # one event without a tail is enough
+        each = [_pareto_loo_or_nan(column[:, None]) for column in log_likelihood.T]
+        by_event, pareto_k = (np.concatenate(part) for part in zip(*each, strict=True))
+        return by_event, pareto_k
 
 
 def _pareto_loo_or_nan(log_likelihood: Floats) -> tuple[Floats, Floats]:

@@ -28,6 +28,7 @@ from avahazard.inference.likelihood.nodes import (
     with_tracks,
 )
 from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.likelihood.record_parts import RecordParts, in_parts
 from avahazard.inference.likelihood.speed_nodes import track_nodes
 from avahazard.inference.likelihood.stops_asked import sight_is_limited
 from avahazard.inference.likelihood.track_tables import TrackTables, track_tables
@@ -69,7 +70,9 @@ class NodeGrid:
             () if layout.track_scatter is None else (layout.track_scatter,)
         )
         self._in_sight = not sight_is_limited(observations, effects)
-        self._runs = KeptRuns(observations, effects, curvature, self._in_sight)
+        of_block = observations, effects, curvature, self._in_sight
+        self._runs = KeptRuns(*of_block)
+        self._parts = RecordParts(*of_block) if in_parts(observations) else None
         self._untracked: dict[tuple[float, ...], Nodes] = {}
         self._track_tables: dict[tuple[bytes, ...], TrackTables] = {}
         self._track_events = np.array([track.event for track in observations.speeds], np.int64)
@@ -178,20 +181,24 @@ class NodeGrid:
         limits = {e.key for e in self.effects if e.limit is not None}
         key = tuple(v.tobytes() for name, v in values.items() if name not in limits)
         measured = len(self.observations.speeds) > 0
-        if at not in self._untracked or (measured and key not in self._track_tables):
+        if self._parts is not None and at not in self._untracked:
+            self._keep_untracked(
+                at, self._parts.nodes(values, self.panels(), self._limit(values), self.in_log)
+            )
+        elif at not in self._untracked or (measured and key not in self._track_tables):
             predicted = self._runs.near_records(values)
             if measured and key not in self._track_tables:
                 tables = track_tables(self.observations, predicted)
                 make_room(self._track_tables, within(KEPT_PLACES, tables.nbytes))
                 self._track_tables[key] = tables
             if at not in self._untracked:
-                made = record_nodes(
-                    *(self.observations, predicted, self.panels(), self._limit(values)),
-                    self.in_log,
-                )._replace(log_wrong=self._log_wrong)
-                make_room(self._untracked, within(KEPT_PLACES, sum(part.nbytes for part in made)))
-                self._untracked[at] = made
+                given = self.observations, predicted, self.panels(), self._limit(values)
+                self._keep_untracked(at, record_nodes(*given, self.in_log))
         return self._untracked[at], self._track_tables.get(key)
+
+    def _keep_untracked(self, at: tuple[float, ...], made: Nodes) -> None:
+        make_room(self._untracked, within(KEPT_PLACES, sum(part.nbytes for part in made)))
+        self._untracked[at] = made._replace(log_wrong=self._log_wrong)
 
     def panels(self) -> Ints:
         """Panels of friction for each event `[n_events]`, the same at every point of the grids.
@@ -206,10 +213,13 @@ class NodeGrid:
                     place = self.layout.places[effect.key]
                     u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
             scaled = self.layout.effect_values(u)
-            predicted = self._runs.records(scaled, moved=values)
             slot = self.layout.track_scatter
             scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
-            self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
+            if self._parts is not None:
+                self._panels = self._parts.panels(scaled, values, scatter, self.in_log)
+            else:
+                predicted = self._runs.records(scaled, moved=values)
+                self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
         return self._panels
 
     def exact(self, u: Floats) -> Nodes:
@@ -218,6 +228,9 @@ class NodeGrid:
             return self.point(())
         slot = self.layout.track_scatter
         values = self.layout.effect_values(u)
+        if self._parts is not None:
+            made = self._parts.nodes(values, self.panels(), self._limit(values), self.in_log)
+            return made._replace(log_wrong=self._log_wrong)
         nodes = build_nodes(
             self.observations,
             self._runs.near_records(values),

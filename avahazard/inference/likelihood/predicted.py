@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,16 +12,21 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
-from avahazard.effects.site import ALL_FRICTIONS, Site
+from avahazard.effects.site import ALL_FRICTIONS, KEPT_TERRAINS, Site
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.cells import Cells
-from avahazard.physics.near_stops import Asked
+from avahazard.physics.near_stops import Asked, NearStops
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve
 from avahazard.workers import ordered_map
 
+SITES_AT_ONCE = KEPT_TERRAINS // 2
+"""Sites whose blocks are run together: their terrains are made once."""
+KEPT_SITES = 2000
+"""Sites whose terrains are kept where effects move the block: it runs anew for each of their values
+(0.12 MB a site; to make one again takes half as long as the runs)."""
 Values = dict[str, Floats]
 """Parameter values by effect key."""
 
@@ -108,38 +114,63 @@ def run_blocks(
 
     With stops `asked` for from each release of each site, near these alone.
     """
-    resistances = [resistance_of(site, effects, values, curvature) for site in observations.sites]
-    cells = list(ordered_map(Site.cells, observations.sites, resistances))
-    middle = None
-    if asked is None:
-        tables = tuple(ordered_map(Site.table, observations.sites, resistances))
-        rows = [ALL_FRICTIONS] * len(observations.speeds)
-    else:
-        near = tuple(ordered_map(Site.table_near, observations.sites, cells, asked))
-        tables = tuple(found.curve for found in near)
-        middle = tuple((found.first + found.end) // 2 for found in near)
-        rows = []
-        for track in observations.speeds:
-            found = near[int(observations.columns.path_index[track.event])]
-            release = observations.release[track.event]
-            rows.append(slice(int(found.first[release]), int(found.end[release])))
-
-    def speeds(track: SpeedRecord, near: slice) -> Floats:
-        k = int(observations.columns.path_index[track.event])
-        site = observations.sites[k]
-        release_x = float(site.release_x[observations.release[track.event]])
-        return site.speeds(cells[k], release_x, track.x, near)
-
-    def jumped(track: SpeedRecord) -> JumpedStop:
-        k = int(observations.columns.path_index[track.event])
-        return _jumped(observations, track, tables[k], cells[k])
-
+    path = observations.columns.path_index
+    of_path: dict[int, list[SpeedRecord]] = {}
+    for track in observations.speeds:
+        of_path.setdefault(int(path[track.event]), []).append(track)
+    tables: list[RunoutCurve] = []
+    middle: list[Ints] = []
+    told: dict[int, tuple[Floats, JumpedStop]] = {}
+    moved = any(effect.motion is not None for effect in effects)
+    # Some at a time: cells are large, and gone when their tables are made.
+    for first in range(0, len(observations.sites), SITES_AT_ONCE):
+        sites = observations.sites[first : first + SITES_AT_ONCE]
+        resistances = [resistance_of(site, effects, values, curvature) for site in sites]
+        if moved and first < KEPT_SITES:
+            for site, resistance in zip(sites, resistances, strict=True):
+                site.keep_terrain(resistance)
+        cells = list(ordered_map(Site.cells, sites, resistances))
+        if asked is None:
+            tables += ordered_map(Site.table, sites, cells)
+            near = None
+        else:
+            near = list(ordered_map(Site.table_near, sites, cells, asked[first:]))
+            tables += [found.curve for found in near]
+            middle += [(found.first + found.end) // 2 for found in near]
+        tracks = [track for k in range(len(sites)) for track in of_path.get(first + k, ())]
+        its = [int(path[track.event]) for track in tracks]
+        found = ordered_map(
+            partial(_speeds_of, observations),
+            tracks,
+            [tables[k] for k in its],
+            [cells[k - first] for k in its],
+            [None if near is None else near[k - first] for k in its],
+        )
+        told |= zip((track.event for track in tracks), found, strict=True)
+    each = [told[track.event] for track in observations.speeds]
     return BlockRuns(
-        tables,
-        tuple(ordered_map(speeds, observations.speeds, rows)),
-        tuple(ordered_map(jumped, observations.speeds)),
-        middle,
+        tables=tuple(tables),
+        speeds=tuple(speeds for speeds, _ in each),
+        jumped=tuple(jumped for _, jumped in each),
+        middle=None if asked is None else tuple(middle),
     )
+
+
+def _speeds_of(
+    observations: Observations,
+    track: SpeedRecord,
+    table: RunoutCurve,
+    cells: Cells,
+    near: NearStops | None,
+) -> tuple[Floats, JumpedStop]:
+    """The speeds of a track, at the frictions that were run, and where F jumps over its stop."""
+    release = observations.release[track.event]
+    site = observations.sites[int(observations.columns.path_index[track.event])]
+    some = ALL_FRICTIONS
+    if near is not None:
+        some = slice(int(near.first[release]), int(near.end[release]))
+    speeds = site.speeds(cells, float(site.release_x[release]), track.x, some)
+    return speeds, _jumped(observations, track, table, cells)
 
 
 def _jumped(
@@ -186,7 +217,7 @@ def predict_records(
         left = table.left[observations.release[mine]]
         # What left the profile passed its end at least.
         x[mine] = np.where(left, site.smooth.x_max, table.x[observations.release[mine]])
-        y[mine] = np.where(left, site.terrain.y[-1], table.y[observations.release[mine]])
+        y[mine] = np.where(left, site.end_y, table.y[observations.release[mine]])
         status[mine] = table.status[observations.release[mine]]
         ahead = mine[advance[mine] != 0.0]
         if len(ahead):

@@ -31,7 +31,7 @@ def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
             low[i], high[i] = 0.0, LONGEST_LENGTH * observations.fall_height[i]
             continue
         site = observations.sites[observations.columns.path_index[i]]
-        line = site.terrain.y if kind == ELEVATION else site.terrain.x
+        line = site.heights() if kind == ELEVATION else site.terrain_x
         low[i], high[i] = np.min(line), np.max(line)
     return low, high
 

@@ -109,7 +109,7 @@ def on_site(
     starts = np.searchsorted(terrain.x, places.ravel())
     curves = tabulate(build_cells(terrain, no_resistance(terrain)), starts)
     record, leaving = np.zeros(len(observed)), np.zeros(len(observed))
-    end = site.smooth.x_max if in_x else float(site.terrain.y[-1])
+    end = site.smooth.x_max if in_x else site.end_y
     for i, at in enumerate(np.where(np.isnan(observed), end, observed)):
         three = curves[3 * i : 3 * i + 3]
         leaving[i] = half_difference(*_leaving_frictions(three))

@@ -19,6 +19,10 @@ from avahazard.physics.runout_curve import MU, between, located, nearest, steps_
 
 LEAST_FRICTION = 1e-3
 """No flow is known to slide on less; draws of μ ≤ 0 count as the lowest friction of the tables."""
+NUMBERS_AT_ONCE = 500_000
+"""Numbers of the tables and of the draws that are looked up together: it takes some 20 of each."""
+DRAWS_AT_ONCE = 100
+"""Draws of all events that are looked up before they find their place among the others."""
 MAX_TABLES = 24
 """Draws of the parameters that shape the tables, each of which costs runs of every block."""
 
@@ -56,11 +60,12 @@ def predict_stops(
     chosen = model.evenly(n_draws)
     tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
     groups = table_groups(tables_at, min(MAX_TABLES, n_draws))
-    friction = np.empty((n, n_draws))
-    record, x, elevation, sigma = (np.empty((n, n_draws)) for _ in range(4))
+    friction, record, x, elevation = (np.empty((n, n_draws)) for _ in range(4))
+    sigma = np.empty((n, len(groups)))
+    of_group = np.empty(n_draws, dtype=np.int64)
     left = np.empty((n, n_draws), dtype=np.bool_)
     n_nonpositive = 0
-    for group in groups:
+    for g, group in enumerate(groups):
         # All draws of a group share the table parameters of the draw nearest to their mean.
         away = np.sum((tables_at[group] - tables_at[group].mean(axis=0)) ** 2, axis=1)
         middle = coordinates[chosen[group[np.argmin(away)]]]
@@ -70,13 +75,16 @@ def predict_stops(
             u[list(posterior.layout.tables)] = middle[list(posterior.layout.tables)]
             shift = group_shift(model, u, chosen[k], rng)
             friction[:, k] = draw_friction(posterior, u, shift, rng)
-        here = friction[:, group]
-        sigma[:, group] = tables.sigma[:, None]
-        n_nonpositive += int(np.sum(here <= 0.0))
-        record[:, group], x[:, group], elevation[:, group], left[:, group] = look_up(tables, here)
+        sigma[:, g], of_group[group] = tables.sigma, g
+        for some in np.array_split(group, -(-len(group) // DRAWS_AT_ONCE)):
+            here = friction[:, some]
+            n_nonpositive += int(np.sum(here <= 0.0))
+            record[:, some], x[:, some], elevation[:, some], left[:, some] = look_up(tables, here)
         if release_off:
-            left[:, group] = left_by_chance(tables, here, left[:, group], rng)
-    return PredictedStops(record, x, elevation, left, friction, n_nonpositive, sigma)
+            left[:, group] = left_by_chance(tables, friction[:, group], left[:, group], rng)
+    # One column stands for all where no parameter shapes the tables.
+    whole = np.broadcast_to(sigma, friction.shape) if len(groups) == 1 else sigma[:, of_group]
+    return PredictedStops(record, x, elevation, left, friction, n_nonpositive, whole)
 
 
 def draw_friction(
@@ -138,13 +146,18 @@ def look_up(
     if straight.all():
         nowhere = np.broadcast_to(np.nan, friction.shape)
         return lengths, nowhere, nowhere, np.zeros(friction.shape, np.bool_)
-    curve = tables.curve
-    broken = curve.broken if broken is None else broken
-    cell, share = located(steps_of(friction), broken)
-    record, x, elevation = (
-        between(values, cell, share) for values in (tables.record, curve.x, curve.y)
-    )
-    left = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction <= 0.0)
+    record, x, elevation = (np.empty(friction.shape) for _ in range(3))
+    left = np.empty(friction.shape, dtype=np.bool_)
+    n_rows = max(1, NUMBERS_AT_ONCE // max(len(MU), friction.shape[1]))
+    for first in range(0, len(friction), n_rows):
+        some = slice(first, first + n_rows)
+        curve = tables.curve[some]
+        cell, share = located(
+            steps_of(friction[some]), curve.broken if broken is None else broken[some]
+        )
+        record[some] = between(tables.record[some], cell, share)
+        x[some], elevation[some] = between(curve.x, cell, share), between(curve.y, cell, share)
+        left[some] = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction[some] <= 0.0)
     record[straight] = lengths
     left[straight] = False
     return record, x, elevation, left

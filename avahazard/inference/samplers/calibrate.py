@@ -46,6 +46,8 @@ def calibrate_model(
     drawn = sample(
         posterior, n_chains=n_chains, n_draws=n_draws, seed=seed, start=start, progress=progress
     )
+    # What the draws came from is in the nodes; the runs of all blocks hold much memory.
+    drawn.posterior.nodes.forget_runs()
     model = FittedModel(
         drawn.posterior,
         drawn.coordinates.reshape(-1, drawn.coordinates.shape[2]),

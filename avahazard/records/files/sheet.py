@@ -14,6 +14,8 @@ Line = tuple[int, tuple[str, ...]]  # line number from 1, cells without the blan
 class Sheet:
     """The rows of a text file, or of one sheet of a workbook, blank ones left out.
 
+    A table of it takes its rows away, so that they are not held twice.
+
     `name` hints at the form; `words` say how it was read; `separator` is empty in a workbook.
     Of a workbook: `dated` are the cells `(line, column from 0)` that it holds as dates, `written`
     the numbers that it holds as texts (None: all, as in a text file); its days count from
@@ -22,7 +24,7 @@ class Sheet:
 
     file: str
     name: str
-    lines: tuple[Line, ...]
+    lines: list[Line]
     words: tuple[str, ...]
     separator: str = ""
     dated: frozenset[tuple[int, int]] = frozenset()

@@ -97,7 +97,7 @@ def _sheet(
     return Sheet(
         label,
         name,
-        tuple(lines),
+        lines,
         ("workbook",),
         dated=frozenset(dated),
         written=frozenset(written),

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from avahazard.criticism.scoring import loo
 from avahazard.criticism.scoring.held_out import left_out_log_density
 from avahazard.criticism.scoring.loo import leave_one_out, smoothed_loo
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -62,6 +64,15 @@ def test_an_event_that_no_draw_doubts_has_the_density_of_any() -> None:
     assert pareto_k[1] == 0.0
     plain = -np.log(np.mean(np.exp(-log_likelihood), axis=0))
     np.testing.assert_allclose(by_event, plain, atol=0.05)
+
+
+def test_events_in_parts_are_smoothed_as_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    log_likelihood = np.random.default_rng(0).normal(-5.0, 0.3, (400, 7))
+    log_likelihood[:, 5] = -2.0
+    whole = smoothed_loo(log_likelihood)
+    monkeypatch.setattr(loo, "EVENTS_AT_ONCE", 2)
+    for part, all_at_once in zip(smoothed_loo(log_likelihood), whole, strict=True):
+        np.testing.assert_array_equal(part, all_at_once)
 
 
 def test_one_event_has_no_standard_error() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 from functools import cache
 
@@ -9,14 +10,18 @@ import numpy as np
 import pytest
 
 from avahazard.effects.effect import Effect, Parameter
+from avahazard.effects.site import KEPT_TERRAINS
 from avahazard.inference.likelihood.predicted import Predicted, predict_records, resistance_of
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.prediction.stops import look_up
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import build_cells
+from avahazard.physics.ground_spline import GroundPosterior
 from avahazard.physics.resistance import no_resistance
 from avahazard.physics.runout_curve import MU
+from avahazard.physics.smooth_profile import KEPT
 from avahazard.physics.speed import speeds_along
+from avahazard.physics.terrain import Terrain
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
@@ -215,3 +220,29 @@ def test_without_any_profile_all_is_as_beside_one() -> None:
         look_up(alone, mu), look_up(beside, np.vstack([mu, mu[:1]])), strict=True
     ):
         np.testing.assert_array_equal(found, other[:3])
+
+
+def test_of_many_paths_the_ground_is_let_go_once_their_tables_are_made() -> None:
+    n = 6 * KEPT_TERRAINS
+    names = [f"P{k}" for k in range(n)]
+    records = Records(
+        tuple(Path(name) for name in names),
+        tuple(Profile(name, X, 1e3 + k - 0.8 * X + 2e-4 * X**2) for k, name in enumerate(names)),
+        tuple(Event(name, name, runout_x_m=1200.0) for name in names),
+    )
+    before = _alive()
+    observations = build_observations(records)
+    predicted = predict_records(observations, (), {})
+    assert len(observations.sites) == n
+    assert predicted.record.shape == (n, len(MU))
+    of_ground, of_error = _alive() - before
+    # Cells of a terrain keep some of it for themselves.
+    assert of_ground <= 2 * KEPT_TERRAINS
+    assert of_error <= KEPT
+
+
+def _alive() -> np.ndarray:
+    """Terrains, and errors of grounds, that are held."""
+    gc.collect()
+    held = gc.get_objects()
+    return np.array([sum(type(it) is kind for it in held) for kind in (Terrain, GroundPosterior)])

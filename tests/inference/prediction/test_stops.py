@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,6 +15,7 @@ from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction import stops
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import look_up, predict_stops
 from avahazard.physics.runout_curve import MU, MU_STEP
@@ -110,3 +113,23 @@ def test_no_draw_stops_within_a_jump(kind: str) -> None:
     assert np.any(x >= far - 1e-6)
     assert np.any(x <= near + 1e-6)
     assert not within(x).any()
+
+
+def test_a_look_up_takes_little_beside_what_it_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    tables = model().nodes.predicted_at(coordinates())
+    row = np.arange(600) % 2
+    many = replace(
+        tables, **{name: getattr(tables, name)[row] for name in ("record", "x", "elevation")}
+    )
+    many = replace(many, status=tables.status[row])
+    _, low, _ = gap()
+    mu = np.random.default_rng(0).uniform(low - 4 * MU_STEP, low + 5 * MU_STEP, (600, 1000))
+    whole = look_up(many, mu)
+    monkeypatch.setattr(stops, "NUMBERS_AT_ONCE", 20_000)
+    tracemalloc.start()
+    found = look_up(many, mu)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    for one, other in zip(found, whole, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert peak < 1.3 * sum(part.nbytes for part in found)
