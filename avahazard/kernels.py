@@ -24,17 +24,27 @@ PACKAGE = Path(__file__).parent
 _IMPORT = re.compile(rb"^from avahazard\.([\w.]+) import", re.MULTILINE)
 
 
-def kernel(function: Callable[..., Any] | None = None, *, inner: bool = False, **flags: Any) -> Any:
+def kernel(
+    function: Callable[..., Any] | None = None,
+    *,
+    inner: bool = False,
+    borrows: bool = False,
+    **flags: Any,
+) -> Any:
     """Compile a function of arrays and floats, once for all processes: `@kernel`.
 
     It leaves Python's lock, a division by zero gives inf or nan, and `fastmath` is `CONTRACT`;
     `flags` are more of numba's (`@kernel(forceinline=True)`) or replace these. An `inner` one is
-    called by other kernels alone: ways in from Python and from C take long to compile.
+    called by other kernels alone: ways in from Python and from C take long to compile. One that
+    `borrows` makes no array: else each look at an array of a tuple counts who holds it, twice by
+    a locked instruction of some 20 cycles.
     """
     if function is None:
-        return lambda later: kernel(later, inner=inner, **flags)
+        return lambda later: kernel(later, inner=inner, borrows=borrows, **flags)
     settings = {"nogil": True, "error_model": "numpy", "fastmath": CONTRACT, **flags}
     settings |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": inner}
+    if borrows:
+        settings["_nrt"] = False
     compiled = njit(**settings)(function)
     # What `cache=True` does, but for the class.
     compiled._cache = PackageCache(function)

@@ -11,7 +11,9 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from avahazard import kernels
 
@@ -130,6 +132,20 @@ def test_an_inner_kernel_is_not_called_from_python() -> None:
     for _ in range(2):
         with pytest.raises(TypeError, match="other kernels alone"):
             inner(1.0)
+
+
+def test_a_kernel_that_borrows_reads_arrays_and_makes_none() -> None:
+    @kernels.kernel(borrows=True)
+    def total(values: np.ndarray) -> float:
+        return values[0] + values[1]
+
+    @kernels.kernel(borrows=True)
+    def made(n: int) -> float:
+        return np.zeros(n)[0]
+
+    assert total(np.array([1.0, 2.0])) == 3.0
+    with pytest.raises(TypingError):
+        made(2)
 
 
 def test_what_is_compiled_is_kept_where_the_package_cannot_be_written(tmp_path: Path) -> None:

@@ -36,7 +36,6 @@ class Batch(NamedTuple):
     stop_d1: Floats
     stop_t: Floats
     lost_x: Floats
-    lost_here: Floats
     held: Floats
     push: Floats
     rows: int
@@ -57,12 +56,11 @@ def new_batch(n_rows: int, rows: int) -> Batch:
         np.empty(BATCH_SIZE),
         np.empty(BATCH_SIZE),
         np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
         rows,
     )
 
 
-@kernel
+@kernel(borrows=True)
 def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> int:
     """Place blocks with frictions `mu[first:]` at the start node; the number that move off.
 
@@ -87,7 +85,7 @@ def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> i
     return n_moving
 
 
-@kernel(inner=True)
+@kernel(inner=True, borrows=True)
 def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
     friction, w = batch.friction, batch.w
@@ -102,12 +100,9 @@ def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
         else:
             low, high = step(cells, i, friction, w, row, row_new)
         if high:
-            held, push, lost = batch.held, batch.push, batch.lost_here
-            step_with_contact(cells, i, friction, w, row, row_new, held, push, lost)
-            for j in range(BATCH_SIZE):
-                if np.isnan(batch.lost_x[j]):
-                    batch.lost_x[j] = lost[j]
-        if low or high:
+            held, push, lost_x = batch.held, batch.push, batch.lost_x
+            low = step_with_contact(cells, i, friction, w, row, row_new, held, push, lost_x)
+        if low:
             n_stopped = stop_in_cell(cells, i, batch)
             n_moving -= n_stopped
             if n_stopped and cells.speed_dependent:
@@ -115,7 +110,7 @@ def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     place_stops(cells, batch)
 
 
-@kernel(forceinline=True)
+@kernel(forceinline=True, borrows=True)
 def first_of_batch(w: Floats, row: int) -> int:
     """How many blocks, from the first on, hold all that still move: a multiple of `LANES`."""
     n = 0
@@ -125,7 +120,7 @@ def first_of_batch(w: Floats, row: int) -> int:
     return (n + LANES - 1) // LANES * LANES
 
 
-@kernel(inner=True, forceinline=True)
+@kernel(inner=True, forceinline=True, borrows=True)
 def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     """Stop the blocks whose w touches zero in cell i; their number."""
     row, row_new = i & batch.rows, (i + 1) & batch.rows
@@ -145,7 +140,7 @@ def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     return n
 
 
-@kernel(inner=True)
+@kernel(inner=True, borrows=True)
 def place_stops(cells: Cells, batch: Batch) -> None:
     """Fill `Batch.stop_t` of the blocks that stopped: in vectors where that converges."""
     w0, d0, w1, d1, t = batch.stop_w0, batch.stop_d0, batch.stop_w1, batch.stop_d1, batch.stop_t

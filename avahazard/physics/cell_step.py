@@ -17,7 +17,7 @@ CORRECTIONS = 3
 GAUSS_LOW, GAUSS_HIGH = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
-@kernel(forceinline=True)
+@kernel(forceinline=True, borrows=True)
 def step(
     cells: Cells, i: int, friction: Floats, w: Floats, row: int, row_new: int
 ) -> tuple[bool, bool]:
@@ -45,7 +45,7 @@ def step(
     return low, high
 
 
-@kernel(forceinline=True)
+@kernel(forceinline=True, borrows=True)
 def step_by_speed(
     cells: Cells,
     i: int,
