@@ -23,12 +23,11 @@ from avahazard.inference.likelihood.kept_runs import KeptRuns
 from avahazard.inference.likelihood.nodes import (
     Nodes,
     build_nodes,
-    needed_panels,
     record_nodes,
     with_tracks,
 )
 from avahazard.inference.likelihood.predicted import Predicted, Values
-from avahazard.inference.likelihood.record_parts import RecordParts, in_parts
+from avahazard.inference.likelihood.record_parts import AskedPanels, RecordParts, in_parts
 from avahazard.inference.likelihood.speed_nodes import track_nodes
 from avahazard.inference.likelihood.stops_asked import sight_is_limited
 from avahazard.inference.likelihood.track_tables import TrackTables, track_tables
@@ -182,9 +181,7 @@ class NodeGrid:
         key = tuple(v.tobytes() for name, v in values.items() if name not in limits)
         measured = len(self.observations.speeds) > 0
         if self._parts is not None and at not in self._untracked:
-            self._keep_untracked(
-                at, self._parts.nodes(values, self.panels(), self._limit(values), self.in_log)
-            )
+            self._keep_untracked(at, self._in_parts(self._parts, values))
         elif at not in self._untracked or (measured and key not in self._track_tables):
             predicted = self._runs.near_records(values)
             if measured and key not in self._track_tables:
@@ -206,21 +203,30 @@ class NodeGrid:
         They are those of the neutral model with the largest errors of the records.
         """
         if self._panels is None:
-            u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
-            values = self.layout.effect_values(u)
-            for effect in self.effects:
-                if effect.record_scale is not None:
-                    place = self.layout.places[effect.key]
-                    u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
-            scaled = self.layout.effect_values(u)
-            slot = self.layout.track_scatter
-            scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
-            if self._parts is not None:
-                self._panels = self._parts.panels(scaled, values, scatter, self.in_log)
-            else:
-                predicted = self._runs.records(scaled, moved=values)
-                self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
+            asked = self._asked_panels()
+            self._panels = (
+                asked.of(self.observations, self._runs)
+                if self._parts is None
+                else self._parts.panels(asked)
+            )
         return self._panels
+
+    def _asked_panels(self) -> AskedPanels:
+        u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
+        values = self.layout.effect_values(u)
+        for effect in self.effects:
+            if effect.record_scale is not None:
+                place = self.layout.places[effect.key]
+                u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
+        slot = self.layout.track_scatter
+        scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
+        return AskedPanels(self.layout.effect_values(u), values, scatter, self.in_log)
+
+    def _in_parts(self, parts: RecordParts, values: Values) -> Nodes:
+        """Nodes of the records at these values, some paths at a time."""
+        panels = self._asked_panels() if self._panels is None else self._panels
+        nodes, self._panels = parts.nodes(values, panels, self._limit(values), self.in_log)
+        return nodes
 
     def exact(self, u: Floats) -> Nodes:
         """Nodes from tables made for just these coordinates."""
@@ -229,8 +235,7 @@ class NodeGrid:
         slot = self.layout.track_scatter
         values = self.layout.effect_values(u)
         if self._parts is not None:
-            made = self._parts.nodes(values, self.panels(), self._limit(values), self.in_log)
-            return made._replace(log_wrong=self._log_wrong)
+            return self._in_parts(self._parts, values)._replace(log_wrong=self._log_wrong)
         nodes = build_nodes(
             self.observations,
             self._runs.near_records(values),
