@@ -7,6 +7,7 @@ when its nodes are made, so that they do not grow with the number of paths.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,7 +44,8 @@ class AskedPanels:
 class RecordParts:
     """Observations of many events on profiles, without speeds, in parts of whole paths.
 
-    Arguments as those of `KeptRuns`; the runs of the block are not kept.
+    Arguments as those of `KeptRuns`; the runs of the block are kept where the records are asked
+    for `again` with the same.
     """
 
     def __init__(
@@ -52,7 +54,9 @@ class RecordParts:
         effects: tuple[Effect, ...],
         curvature: float,
         in_sight: bool,
+        again: bool,
     ) -> None:
+        self._again = again
         self._n_events = observations.n_events
         self._events = whole_paths(observations, EVENTS_AT_ONCE)
         self._parts = [part_of(observations, events) for events in self._events]
@@ -62,7 +66,7 @@ class RecordParts:
         """`needed_panels` `[n_events]`."""
         panels = np.empty(self._n_events, dtype=np.int64)
         for events, part, runs in zip(self._events, self._parts, self._runs, strict=True):
-            panels[events] = asked.of(part, runs.emptied())
+            panels[events] = asked.of(part, self._own(runs))
         return panels
 
     def nodes(
@@ -74,13 +78,22 @@ class RecordParts:
         """
         made, found = [], np.empty(self._n_events, dtype=np.int64)
         for events, part, runs in zip(self._events, self._parts, self._runs, strict=True):
-            own = runs.emptied()
+            own = self._own(runs)
             found[events] = (
                 panels.of(part, own) if isinstance(panels, AskedPanels) else panels[events]
             )
             predicted = own.near_records(values)
             made.append(record_nodes(part, predicted, found[events], limit[events], in_log))
         return Nodes(*(self._joined(parts) for parts in zip(*made, strict=True))), found
+
+    def emptied(self) -> RecordParts:
+        """The same without the runs kept so far."""
+        other = copy(self)
+        other._runs = [runs.emptied() for runs in self._runs]
+        return other
+
+    def _own(self, runs: KeptRuns) -> KeptRuns:
+        return runs if self._again else runs.emptied()
 
     def _joined(self, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
         """Rows of all parts in the order of the events, as wide as the widest."""
