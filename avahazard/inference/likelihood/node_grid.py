@@ -23,12 +23,11 @@ from avahazard.inference.likelihood.kept_runs import KeptRuns
 from avahazard.inference.likelihood.nodes import (
     Nodes,
     build_nodes,
-    needed_panels,
     record_nodes,
     with_tracks,
 )
 from avahazard.inference.likelihood.predicted import Predicted, Values
-from avahazard.inference.likelihood.record_parts import RecordParts, in_parts
+from avahazard.inference.likelihood.record_parts import AskedPanels, RecordParts, in_parts
 from avahazard.inference.likelihood.speed_nodes import track_nodes
 from avahazard.inference.likelihood.stops_asked import sight_is_limited
 from avahazard.inference.likelihood.track_tables import TrackTables, track_tables
@@ -72,7 +71,10 @@ class NodeGrid:
         self._in_sight = not sight_is_limited(observations, effects)
         of_block = observations, effects, curvature, self._in_sight
         self._runs = KeptRuns(*of_block)
-        self._parts = RecordParts(*of_block) if in_parts(observations) else None
+        # Runs of blocks that no parameter moves serve all points of the grids.
+        near = self._in_sight and any(effect.motion is not None for effect in effects)
+        again = len(layout.tables) > 0 and not near
+        self._parts = RecordParts(*of_block, again) if in_parts(observations) else None
         self._untracked: dict[tuple[float, ...], Nodes] = {}
         self._track_tables: dict[tuple[bytes, ...], TrackTables] = {}
         self._track_events = np.array([track.event for track in observations.speeds], np.int64)
@@ -92,6 +94,7 @@ class NodeGrid:
     def forget_runs(self) -> None:
         """Give back the memory of runs; nodes on the present grids stay, others are made anew."""
         self._runs = self._runs.emptied()
+        self._parts = None if self._parts is None else self._parts.emptied()
         self._stacks, self._untracked, self._track_tables = {}, {}, {}
         grids = [set(self.layout.slots[axis].grid) for axis in self._axes]
         self._packed = {
@@ -181,24 +184,22 @@ class NodeGrid:
         limits = {e.key for e in self.effects if e.limit is not None}
         key = tuple(v.tobytes() for name, v in values.items() if name not in limits)
         measured = len(self.observations.speeds) > 0
-        if self._parts is not None and at not in self._untracked:
-            self._keep_untracked(
-                at, self._parts.nodes(values, self.panels(), self._limit(values), self.in_log)
-            )
-        elif at not in self._untracked or (measured and key not in self._track_tables):
+        if self._parts is not None:  # packed, they are kept
+            return self._in_parts(self._parts, values), None
+        if at not in self._untracked or (measured and key not in self._track_tables):
             predicted = self._runs.near_records(values)
             if measured and key not in self._track_tables:
                 tables = track_tables(self.observations, predicted)
                 make_room(self._track_tables, within(KEPT_PLACES, tables.nbytes))
                 self._track_tables[key] = tables
             if at not in self._untracked:
-                given = self.observations, predicted, self.panels(), self._limit(values)
-                self._keep_untracked(at, record_nodes(*given, self.in_log))
+                made = record_nodes(
+                    *(self.observations, predicted, self.panels(), self._limit(values)),
+                    self.in_log,
+                )._replace(log_wrong=self._log_wrong)
+                make_room(self._untracked, within(KEPT_PLACES, sum(part.nbytes for part in made)))
+                self._untracked[at] = made
         return self._untracked[at], self._track_tables.get(key)
-
-    def _keep_untracked(self, at: tuple[float, ...], made: Nodes) -> None:
-        make_room(self._untracked, within(KEPT_PLACES, sum(part.nbytes for part in made)))
-        self._untracked[at] = made._replace(log_wrong=self._log_wrong)
 
     def panels(self) -> Ints:
         """Panels of friction for each event `[n_events]`, the same at every point of the grids.
@@ -206,21 +207,30 @@ class NodeGrid:
         They are those of the neutral model with the largest errors of the records.
         """
         if self._panels is None:
-            u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
-            values = self.layout.effect_values(u)
-            for effect in self.effects:
-                if effect.record_scale is not None:
-                    place = self.layout.places[effect.key]
-                    u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
-            scaled = self.layout.effect_values(u)
-            slot = self.layout.track_scatter
-            scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
-            if self._parts is not None:
-                self._panels = self._parts.panels(scaled, values, scatter, self.in_log)
-            else:
-                predicted = self._runs.records(scaled, moved=values)
-                self._panels = needed_panels(self.observations, predicted, scatter, self.in_log)
+            asked = self._asked_panels()
+            self._panels = (
+                asked.of(self.observations, self._runs)
+                if self._parts is None
+                else self._parts.panels(asked)
+            )
         return self._panels
+
+    def _asked_panels(self) -> AskedPanels:
+        u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
+        values = self.layout.effect_values(u)
+        for effect in self.effects:
+            if effect.record_scale is not None:
+                place = self.layout.places[effect.key]
+                u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
+        slot = self.layout.track_scatter
+        scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
+        return AskedPanels(self.layout.effect_values(u), values, scatter, self.in_log)
+
+    def _in_parts(self, parts: RecordParts, values: Values) -> Nodes:
+        """Nodes of the records at these values, some paths at a time."""
+        panels = self._asked_panels() if self._panels is None else self._panels
+        nodes, self._panels = parts.nodes(values, panels, self._limit(values), self.in_log)
+        return nodes._replace(log_wrong=self._log_wrong)
 
     def exact(self, u: Floats) -> Nodes:
         """Nodes from tables made for just these coordinates."""
@@ -229,8 +239,7 @@ class NodeGrid:
         slot = self.layout.track_scatter
         values = self.layout.effect_values(u)
         if self._parts is not None:
-            made = self._parts.nodes(values, self.panels(), self._limit(values), self.in_log)
-            return made._replace(log_wrong=self._log_wrong)
+            return self._in_parts(self._parts, values)
         nodes = build_nodes(
             self.observations,
             self._runs.near_records(values),

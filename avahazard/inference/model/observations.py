@@ -202,7 +202,15 @@ def _grounds(profiles: Sequence[Profile]) -> Iterable[SmoothProfile]:
     """The profiles regularised: by other processes, if any, where they are many."""
     if len(profiles) < MANY_PATHS:
         return (_ground(None, profile) for profile in profiles)
-    return spread_map(_ground, None, profiles, threads=False)
+    made = spread_map(_ground, None, profiles, threads=False)
+    return (_with_points_of(*pair) for pair in zip(profiles, made, strict=True))
+
+
+def _with_points_of(profile: Profile, smooth: SmoothProfile) -> SmoothProfile:
+    """The same, which another process may have made, with the arrays of the profile itself."""
+    if smooth.points is None:
+        return smooth
+    return replace(smooth, points=smooth.points._replace(x=profile.x_m, y=profile.y_m))
 
 
 def _ground(_shared: None, profile: Profile) -> SmoothProfile:

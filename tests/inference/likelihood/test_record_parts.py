@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood import record_parts
+from avahazard.inference.likelihood import kept_runs, record_parts
 from avahazard.inference.likelihood.interpolation import packed
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
@@ -118,3 +118,18 @@ def _peak_of_nodes(n: int) -> int:
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     return peak
+
+
+@pytest.mark.parametrize("effect", ["leading-edge", "record-error"])
+def test_runs_that_serve_other_values_are_made_once(
+    effect: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(record_parts, "EVENTS_AT_ONCE", 4)
+    grid = posterior(mixed(), effect).nodes
+    grid._of_point((1,))
+    with monkeypatch.context() as patch:
+        patch.setattr(kept_runs, "run_blocks", None)
+        grid._of_point((2,))
+    grid.forget_runs()
+    assert grid._parts is not None
+    assert not any(runs._runs for runs in grid._parts._runs)
