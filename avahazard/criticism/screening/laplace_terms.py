@@ -10,6 +10,7 @@ from avahazard.inference.model.friction_scatter import (
     STUDENT_INFORMATION,
     STUDENT_PULL,
     log_normal_below,
+    log_student_below,
     student_shape,
 )
 from avahazard.kernels import kernel
@@ -37,11 +38,11 @@ def laplace_terms(  # type: ignore[no-untyped-def]
             if design.places[a, i] >= 0:
                 m += offsets[design.places[a, i]]
         own = (sigma * design.multiplier[i]) ** 2 + lone[i]
-        if left[i] and record_moments.variance[i] == 0.0:
+        gone = left[i] and record_moments.variance[i] == 0.0
+        if gone:
             spread = math.sqrt(own + edges.leave_sd[i] ** 2 + design.extra[i])
             z = (edges.leave[i] - m) / spread
-            log_p, ratio = log_normal_below(z)
-            value += log_p
+            here, ratio = log_normal_below(z)
             g[i] = -ratio / spread
             h[i] = ratio * (ratio + z) / (spread * spread)
             dv[i] = -z * ratio / (spread * spread)
@@ -51,25 +52,18 @@ def laplace_terms(  # type: ignore[no-untyped-def]
             e = record_moments.mean[i] - m
             if student:
                 shape = student_shape(e * e / s)
-                log_p = LOG_STUDENT_PEAK - 0.5 * math.log(s) + 2.5 * math.log(shape)
-                # What the record would be worth as a grossly wrong one.
-                wrong = design.log_wrong[i] - record_moments.log_mass[i]
-                either, right = log_p, 1.0
-                if wrong > log_p - NO_ODDS:
-                    either = max(log_p, wrong) + math.log1p(math.exp(-abs(log_p - wrong)))
-                    right = math.exp(log_p - either)
-                value += either
+                here = LOG_STUDENT_PEAK - 0.5 * math.log(s) + 2.5 * math.log(shape)
                 pull = STUDENT_PULL * shape / s
-                g[i], h[i] = right * pull * e, right * pull
-                dv[i] = right * (pull * e * e - 1.0) / s
-                iv[i] = right * STUDENT_INFORMATION / (s * s)
+                g[i], h[i] = pull * e, pull
+                dv[i] = (pull * e * e - 1.0) / s
+                iv[i] = STUDENT_INFORMATION / (s * s)
             else:
-                value += -HALF_LOG_2PI - 0.5 * math.log(s) - 0.5 * e * e / s
+                here = -HALF_LOG_2PI - 0.5 * math.log(s) - 0.5 * e * e / s
                 g[i] = e / s
                 h[i] = 1.0 / s
                 dv[i] = (e * e / s - 1.0) / s
                 iv[i] = 2.0 / (s * s)
-            value += record_moments.log_mass[i]
+            here += record_moments.log_mass[i]
         if edges.has_limit[i]:
             # Never less blurred than the record: else far from both the chance to be seen falls
             # faster than the record's density, and their ratio has no bound.
@@ -77,9 +71,25 @@ def laplace_terms(  # type: ignore[no-untyped-def]
             s = own + blur + design.extra[i]
             spread = math.sqrt(s)
             z = (edges.seen[i] - m) / spread
-            log_p, ratio = log_normal_below(z)
-            value -= log_p
+            log_p, ratio = log_student_below(z) if student else log_normal_below(z)
+            # How the density falls at the edge: of the shape of the scatter, as the record's does.
+            fall = STUDENT_PULL * z * student_shape(z * z) if student else z
+            here -= log_p
             g[i] += ratio / spread
-            h[i] = max(h[i] - ratio * (ratio + z) / s, 0.1 * h[i])
+            h[i] = max(h[i] - ratio * (ratio + fall) / s, 0.1 * h[i])
             dv[i] += z * ratio / s
+        if student and not gone:
+            here, right = _or_wrong(here, design.log_wrong[i])
+            for part in (g, h, dv, iv):
+                part[i] *= right
+        value += here
     return value
+
+
+@kernel(inner=True)
+def _or_wrong(here, wrong):  # type: ignore[no-untyped-def]
+    """Log density of a record that is right or grossly `wrong`, and the chance that it is right."""
+    if wrong < here - NO_ODDS:
+        return here, 1.0
+    either = max(here, wrong) + math.log1p(math.exp(-abs(here - wrong)))
+    return either, math.exp(here - either)

@@ -3,13 +3,18 @@
 What changes smoothly with such a parameter is where a likelihood lies and how much it holds: its
 mean and log mass are interpolated by cubics. Its shape is mixed linearly, so that weights stay
 positive.
+
+At a grid point from which no friction reaches a record its log mass is lower by hundreds, and a
+cubic through it rises far above the points between which it is asked. So of the two bends
+(second differences) that make a cubic of a line, neither counts as more than `MOST_BENT` times the
+other.
 """
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left
 from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -19,30 +24,59 @@ from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.kernels import kernel
 
+MOST_BENT = 4.0
+"""How many times one bend of a cubic may be the other; those of a cubic on even points from its
+middle on are 1 to 3 times."""
+
 
 class Line(NamedTuple):
-    """Neighbouring points of a grid, from index `first`, with their weights `[n_points]`."""
+    """Neighbouring points of a grid, from index `first`, and what interpolates between them.
+
+    `linear` `[n_points]` are weights of the points; `bends` `[2, n_points]` give two second
+    differences of them. The cubic is the line plus `pulls` `[2]` times these.
+    """
 
     first: int
-    cubic: tuple[float, ...]
-    linear: tuple[float, ...]
+    linear: Floats
+    bends: Floats
+    pulls: Floats
 
 
 def line_weights(grid: tuple[float, ...], value: float) -> Line:
-    """Weights of up to four neighbours for cubic and linear interpolation; of one if it is met."""
+    """The line through up to four neighbours of the value; through one if it is met."""
     right = min(max(bisect_left(grid, value), 1), len(grid) - 1)
     for k in (right - 1, right):
         if grid[k] == value:
-            return Line(k, (1.0,), (1.0,))
+            return Line(k, np.ones(1), np.zeros((2, 1)), np.zeros(2))
     width = min(4, len(grid))
     first = min(max(right - width // 2, 0), len(grid) - width)
-    share = (value - grid[right - 1]) / (grid[right] - grid[right - 1])
-    linear = {right - 1: 1.0 - share, right: share}
-    window = range(first, first + width)
-    cubic = tuple(
-        math.prod((value - grid[j]) / (grid[k] - grid[j]) for j in window if j != k) for k in window
-    )
-    return Line(first, cubic, tuple(linear.get(k, 0.0) for k in window))
+    x, cell = np.array(grid[first : first + width]), right - 1 - first
+    share = (value - x[cell]) / (x[cell + 1] - x[cell])
+    linear, bends, pulls = np.zeros(width), np.zeros((2, width)), np.zeros(2)
+    linear[cell], linear[cell + 1] = 1.0 - share, share
+    if width > 2:
+        for bend, k in zip(bends, (0, width - 3), strict=True):
+            bend[k : k + 3] = _second_difference(x[k : k + 3])
+        # By Neville: the quadratics of the two bends, mixed.
+        part = 0.5
+        if width == 4:
+            part = (value - x[(2, 0, 1)[cell]]) / (x[3] - x[0]) + (cell == 2)
+        pulls[:] = (value - x[cell]) * (value - x[cell + 1]) * np.array([1.0 - part, part])
+    return Line(first, linear, bends, pulls)
+
+
+def _second_difference(x: Floats) -> Floats:
+    """Weights `[3]` of the second divided difference at three points."""
+    gaps = x[:, None] - x + np.eye(3)
+    return np.asarray(1.0 / np.prod(gaps, axis=1))
+
+
+def along(line: Line, values: Floats) -> Floats:
+    """Values `[n_points, …]` at the points of a line, interpolated: `[…]`."""
+    one, other = np.tensordot(line.bends, values, 1)
+    most = MOST_BENT * np.minimum(np.abs(one), np.abs(other))
+    bent = line.pulls[0] * np.clip(one, -most, most) + line.pulls[1] * np.clip(other, -most, most)
+    return np.asarray(np.tensordot(line.linear, values, 1) + bent)
 
 
 def packed(nodes: Nodes, in_sight: bool) -> Nodes:
@@ -103,15 +137,16 @@ def stack(nodes: Sequence[Nodes]) -> Corners:
     return Corners(whole, _means(whole.place, whole.weight, whole.used[0]))
 
 
-def interpolated(cubic: Floats, linear: Floats, corners: Corners) -> Nodes:
-    """Nodes at a place between the `corners`, with weights `[n_corners]` of each."""
+def interpolated(lines: Sequence[Line], corners: Corners) -> Nodes:
+    """Nodes between the `corners`, all points of these lines (those of the last change first)."""
     nodes = corners.nodes
+    linear = reduce(np.multiply.outer, [line.linear for line in lines]).ravel()
     plain, used = nodes.is_probability[0], nodes.used[0]
     # Most corners have a part in means alone.
     near = np.flatnonzero(linear)
     share = linear[near]
     about = np.where(plain, 0.0, corners.mean[near])
-    mean = np.where(plain, 0.0, cubic @ corners.mean)
+    mean = np.where(plain, 0.0, _along_all(lines, corners.mean))
     place, weight = _mix(share, near, nodes.place, nodes.weight, about, mean, used)
     seen_place, seen_weight = np.zeros_like(place), np.zeros_like(place)
     has_limit = np.any(nodes.has_limit, axis=0)
@@ -126,7 +161,7 @@ def interpolated(cubic: Floats, linear: Floats, corners: Corners) -> Nodes:
         used=used,
         tail_place=nodes.tail_place[0],
         tail=np.tensordot(share, nodes.tail[near], 1),
-        log_scale=cubic @ nodes.log_scale,
+        log_scale=_along_all(lines, nodes.log_scale),
         is_probability=plain,
         floor=share @ nodes.floor[near],
         seen_place=seen_place,
@@ -135,6 +170,14 @@ def interpolated(cubic: Floats, linear: Floats, corners: Corners) -> Nodes:
         has_limit=has_limit,
         log_wrong=nodes.log_wrong[0],
     )
+
+
+def _along_all(lines: Sequence[Line], values: Floats) -> Floats:
+    """Values `[n_corners, n_events]` of all points of the lines, interpolated: `[n_events]`."""
+    values = values.reshape(*(len(line.linear) for line in lines), -1)
+    for line in lines:
+        values = along(line, values)
+    return values
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from functools import cached_property, reduce
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -130,13 +130,10 @@ class NodeGrid:
         """The same at these coordinates of the axes."""
         grids = [self.layout.slots[axis].grid for axis in self._axes]
         lines = [line_weights(grid, value) for grid, value in zip(grids, place, strict=True)]
-        if all(len(line.cubic) == 1 for line in lines):
+        if all(len(line.linear) == 1 for line in lines):
             return self.point(tuple(line.first for line in lines))
-        return interpolated(
-            reduce(np.multiply.outer, [np.array(line.cubic) for line in lines]).ravel(),
-            reduce(np.multiply.outer, [np.array(line.linear) for line in lines]).ravel(),
-            self._corners(tuple((line.first, len(line.cubic)) for line in lines)),
-        )
+        windows = tuple((line.first, len(line.linear)) for line in lines)
+        return interpolated(lines, self._corners(windows))
 
     def _corners(self, windows: tuple[tuple[int, int], ...]) -> Corners:
         """Nodes of all grid points in these windows (first index, width), stacked and kept."""

@@ -74,12 +74,16 @@ def log_density(theta, moments, left, edges, design, student):  # type: ignore[n
     near = edges.has_limit
     never_sharper = np.maximum(edges.seen_sd**2, moments.variance)
     blur = np.sqrt((own + never_sharper + design.extra)[near])
-    value -= stats.norm.logcdf((edges.seen[near] - m[near]) / blur).sum()
+    shape = stats.t(4) if student else stats.norm
+    seen = np.zeros(N)
+    seen[near] = shape.logcdf((edges.seen[near] - m[near]) / blur)
     e = (moments.mean - m)[~left]
     s = s[~left]
     if student:
-        right = stats.t.logpdf(e / np.sqrt(s), 4) - 0.5 * np.log(s) + moments.log_mass[~left]
+        right = shape.logpdf(e / np.sqrt(s)) - 0.5 * np.log(s) + moments.log_mass[~left]
+        right -= seen[~left]
         return value + np.logaddexp(right, design.log_wrong[~left]).sum()
+    value -= seen.sum()
     if not len(design.of):
         return value + stats.norm.logpdf(e, 0.0, np.sqrt(s)).sum()
     tau = np.exp(theta[4])
@@ -99,11 +103,11 @@ def plain_optimum(moments, left, edges, design, student):  # type: ignore[no-unt
     return -found.fun, found.x
 
 
-@pytest.mark.parametrize("case", ["plain", "paths", "student", "left", "limit"])
+@pytest.mark.parametrize("case", ["plain", "paths", "student", "left", "limit", "student limit"])
 def test_it_reaches_the_optimum_of_a_plain_optimiser(case: str) -> None:
-    student = case == "student"
+    student = case.startswith("student")
     moments, design = moments_and_design(N_PATHS if case == "paths" else 0, student)
-    if student:
+    if case == "student":
         moments.log_mass[::9] = -5000.0  # records where no friction stops a block
         design.log_wrong[::9] = -9.0
     left, edges = np.zeros(N, dtype=bool), no_edges()
@@ -111,7 +115,7 @@ def test_it_reaches_the_optimum_of_a_plain_optimiser(case: str) -> None:
         left[::7] = True
         moments.mean[left], moments.variance[left], moments.log_mass[left] = 0.0, 0.0, 0.0
         edges = edges._replace(leave=np.full(N, -0.9))
-    if case == "limit":
+    if case.endswith("limit"):
         edges = edges._replace(
             seen=np.full(N, -0.6), seen_sd=np.full(N, 0.03), has_limit=np.arange(N) % 2 == 0
         )
@@ -124,6 +128,24 @@ def test_it_reaches_the_optimum_of_a_plain_optimiser(case: str) -> None:
     assert found.log_likelihood == pytest.approx(best, abs=0.1)
     assert found.coefficients == pytest.approx(theta[:3], abs=0.02)
     assert found.log_scatter == pytest.approx(theta[3], abs=0.05)
+
+
+def test_no_friction_is_likely_because_it_is_never_seen() -> None:
+    """Student's tails fall slower than a normal chance to be seen: from far off that would win."""
+    moments, design = moments_and_design(0, student=True)
+    edges = no_edges()._replace(
+        seen=np.full(N, np.max(moments.mean)), has_limit=np.ones(N, dtype=bool)
+    )
+    far = laplace_fit(
+        *(moments, np.zeros(N, dtype=bool), edges, design, np.array([50.0, 0.0, 0.0])),
+        *(-1.9, first_tau(design), True),
+    )
+    near = laplace_fit(
+        *(moments, np.zeros(N, dtype=bool), edges, design, np.array([-0.8, 0.0, 0.0])),
+        *(-1.9, first_tau(design), True),
+    )
+    assert far.log_likelihood < near.log_likelihood + 0.1
+    assert near.coefficients[0] == pytest.approx(-0.8, abs=0.2)
 
 
 def test_offsets_of_paths_take_what_paths_differ_by() -> None:

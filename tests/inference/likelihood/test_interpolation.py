@@ -8,6 +8,7 @@ import pytest
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.refinement import refined
 from avahazard.inference.likelihood.interpolation import (
+    along,
     interpolated,
     line_weights,
     packed,
@@ -23,36 +24,50 @@ from tests.inference.studies import near, observations, posterior
 GRID = (0.0, 0.5, 1.0, 2.0, 4.0, 7.0)
 
 
-def _weights(value: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cubic and linear weights over the whole grid."""
+def _line(value: float, values: np.ndarray) -> tuple[float, float]:
+    """Values `[n_grid]` at a value of the grid, by the cubic and by the line."""
     line = line_weights(GRID, value)
-    cubic, linear = np.zeros(len(GRID)), np.zeros(len(GRID))
-    place = slice(line.first, line.first + len(line.cubic))
-    cubic[place], linear[place] = line.cubic, line.linear
-    return cubic, linear
+    part = values[line.first : line.first + len(line.linear)]
+    return float(along(line, part)), float(line.linear @ part)
 
 
 @pytest.mark.parametrize("value", [0.01, 0.3, 0.9, 1.5, 3.0, 5.0, 6.99])
-def test_weights_are_exact_for_cubics_and_for_lines(value: float) -> None:
+def test_cubics_and_lines_are_met(value: float) -> None:
     grid = np.array(GRID)
-    cubic, linear = _weights(value)
     for power in range(4):
-        assert cubic @ grid**power == pytest.approx(value**power)
-    assert linear @ grid == pytest.approx(value)
-    assert linear.sum() == pytest.approx(1.0)
-    assert np.all(linear >= 0.0)
-    assert linear == pytest.approx([np.interp(value, grid, row) for row in np.eye(6)])
+        assert _line(value, grid**power)[0] == pytest.approx(value**power)
+    for row in np.eye(6):
+        assert _line(value, row)[1] == pytest.approx(np.interp(value, grid, row))
 
 
 @pytest.mark.parametrize("k", range(len(GRID)))
 def test_at_a_grid_point_it_counts_alone(k: int) -> None:
-    for weights in _weights(GRID[k]):
-        assert weights.tolist() == [float(j == k) for j in range(6)]
+    values = np.random.default_rng(k).normal(size=len(GRID))
+    assert _line(GRID[k], values) == (values[k], values[k])
 
 
 def test_short_grids_use_all_their_points() -> None:
     line = line_weights((1.0, 2.0), 1.25)
-    assert (line.first, line.cubic, line.linear) == (0, (0.75, 0.25), (0.75, 0.25))
+    assert (line.first, line.linear.tolist()) == (0, [0.75, 0.25])
+    assert along(line, np.array([3.0, 7.0])) == pytest.approx(4.0)
+    three = np.array([1.0, 2.0, 4.0])
+    for value in (1.3, 3.0):
+        assert along(line_weights((1.0, 2.0, 4.0), value), three**2) == pytest.approx(value**2)
+
+
+@pytest.mark.parametrize("k", [0, 5])
+@pytest.mark.parametrize("value", [0.3, 0.9, 1.5, 3.0, 5.0])
+def test_a_point_far_off_lifts_nothing_between_others(k: int, value: float) -> None:
+    """Where no friction reaches a record the log mass falls by hundreds."""
+    grid = np.array(GRID)
+    values = -8.0 + 0.1 * grid + 0.02 * grid**2
+    smooth, _ = _line(value, values)
+    values[k] -= 400.0
+    found, _ = _line(value, values)
+    if k in (np.searchsorted(grid, value), np.searchsorted(grid, value) - 1):
+        assert found <= np.max(values)
+    else:
+        assert found == pytest.approx(smooth, abs=0.2)
 
 
 def _afresh(model: Posterior, u: np.ndarray) -> np.ndarray:
@@ -150,32 +165,43 @@ def _corner(seed: int, plain: bool) -> Nodes:
     )
 
 
-CUBIC, LINEAR = np.array([-0.1, 0.6, 0.5, 0.0]), np.array([0.0, 0.4, 0.6, 0.0])
+LINE = line_weights((0.0, 1.0, 2.0, 3.0), 1.6)
 
 
 @pytest.mark.parametrize("plain", [False, True])
 def test_equal_corners_give_themselves(plain: bool) -> None:
     one = _corner(1, plain)
-    found, own = interpolated(CUBIC, LINEAR, stack([one] * 4)), unpacked(one)
+    found, own = interpolated([LINE], stack([one] * 4)), unpacked(one)
     for name in ("place", "weight", "tail", "log_scale", "floor"):
         np.testing.assert_allclose(
             getattr(found, name), getattr(own, name), rtol=1e-12, atol=1e-15, err_msg=name
         )
 
 
+def test_two_parameters_go_one_after_the_other() -> None:
+    first, second = line_weights(GRID, 1.4), line_weights((0.0, 1.0, 3.0), 0.2)
+    x, y = GRID[first.first : first.first + 4], (0.0, 1.0, 3.0)
+    corners = [
+        _corner(1, True)._replace(log_scale=np.array([a**3 + b**2, a * b, a])) for a in x for b in y
+    ]
+    found = interpolated([first, second], stack(corners))
+    assert found.log_scale == pytest.approx([1.4**3 + 0.2**2, 1.4 * 0.2, 1.4])
+
+
 @pytest.mark.parametrize("plain", [False, True])
 def test_means_go_by_cubics_and_shapes_by_lines(plain: bool) -> None:
     corners = [_corner(k, plain) for k in range(4)]
-    found = interpolated(CUBIC, LINEAR, stack(corners))
+    found = interpolated([LINE], stack(corners))
     whole = [unpacked(corner) for corner in corners]
-    assert found.log_scale == pytest.approx(sum(CUBIC[c] * whole[c].log_scale for c in range(4)))
+    log_scale = np.stack([w.log_scale for w in whole])
+    assert found.log_scale == pytest.approx(along(LINE, log_scale))
     for i in range(3):
         means = [0.0 if plain else w.place[i] @ w.weight[i] for w in whole]
         for k in range(USED[i]):
-            parts = LINEAR * [w.weight[i, k] for w in whole]
+            parts = LINE.linear * [w.weight[i, k] for w in whole]
             away = [whole[c].place[i, k] - means[c] for c in range(4)]
             assert found.weight[i, k] == pytest.approx(np.sum(parts))
-            expected = CUBIC @ means + parts @ away / np.sum(parts)
+            expected = along(LINE, np.array(means)) + parts @ away / np.sum(parts)
             assert found.place[i, k] == pytest.approx(expected)
 
 

@@ -20,6 +20,13 @@ def test_the_densities_and_chances_of_the_kernels_are_scipys() -> None:
         assert scatter.student_below(z) == pytest.approx(STUDENT.cdf(z), abs=1e-15)
 
 
+def test_students_chance_is_good_far_into_its_tail() -> None:
+    for z in (*Z, -40.0, -1e3, -1e6):
+        value, slope = scatter.log_student_below(z)
+        assert value == pytest.approx(STUDENT.logcdf(z), rel=1e-9, abs=1e-13)
+        assert slope == pytest.approx(STUDENT.pdf(z) / STUDENT.cdf(z), rel=1e-9)
+
+
 def test_the_derivatives_of_students_density_are_its_differences() -> None:
     h = 1e-3
     for z in Z:
