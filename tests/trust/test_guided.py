@@ -14,7 +14,7 @@ from avahazard.workflow.import_files import import_files
 from benchmarks.trust import guided
 from benchmarks.trust.amounts import Amounts
 from benchmarks.trust.guided_mutants import varied, words_of
-from benchmarks.trust.guided_worker import READERS
+from benchmarks.trust.guided_worker import PACKAGE, READERS, others
 from benchmarks.trust.input_sections import guided as section
 from benchmarks.trust.jobs import write_databases
 from benchmarks.trust.sources import Source, sources
@@ -38,6 +38,15 @@ def test_words_are_those_of_the_readers() -> None:
     assert asked <= set(words)
     assert "friction" not in words_of(["avahazard.records.vague"])
     assert max(map(len, words)) <= 30
+
+
+def test_kernels_are_not_instrumented() -> None:
+    left_out = set(others())
+    assert {"avahazard", "avahazard.physics.point_error", "avahazard.workflow"} <= left_out
+    assert not any(name.startswith(READERS) for name in left_out)
+    for file in PACKAGE.rglob("*.py"):
+        if "\n@kernel" in file.read_text(encoding="utf-8"):
+            assert ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts) in left_out
 
 
 def test_inputs_of_one_seed_are_one_and_what_is_no_file_any_more_is_changed_too(
