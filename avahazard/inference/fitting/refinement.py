@@ -28,6 +28,8 @@ second is for friction that depends on speed, whose runs cost ten times as much.
 REACH = 6.0
 NEAR = 2.0
 """Cells within that many standard deviations of the mode must be fine."""
+EDGE, EDGE_SHARE = 0.02, 0.005
+"""Draws gather at an edge where more than that share are within that part of the grid's length."""
 
 
 def settled(posterior: Posterior, mode: Mode) -> tuple[Posterior, Mode]:
@@ -104,6 +106,30 @@ def refined(posterior: Posterior, mode: Mode) -> Posterior:
         n_points = int(np.ceil((high - low) / (step * sd))) + 1
         grids[slot.name] = tuple(float(v) for v in np.linspace(low, high, max(4, n_points)))
     return posterior.regridded(grids) if grids else posterior
+
+
+def continued(fine: Posterior, whole: Posterior, draws: Floats) -> Posterior | None:
+    """`fine` with its grids continued where `draws` `[..., n_slots]` gather at an edge of them.
+
+    At an edge, that is, which the grids of `whole` do not have. The curvature at the mode of a
+    posterior that is skewed or bent says too little of how far it reaches. Each goes on by its own
+    length, in its own steps; None where no draws gather.
+    """
+    grids = {}
+    for k, (slot, range_) in enumerate(zip(fine.layout.slots, whole.layout.slots, strict=True)):
+        points, length = np.asarray(slot.grid), slot.high - slot.low
+        below = draws[..., k] < slot.low + EDGE * length
+        above = draws[..., k] > slot.high - EDGE * length
+        more = []
+        if slot.low > range_.low and np.mean(below) > EDGE_SHARE:
+            more.append((max(slot.low - length, range_.low), slot.low))
+        if slot.high < range_.high and np.mean(above) > EDGE_SHARE:
+            more.append((slot.high, min(slot.high + length, range_.high)))
+        if more:
+            n_points = [int(np.ceil((b - a) / np.max(np.diff(points)))) + 1 for a, b in more]
+            added = [np.linspace(a, b, n) for (a, b), n in zip(more, n_points, strict=True)]
+            grids[slot.name] = tuple(float(v) for v in np.unique(np.concatenate([points, *added])))
+    return fine.regridded(grids) if grids else None
 
 
 def _split(posterior: Posterior, u: Floats, slots: Sequence[int]) -> Posterior:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.fitting.mode import Mode
+from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.fitting.mode_search import search_mode
-from avahazard.inference.fitting.refinement import sharpened
+from avahazard.inference.fitting.refinement import continued, settled, sharpened
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.samplers.convergence import ESS_LIMIT
@@ -24,7 +24,6 @@ from avahazard.inference.seeds import generator
 KEEP_EVERY = 2
 """Steps for each draw that is kept: one jump and one random-walk step."""
 MAX_ROUNDS = 4
-EDGE_SHARE = 0.005
 WARM_UP_ROUNDS = 3
 
 
@@ -69,12 +68,13 @@ def sample(
     Equal seeds give equal draws.
     """
     posterior, mode = search_mode(posterior, start)
-    fine, fine_mode = sharpened(posterior, mode)
-    if fine is not posterior:
-        tried = _rounds(fine, fine_mode, n_chains, n_draws, seed, progress)
-        if not _at_edges(tried.coordinates, fine, posterior):
-            return tried
-    return _rounds(posterior, mode, n_chains, n_draws, seed, progress)
+    fine, mode = sharpened(posterior, mode)
+    found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
+    # Never back to the grids before: they are held against exact tables at the mode alone.
+    while (wider := continued(fine, posterior, found.coordinates)) is not None:
+        fine, mode = settled(wider, find_mode(wider, mode.u))
+        found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
+    return found
 
 
 def _rounds(
@@ -121,19 +121,6 @@ def _read(posterior: Posterior, draws: Floats, acceptance: Floats) -> Chains:
         np.stack([np.broadcast_to(v, draws.shape[:2]) for v, _ in readable.values()], axis=-1),
         acceptance,
     )
-
-
-def _at_edges(draws: Floats, fine: Posterior, coarse: Posterior) -> bool:
-    """Whether draws gather at an edge that only the refined grid has."""
-    for k, (slot, whole) in enumerate(zip(fine.layout.slots, coarse.layout.slots, strict=True)):
-        margin = 0.02 * (slot.high - slot.low)
-        near_low = slot.low > whole.low and np.mean(draws[..., k] < slot.low + margin) > EDGE_SHARE
-        near_high = (
-            slot.high < whole.high and np.mean(draws[..., k] > slot.high - margin) > EDGE_SHARE
-        )
-        if near_low or near_high:
-            return True
-    return False
 
 
 def _following(draws: Floats, mode: Mode) -> Proposal:

@@ -12,6 +12,7 @@ from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import (
     TOLERANCE,
     _too_coarse,
+    continued,
     refined,
     settled,
     sharpened,
@@ -49,6 +50,37 @@ def test_grids_are_refined_where_they_are_too_coarse() -> None:
         assert np.diff(grid).max() <= sd * 1.0001
         assert grid[0] == pytest.approx(max(0.0, mode.u[k] - 6 * sd))
         assert grid[-1] == pytest.approx(min(coarse[-1], mode.u[k] + 6 * sd))
+
+
+def test_grids_go_on_where_draws_gather_at_an_edge_of_theirs() -> None:
+    model = _model("turbulent-drag")
+    k = model.layout.tables[0]
+    whole = model.layout.slots[k]
+    points = np.linspace(0.3, 0.5, 6) * whole.high
+    fine = model.regridded({whole.name: tuple(points)})
+    draws = np.zeros((2, 100, len(model.layout.slots)))
+    draws[..., k] = np.linspace(points[1], points[-2], 100)
+    assert continued(fine, model, draws) is None
+    draws[0, :, k] = points[-1]
+    wider = continued(fine, model, draws)
+    assert wider is not None
+    # By its own length in its own steps, on that side alone.
+    np.testing.assert_allclose(
+        wider.layout.slots[k].grid, np.linspace(0.3, 0.7, 11) * whole.high, rtol=1e-12
+    )
+    draws[1, :, k] = points[0]
+    both = continued(fine, model, draws)
+    assert both is not None
+    assert both.layout.slots[k].low == pytest.approx(0.1 * whole.high)
+    # The edge of the range itself is no edge of the grid alone.
+    ends = model.regridded({whole.name: tuple(np.linspace(0.8, 1.0, 4) * whole.high)})
+    draws[..., k] = whole.high
+    assert continued(ends, model, draws) is None
+    beyond = model.regridded({whole.name: tuple(np.linspace(0.5, 0.9, 4) * whole.high)})
+    draws[..., k] = 0.9 * whole.high
+    last = continued(beyond, model, draws)
+    assert last is not None
+    assert last.layout.slots[k].high == whole.high
 
 
 def test_without_tables_to_shape_nothing_is_refined() -> None:
