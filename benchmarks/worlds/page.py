@@ -32,7 +32,13 @@ CHANGED = (
     "changes. The other nine were not run again; all others came later. In the null of volume",
     "errors, #3, `path-effect` was named by its p-value alone, with 2.9 nats of evidence. Paths",
     "that differ now need 3, as all else does, and nothing is named there; the table has it as it",
-    "was.",
+    "was. In the same null, #6 and #9, `leading-edge` and the deposit's length were named: a",
+    "length goes with the true volume, and tells more of it than a record that errs by three",
+    "times what it states. Such columns must now hold beside misstated errors of volumes for",
+    "which the column stands in. #6 and #9 are then ambiguous, `volume-error` among what is",
+    "told; the table has them as they were. The worlds of volume errors from #10 on (with",
+    "`snow-type`, from #4 on) came after this change: no false name in 15 nulls. The other",
+    "traps from #6 on ran before it.",
 )
 
 
