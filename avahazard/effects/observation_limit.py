@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Effect, Facts, Parameter
-from avahazard.effects.needs import needs_profile
+from avahazard.effects.needs import MIN_LEVEL, needs_profile
 from avahazard.effects.site import Site
 
 FAR_M = 1000.0
@@ -27,6 +27,18 @@ def _facts(columns: EventColumns, sites: Sequence[Site]) -> Facts:
         elif len(stops):
             highest[site.path.path_id] = {"highest_m": float(np.max(stops))}
     return {"paths": highest}
+
+
+def _lacking(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+    known = columns.path_index[columns.path_index >= 0]
+    if any(sites[k].path.observed_below_m is not None for k in np.unique(known)):
+        return None
+    # The highest of very few stops is where these stopped, and no limit.
+    stops = columns.path_index[np.isfinite(columns.stop_elevation)]
+    if np.max(np.bincount(stops[stops >= 0], minlength=1)) >= MIN_LEVEL:
+        return None
+    lack = f"no path has {MIN_LEVEL} stops with an elevation, or a declared limit"
+    return needs_profile(columns, sites) or lack
 
 
 def _settled(columns: EventColumns, sites: Sequence[Site]) -> bool:
@@ -61,7 +73,7 @@ DEFINITION = Definition(
     "chance to be seen.",
     needs="observed_below_m, or estimated",
     build=_build,
-    lacking=needs_profile,
+    lacking=_lacking,
     facts=_facts,
     settled=_settled,
     says_what_is_seen=True,
