@@ -18,6 +18,7 @@ from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.stand_in import within_paths
 from avahazard.inference.model.volumes import bounded, told_by
 
 OF_THE_VOLUME = ("law", "scatter")
@@ -25,6 +26,7 @@ OF_THE_VOLUME = ("law", "scatter")
 OVERSTATED = (0.03, 0.1, 0.2)
 """Shares of the recorded volumes that are tried as larger than any true one."""
 BY_CHANCE = 0.01
+"""A column goes with the volumes where chance alone would not let it in more cases."""
 
 
 def by_misstated_volumes(
@@ -104,17 +106,11 @@ def stand_in_for_volume(columns: EventColumns, definition: Definition) -> Floats
         return None
     if np.nanmin(values) > 0.0:
         values = np.log(values)
-    both = np.isfinite(values) & np.isfinite(columns.log_volume)
-    pairs = np.column_stack([values, columns.log_volume])
-    within = [
-        pairs[mine] - pairs[mine].mean(axis=0)
-        for k in np.unique(columns.path_index)
-        if np.sum(mine := both & (columns.path_index == k)) > 1
-    ]
-    if not within or np.any(np.ptp(np.concatenate(within), axis=0) == 0.0):
+    away = within_paths(np.array([values, columns.log_volume]), columns.path_index)
+    away = away[:, np.isfinite(away).all(axis=0)]
+    if not away.size or np.any(np.ptp(away, axis=1) == 0.0):
         return None
-    found = pearsonr(*np.concatenate(within).T)
-    return values if found.pvalue < BY_CHANCE else None
+    return values if pearsonr(*away).pvalue < BY_CHANCE else None
 
 
 def groups_by_misstated_volumes(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 
@@ -13,16 +14,23 @@ def told_by_stand_in(log_volume: Floats, stand_in: Floats, path: tuple[str, ...]
     By the line of least squares through what events have of both, less the means of their paths.
     Errors of recorded volumes do not bend it: they scatter about it.
     """
-    names = np.array(path)
-    both = np.isfinite(log_volume) & np.isfinite(stand_in)
-    away = np.full((2, len(names)), np.nan)
-    for name in set(path):
-        mine = names == name
-        if np.sum(both & mine) > 1:
-            for row, values in zip(away, (stand_in, log_volume), strict=True):
-                row[mine] = values[mine] - np.mean(values[both & mine])
+    away = within_paths(np.array([stand_in, log_volume]), np.array(path))
     known = np.isfinite(away).all(axis=0)
     squares = float(np.sum(away[0, known] ** 2))
     if squares == 0.0:
-        return np.full(len(names), np.nan)
+        return np.full(len(path), np.nan)
     return np.asarray(away[0] * (float(away[0, known] @ away[1, known]) / squares))
+
+
+def within_paths(pair: Floats, path: NDArray[np.generic]) -> Floats:
+    """Both rows `[2, n_events]` less their means over the events of a `path` that have both.
+
+    nan where it is missing, and on paths with fewer than two such events.
+    """
+    both = np.isfinite(pair).all(axis=0)
+    away = np.full(pair.shape, np.nan)
+    for name in np.unique(path):
+        mine = path == name
+        if np.sum(both & mine) > 1:
+            away[:, mine] = pair[:, mine] - pair[:, both & mine].mean(axis=1, keepdims=True)
+    return away

@@ -10,7 +10,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import look_up
 
 MOST_OFF = 0.9
-"""Of log friction: errors as large as the fall itself say no more than that."""
+"""Share of the friction: errors as large as the fall itself say no more than that."""
 
 
 def ground_error(model: FittedModel, friction: Floats | None = None) -> Floats:
