@@ -22,13 +22,24 @@ def fine(grid: np.ndarray, per_cell: int = PER_CELL) -> tuple[np.ndarray, np.nda
 
 
 def likelihood(
-    record, left, observed, sigma, grid, scatter_density, log_speed=None, per_cell=PER_CELL
+    record,
+    left,
+    observed,
+    sigma,
+    grid,
+    scatter_density,
+    log_speed=None,
+    per_cell=PER_CELL,
+    limit=np.inf,
 ):
-    """∫ N(y | F(μ), σ) p(speeds | μ) p(ν) dν, F linear between the frictions of the grid."""
+    """∫ N(y | F(μ), σ) p(speeds | μ) p(ν) dν, F linear between the frictions of the grid.
+
+    Over stops up to the `limit` alone.
+    """
     nu, width = fine(grid, per_cell)
     f = np.interp(nu, grid, record)
     both_left = np.repeat(left[:-1] & left[1:], per_cell)
-    density = np.where(both_left, 0.0, stats.norm.pdf(observed, f, sigma))
+    density = np.where(both_left | (f > limit), 0.0, stats.norm.pdf(observed, f, sigma))
     if log_speed is not None:
         density = density * np.exp(np.interp(nu, grid, log_speed))
     return float(np.sum(width * density * scatter_density(nu)))
@@ -44,7 +55,15 @@ def leaving(left, grid, scatter_density, log_speed=None):
     return float(np.sum(width * density))
 
 
-def seen(elevation, left, limit, sigma, grid, scatter_density):
+def seen(elevation, left, limit, grid, scatter_density):
+    """Chance of a stop at the `limit` or below, what left among them."""
+    nu, width = fine(grid)
+    both_left = np.repeat(left[:-1] & left[1:], PER_CELL)
+    below = both_left | (np.interp(nu, grid, elevation) <= limit)
+    return float(np.sum(width * below * scatter_density(nu)))
+
+
+def recorded(elevation, left, limit, sigma, grid, scatter_density):
     """Chance that a record below `limit` is made, all that left among them."""
     nu, width = fine(grid)
     chance = np.where(left, 1.0, stats.norm.cdf((limit - elevation) / sigma))

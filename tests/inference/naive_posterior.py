@@ -37,9 +37,13 @@ class NaivePosterior:
             if effect.limit is not None:
                 limit = effect.limit(posterior.observations.columns, self.values[effect.key])
         n = posterior.observations.n_events
-        self.masses = [self._mass(i) for i in range(n)]
+        declared = posterior.observations.limit
+        self.masses = [self._mass(i, declared[i]) for i in range(n)]
         seen = ~np.isnan(limit) & (posterior.observations.columns.path_index >= 0)
-        self.sights = [self._sight(i, limit[i]) if seen[i] else None for i in range(n)]
+        self.sights = [
+            self._sight(i, limit[i], bool(np.isfinite(declared[i]))) if seen[i] else None
+            for i in range(n)
+        ]
 
     def events(self, shift: float = 0.0):
         """Log likelihood of each event with `shift` added to all log frictions."""
@@ -77,7 +81,7 @@ class NaivePosterior:
             total += float(np.log(np.sum(weight * np.exp(path - path.max()))) + path.max())
         return total
 
-    def _mass(self, i: int):
+    def _mass(self, i: int, limit: float):
         observations, left = self.posterior.observations, self.tables.status[i] == LEFT_PROFILE
         if observations.kind[i] == LEFT:
             mass = self.width * left[self.nearest]
@@ -93,9 +97,20 @@ class NaivePosterior:
             if measured.event == i:
                 log_speed = self._log_speed(measured, predicted)
                 mass = mass * np.exp(np.interp(self.nu, self.grid, log_speed))
+        if np.isfinite(limit):
+            mass = mass * self._below(i, limit)
         return self.nu[mass > 0.0], mass[mass > 0.0]
 
-    def _sight(self, i: int, limit: float):
+    def _below(self, i: int, limit: float):
+        """Whether frictions stop at the declared limit or below, or leave."""
+        left = self.tables.status[i] == LEFT_PROFILE
+        place = self.tables.elevation[i] - self.tables.raised[i]
+        gone = np.repeat(left[:-1] & left[1:], 24)
+        return gone | (np.interp(self.nu, self.grid, place) <= limit)
+
+    def _sight(self, i: int, limit: float, declared: bool):
+        if declared:
+            return self.nu, self.width * self._below(i, limit)
         y, sigma = self.tables.elevation[i], self.posterior.observations.sigma[i]
         left = self.tables.status[i] == LEFT_PROFILE
         chance = np.where(left, 1.0, stats.norm.cdf((limit - y) / sigma))

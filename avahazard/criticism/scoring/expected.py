@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import raised_by
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
@@ -61,7 +62,11 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
     if limited:
         first, place = np.unique(model.evenly(n_stops), return_inverse=True)
         limit = _limits(posterior, model.draws[first])[:, place]
-        excess = np.where(stops.left, -np.inf, stops.elevation + noise - limit)
+        # A declared limit is of places, an estimated one of records.
+        declared = np.isfinite(observations.limit)[:, None]
+        raised = _raised(model)[:, None]
+        height = stops.elevation + np.where(declared, -raised, noise)
+        excess = np.where(stops.left, -np.inf, height - limit)
         kept = _seen_first(np.nan_to_num(excess, nan=-np.inf, neginf=-np.inf), n_draws, rng)
         rows = np.arange(observations.n_events)[:, None]
         # A draw that came nearest without being seen stands for one that just was.
@@ -129,6 +134,12 @@ def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
         values = posterior.layout.effect_values(u)[effect.key]
         columns.append(effect.limit(observations.columns, values))
     return np.column_stack(columns)
+
+
+def _raised(model: FittedModel) -> Floats:
+    """Metres by which the model's effects raise recorded elevations `[n_events]`, at its median."""
+    values = model.posterior.layout.effect_values(np.median(model.draws, axis=0))
+    return raised_by(model.observations, model.posterior.effects, values)
 
 
 def _seen_first(excess: Floats, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:

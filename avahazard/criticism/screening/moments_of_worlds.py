@@ -40,6 +40,7 @@ def sight_edges(
         alternative.tables.record,
         alternative.tables.bounds,
         alternative.tables.last_left,
+        np.full(len(limit), np.inf),
         alternative.tables.height,
         np.nan_to_num(limit),
         alternative.tables.sigma,
@@ -49,10 +50,13 @@ def sight_edges(
         measured.tracks,
         NOTHING,
     )
-    return alternative.tables.edges._replace(
-        seen=place.mean,
-        seen_sd=np.sqrt(place.variance),
-        has_limit=np.isfinite(limit) & (observations.columns.path_index >= 0),
+    known = alternative.tables.edges
+    declared = np.isfinite(observations.limit)
+    estimated = np.isfinite(limit) & ~declared & (observations.columns.path_index >= 0)
+    return known._replace(
+        seen=np.where(declared, known.seen, place.mean),
+        seen_sd=np.where(declared, known.seen_sd, np.sqrt(place.variance)),
+        has_limit=np.where(declared, known.has_limit, estimated),
     )
 
 
@@ -67,6 +71,7 @@ def moments_of(
         tables.record,
         tables.bounds,
         tables.last_left,
+        tables.hidden_from,
         tables.height,
         measured.observed,
         tables.sigma,

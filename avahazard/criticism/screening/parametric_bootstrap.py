@@ -12,6 +12,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.screening.speed_points import Tracks
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.sight import hidden_from
 from avahazard.inference.likelihood.speed_errors import drawn_speeds
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import wrong_ranges
@@ -79,9 +80,10 @@ def make_world(
         own = np.sqrt(np.sum(plan.alone * tau[:, None] ** 2, axis=0))
         shift = shift + own * rng.standard_normal(len(own))
     friction = draw_friction(posterior, u, shift, rng)
-    observed, x, elevation, left = _record(predicted, friction, broken, rng)
+    observed, x, left = _record(predicted, friction, broken, rng)
+    edge = hidden_from(observations, predicted, in_log=False)
     for _ in range(MAX_REDRAWS):
-        hidden = ~left & (elevation > observations.limit)
+        hidden = ~left & (friction > edge)
         if not np.any(hidden):
             break
         again = draw_friction(posterior, u, shift, rng)
@@ -89,8 +91,7 @@ def make_world(
         fresh = _record(predicted, again, broken, rng)
         observed = np.where(hidden, fresh[0], observed)
         x = np.where(hidden, fresh[1], x)
-        elevation = np.where(hidden, fresh[2], elevation)
-        left = np.where(hidden, fresh[3], left)
+        left = np.where(hidden, fresh[2], left)
     if square is None:
         square = [squares(table) for table in predicted.speeds]
     tracks = _tracks(
@@ -141,9 +142,9 @@ def _record(
     friction: Floats,
     broken: NDArray[np.bool_] | None,
     rng: np.random.Generator,
-) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """Record, place x (without the record's error), elevation, and whether it left `[n_events]`."""
-    record, x, elevation, left = look_up(predicted, friction[:, None], broken)
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Record, place x (without the record's error), and whether it left `[n_events]`."""
+    record, x, _, left = look_up(predicted, friction[:, None], broken)
     left = left_by_chance(predicted, friction[:, None], left, rng, broken)
     error = predicted.sigma * rng.standard_normal(len(predicted.sigma))
-    return record[:, 0] + error, x[:, 0], elevation[:, 0] + error, left[:, 0]
+    return record[:, 0] + error, x[:, 0], left[:, 0]

@@ -36,13 +36,25 @@ NOTHING = RecordMoments(np.empty(0), np.empty(0), np.empty(0))
 
 @kernel
 def record_moments(  # type: ignore[no-untyped-def]
-    record, bounds, last_left, height, observed, sigma, left, log_mu, speed_grid, tracks, known
+    record,
+    bounds,
+    last_left,
+    hidden_from,
+    height,
+    observed,
+    sigma,
+    left,
+    log_mu,
+    speed_grid,
+    tracks,
+    known,
 ):
     """RecordMoments of all events; those without speeds are taken from `known`, if not empty.
 
     `record` `[n_events, n_friction]` is what would be recorded, `bounds` its `record_bounds`,
     `height` `[n_events]` the height of fall of events without a profile (else nan),
     `last_left` `[n_events]` the last friction of the grid at which the block leaves (-1: none),
+    `hidden_from` `[n_events]` the log friction from which on stops are not seen (inf: none),
     `left` `[n_events]` the events that did leave (for these the speeds alone speak), `tracks` are
     `Tracks`.
     """
@@ -73,7 +85,9 @@ def record_moments(  # type: ignore[no-untyped-def]
             log_norm = 0.0
         elif row < 0:
             first = max(last_left[i], 0)
-            found = stop_moments(record[i], bounds[i], first, observed[i], sigma[i], log_mu)
+            found = stop_moments(
+                record[i], bounds[i], first, observed[i], sigma[i], log_mu, hidden_from[i]
+            )
             mean[i], variance[i], log_mass[i] = found
             continue
         else:
@@ -84,6 +98,7 @@ def record_moments(  # type: ignore[no-untyped-def]
                 observed[i],
                 sigma[i],
                 log_mu,
+                hidden_from[i],
                 speed_grid,
                 row,
                 _errors(speed_grid, row, tracks),
@@ -93,7 +108,7 @@ def record_moments(  # type: ignore[no-untyped-def]
             )
             log_norm = -np.log(sigma[i]) - HALF_LOG_2PI
         if count == 0:
-            nearest = nearest_moments(record[i], observed[i], sigma[i], log_mu)
+            nearest = nearest_moments(record[i], observed[i], sigma[i], log_mu, hidden_from[i])
             mean[i], variance[i], log_mass[i] = nearest
             continue
         top = np.max(logs[:count])

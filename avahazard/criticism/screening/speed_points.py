@@ -52,14 +52,29 @@ class Tracks(NamedTuple):
 
 @kernel(inner=True)
 def stop_points(  # type: ignore[no-untyped-def]
-    record, bounds, first, observed, sigma, log_mu, speed_grid, row, errors, misfit, points, logs
+    record,
+    bounds,
+    first,
+    observed,
+    sigma,
+    log_mu,
+    hidden_from,
+    speed_grid,
+    row,
+    errors,
+    misfit,
+    points,
+    logs,
 ):
     """Points of the likelihood of a stop with speeds, and their log masses; returns how many.
 
-    `errors` are the measured speeds of the event as `speed_errors.whitening` gives them.
+    From log friction `hidden_from` on there is no record; `errors` are the measured speeds of the
+    event as `speed_errors.whitening` gives them.
     """
     count = 0
-    best = _some_point(record, first, observed, sigma, log_mu, speed_grid, row, errors, misfit)
+    best = _some_point(
+        record, first, observed, sigma, log_mu, hidden_from, speed_grid, row, errors, misfit
+    )
     scale = 1.0 / sigma
     for stretch in range(first // STRETCH, len(bounds)):
         if bounds[stretch, 0] - observed > REACH * sigma:
@@ -76,6 +91,9 @@ def stop_points(  # type: ignore[no-untyped-def]
             width = log_mu[j + 1] - log_mu[j]
             # Only the part of the cell within reach counts.
             t_low, t_high = within_reach(z0, z1)
+            t_high = min(t_high, (hidden_from - log_mu[j]) / width)
+            if t_high <= t_low:
+                continue
             pieces = max(int(abs(z1 - z0) * (t_high - t_low)) + 1, SPEED_PIECES)
             step = (t_high - t_low) / pieces
             log_width = np.log(step * width)
@@ -96,12 +114,14 @@ def stop_points(  # type: ignore[no-untyped-def]
 
 
 @kernel(inner=True)
-def _some_point(record, first, observed, sigma, log_mu, speed_grid, row, errors, misfit):  # type: ignore[no-untyped-def]
+def _some_point(  # type: ignore[no-untyped-def]
+    record, first, observed, sigma, log_mu, hidden_from, speed_grid, row, errors, misfit
+):
     """Log mass of the likeliest of a few points of `stop_points`, -inf if there is none."""
     best = -np.inf
     for j in range(first, len(record) - 1, AHEAD):
         z = (record[j] - observed) / sigma
-        if abs(z) < REACH:
+        if abs(z) < REACH and log_mu[j] < hidden_from:
             step = (log_mu[j + 1] - log_mu[j]) / SPEED_PIECES
             log_mass = np.log(step) - 0.5 * z * z
             room = log_mass - best + DEPTH

@@ -24,11 +24,11 @@ def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @kernel(inner=True)
-def stop_moments(record, bounds, first, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
+def stop_moments(record, bounds, first, observed, sigma, log_mu, hidden_from):  # type: ignore[no-untyped-def]
     """Mean, variance and log mass of the likelihood of a stop without speeds.
 
     The points are those of `stop_points`, summed as they come: no record is so far from them that
-    their masses had to be taken as logs.
+    their masses had to be taken as logs. From log friction `hidden_from` on there is no record.
     """
     total, by_place, by_square, origin = 0.0, 0.0, 0.0, np.nan
     scale = 1.0 / sigma
@@ -46,6 +46,9 @@ def stop_moments(record, bounds, first, observed, sigma, log_mu):  # type: ignor
                 continue
             width = log_mu[j + 1] - log_mu[j]
             t_low, t_high = within_reach(z0, z1)
+            t_high = min(t_high, (hidden_from - log_mu[j]) / width)
+            if t_high <= t_low:
+                continue
             pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
             step = (t_high - t_low) / pieces
             if np.isnan(origin):
@@ -59,16 +62,17 @@ def stop_moments(record, bounds, first, observed, sigma, log_mu):  # type: ignor
                 by_place += mass * x
                 by_square += mass * x * x
     if total == 0.0:
-        return nearest_moments(record, observed, sigma, log_mu)
+        return nearest_moments(record, observed, sigma, log_mu, hidden_from)
     by_place /= total
     variance = max(by_square / total - by_place * by_place, 1e-8)
     return origin + by_place, variance, np.log(total) - np.log(sigma) - HALF_LOG_2PI
 
 
 @kernel(inner=True)
-def nearest_moments(record, observed, sigma, log_mu):  # type: ignore[no-untyped-def]
+def nearest_moments(record, observed, sigma, log_mu, hidden_from):  # type: ignore[no-untyped-def]
     """Mean, variance and log mass where no friction of the table comes near the record."""
-    z = (record - observed) / sigma
+    n_seen = max(np.searchsorted(log_mu, hidden_from), 1)
+    z = (record[:n_seen] - observed) / sigma
     nearest = np.argmin(np.abs(z))
     log_mass = -0.5 * min(abs(z[nearest]), 100.0) ** 2 - np.log(sigma) - HALF_LOG_2PI - 6.0
     return log_mu[nearest], 1e-6, log_mass

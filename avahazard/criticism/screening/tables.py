@@ -13,6 +13,7 @@ from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.speed_points import SpeedGrid
 from avahazard.criticism.screening.stop_moments import record_bounds
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.sight import hidden_from
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.model.observations import LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
@@ -27,6 +28,7 @@ class Tables:
     """What one set of tables says of every event.
 
     `record` `[n_events, n_friction]` (float32) and its `record_bounds`, `last_left` `[n_events]`,
+    `hidden_from` `[n_events]` (log friction from which on stops are above a declared limit),
     `height` `[n_events]` of fall (m) where there is no profile (else nan), `sigma` `[n_events]` (m)
     of the records, edges of leaving and of sight, and speeds.
     """
@@ -34,6 +36,7 @@ class Tables:
     record: NDArray[np.float32]
     bounds: NDArray[np.float32]
     last_left: NDArray[np.int64]
+    hidden_from: Floats
     height: Floats
     sigma: Floats
     edges: Edges
@@ -43,15 +46,18 @@ class Tables:
 def make_tables(
     observations: Observations, predicted: Predicted, limit: Floats, track_scatter: float
 ) -> Tables:
-    """Tables in the screening's form; `limit` `[n_events]` as in `Observations`."""
+    """Tables in the screening's form; `limit` `[n_events]` as in `build_nodes`."""
     left = predicted.status == LEFT_PROFILE
     n = len(left)
     last_left = np.where(left.any(axis=1), left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), -1)
     middle = 0.5 * (LOG_MU[1:] + LOG_MU[:-1])
     leave = np.where(last_left >= 0, middle[np.clip(last_left, 0, len(middle) - 1)], -9.0)
-    has_limit = np.isfinite(limit) & np.isfinite(predicted.elevation).all(axis=1)
-    seen, seen_sd = np.full(n, 9.0), np.zeros(n)
-    for i in np.flatnonzero(has_limit):
+    edge = hidden_from(observations, predicted)
+    declared = np.isfinite(edge)
+    seen, seen_sd = np.where(declared, edge, 9.0), np.zeros(n)
+    estimated = np.isfinite(limit) & np.isnan(observations.limit)
+    has_limit = declared | (estimated & np.isfinite(predicted.elevation).all(axis=1))
+    for i in np.flatnonzero(has_limit & estimated):
         chance = ndtr((limit[i] - predicted.elevation[i]) / predicted.sigma[i])
         # What goes further than a stop that is seen is seen, up the other side of a valley too.
         chance = np.maximum.accumulate(np.where(left[i], 1.0, chance)[::-1])[::-1]
@@ -69,6 +75,7 @@ def make_tables(
         record=record,
         bounds=record_bounds(record),
         last_left=last_left.astype(np.int64),
+        hidden_from=edge,
         height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         sigma=predicted.sigma,
         edges=Edges(leave, predicted.leaving_sigma, seen, seen_sd, has_limit),

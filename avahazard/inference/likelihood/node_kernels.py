@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.panels import A_PANEL, N_NODES, panel_nodes
 from avahazard.inference.likelihood.record_density import record_density_nodes
+from avahazard.inference.likelihood.sight import edges_of_sight
 from avahazard.inference.likelihood.straight_density import straight_density_nodes
-from avahazard.inference.model.friction_scatter import normal_below
 from avahazard.kernels import kernel
 
 SIDE = 6.0
 """Standard deviations to which the error of an edge is followed."""
 FEWEST_OF_EDGE, MOST_OF_EDGE = 40, 1000
 """Points of that error."""
-FEW = 4
-"""Nodes of an edge of sight no wider than the least scatter: chances over 1 % err by 3 % at most
-even for that, by 0.03 % for twice it. Each costs a normal probability at every evaluation."""
 
 
 @kernel
@@ -31,13 +27,18 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
     leaving_sigma,
     height,
     limit,
+    hidden_from,
     has_speed,
     grid,
     in_log,
     panels,
     most_apart,
 ):
-    """The fields of `Nodes` but the last, for all events without speeds."""
+    """The fields of `Nodes` but the last, for all events without speeds.
+
+    `limit` `[n_events]` are limits of sight that are estimated (else nan), `hidden_from` the edges
+    of those that are declared (else inf).
+    """
     n = len(record)
     used = np.maximum(A_PANEL * panels, N_NODES)
     most = N_NODES
@@ -81,15 +82,20 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
                 sigma[i],
                 no_speed,
                 grid,
+                hidden_from[i],
                 panels[i],
                 most_apart,
                 place[i],
                 weight[i],
                 tail[i],
             )
-        if not np.isnan(limit[i]):
+        if hidden_from[i] < np.inf:
             has_limit[i] = True
-            seen_floor[i] = _edges_of_sight(
+            seen_floor[i] = 0.0
+            seen_place[i, 0], seen_weight[i, 0] = hidden_from[i], 1.0
+        elif not np.isnan(limit[i]):
+            has_limit[i] = True
+            seen_floor[i] = edges_of_sight(
                 elevation[i],
                 left[i],
                 limit[i],
@@ -152,38 +158,3 @@ def _blurred(edge, sigma, in_log, finest, place, weight):  # type: ignore[no-unt
         points[k] = edge + sigma * z if in_log else edge * np.exp(sigma * z)
         masses[k] = np.exp(-0.5 * z * z)
     panel_nodes(points, masses, max(len(place) // A_PANEL, 1), place, weight)
-
-
-@kernel(inner=True)
-def _edges_of_sight(elevation, left, limit, sigma, grid, panels, finest, place, weight):  # type: ignore[no-untyped-def]
-    """P(seen) = w₀ + Σ w_k P(ν < ν_k): the chance falls as friction rises; returns w₀.
-
-    Seen is what stops below the limit, and all that goes further than such a stop: what runs up
-    the other side of a valley is no short runout. That keeps the weights positive, too.
-    """
-    n = len(grid)
-    chance = np.empty(n)
-    furthest = 0.0
-    for j in range(n - 1, -1, -1):
-        below = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
-        furthest = max(furthest, below)
-        chance[j] = furthest
-    points = np.empty(n)
-    drops = np.empty(n)
-    count = 0
-    level = 1.0
-    for j in range(n):
-        if level - chance[j] > 1e-9:
-            points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
-            drops[count] = level - chance[j]
-            level = chance[j]
-            count += 1
-    if count:
-        edges, chances = points[:count], drops[:count] / (1.0 - level)
-        away = edges - np.sum(chances * edges)
-        if np.sqrt(np.sum(chances * away * away)) <= 2.0 * finest:
-            gauss_nodes(edges, chances, place[:FEW], weight[:FEW])
-        else:
-            panel_nodes(edges, chances, panels, place, weight)
-        weight *= 1.0 - level
-    return level

@@ -8,7 +8,7 @@ Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
 likelihood has two parts. Without a profile no table is needed (`straight_density`). Events that
 left the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), with several edges where the
-error of their release blurs one, and so does the chance that a stop low enough was seen. A record
+error of their release blurs one, and so does the chance that a stop was seen (`sight`). A record
 so vague that frictions beyond the tables might have left it adds w P(ν < lowest) and
 w P(ν > highest).
 """
@@ -24,6 +24,7 @@ from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.node_kernels import fill_record_nodes
 from avahazard.inference.likelihood.panels import finest, n_panels
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.sight import hidden_from
 from avahazard.inference.likelihood.speed_nodes import TrackNodes, track_nodes
 from avahazard.inference.likelihood.track_tables import track_tables
 from avahazard.inference.model.observations import LEFT, LENGTH, Observations
@@ -68,8 +69,9 @@ def build_nodes(
     """Nodes of every event for one set of tables.
 
     `track_scatter` is the standard deviation of friction along the tracks; `limit` `[n_events]`
-    replaces the elevations above which a stop is not seen; `in_log` gives nodes in log μ, else in
-    μ; `panels` `[n_events]` as in `needed_panels`, by default what these tables need.
+    are elevations above which no stop is recorded, where none is declared; `in_log` gives nodes in
+    log μ, else in μ; `panels` `[n_events]` as in `needed_panels`, by default what these tables
+    need.
     """
     if panels is None:
         panels = needed_panels(observations, predicted, track_scatter, in_log)
@@ -105,6 +107,7 @@ def record_nodes(
     has_speed = np.zeros(observations.n_events, dtype=np.bool_)
     has_speed[[m.event for m in observations.speeds]] = True
     seen_limit = observations.limit if limit is None else limit
+    declared = np.isfinite(observations.limit)
     # Elevations are looked at where sight is limited, on profiles alone.
     elevation = predicted.elevation if observations.sites else np.empty((len(has_speed), 0))
     built = fill_record_nodes(
@@ -116,7 +119,8 @@ def record_nodes(
         predicted.sigma,
         predicted.leaving_sigma,
         np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
-        np.where(np.isnan(predicted.elevation).all(axis=1), np.nan, seen_limit),
+        np.where(np.isnan(predicted.elevation).all(axis=1) | declared, np.nan, seen_limit),
+        hidden_from(observations, predicted, in_log),
         has_speed,
         np.log(MU) if in_log else MU,
         in_log,

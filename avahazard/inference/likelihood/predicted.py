@@ -51,7 +51,8 @@ class Predicted:
     are those of the profile's end. `speeds`: for each
     `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`; `jumped` likewise. `sigma`
     `[n_events]` (m): the error of the records, as stated or as an effect scales it;
-    `leaving_sigma` likewise that of the log of the friction under which the block leaves.
+    `leaving_sigma` likewise that of the log of the friction under which the block leaves. `raised`
+    `[n_events]` (m) is by how much records lie too high, which is in `elevation`.
     """
 
     record: Floats
@@ -62,6 +63,7 @@ class Predicted:
     jumped: tuple[JumpedStop, ...]
     sigma: Floats
     leaving_sigma: Floats
+    raised: Floats
 
     @property
     def curve(self) -> RunoutCurve:
@@ -226,7 +228,8 @@ def predict_records(
             status[ahead] = np.where(front > site.smooth.x_max, LEFT_PROFILE, status[ahead])
             x[ahead] = np.minimum(front, site.smooth.x_max)
             y[ahead] = site.smooth.height(x[ahead])
-    y += _sum_of(observations, effects, values, "shift")[:, None]
+    raised = raised_by(observations, effects, values)
+    y += raised[:, None]
     record = np.where(observations.kind[:, None] == PLACE, x, y)
     straight = observations.kind == LENGTH
     record[straight] = _lengths(observations.fall_height[straight])
@@ -240,6 +243,7 @@ def predict_records(
         jumped=runs.jumped,
         sigma=sigma,
         leaving_sigma=observations.leaving_sigma * (sigma / observations.sigma),
+        raised=raised,
     )
 
 
@@ -256,6 +260,7 @@ def _straight(observations: Observations, effects: tuple[Effect, ...], values: V
         jumped=(),
         sigma=record_sigma(observations, effects, values),
         leaving_sigma=np.zeros(observations.n_events),
+        raised=np.zeros(observations.n_events),
     )
 
 
@@ -271,6 +276,11 @@ def record_sigma(observations: Observations, effects: tuple[Effect, ...], values
         if effect.record_scale is not None:
             sigma = effect.record_scale(values[effect.key]) * sigma
     return sigma
+
+
+def raised_by(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
+    """Metres by which effects raise the recorded elevations `[n_events]`."""
+    return _sum_of(observations, effects, values, "shift")
 
 
 def _sum_of(

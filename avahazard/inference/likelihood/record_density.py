@@ -32,6 +32,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
     sigma,
     log_speed,
     grid,
+    hidden_from,
     panels,
     finest,
     place,
@@ -41,17 +42,20 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
     """Nodes of p(record | μ) as in `panels`; returns the log of its total mass.
 
     Points lie no farther apart than `finest`. `tail` `[2]` is filled with p(record | μ) below and
-    beyond the grid, where that of its ends holds, as a share of the total mass.
+    beyond the grid, where that of its ends holds, as a share of the total mass. Of frictions from
+    `hidden_from` on there would be no record.
     """
     most = (int(np.ceil(2.0 * REACH / PIECE)) + 2) * len(grid)
     points, logs = np.empty(most), np.empty(most)
     if observed_left:
         count = _leaving_points(left, log_speed, grid, points, logs)
     else:
-        count = _stop_points(record, left, observed, sigma, log_speed, grid, finest, points, logs)
+        count = _stop_points(
+            record, left, observed, sigma, log_speed, grid, hidden_from, finest, points, logs
+        )
     tail[:] = 0.0
     if count == 0:
-        return _nearest(record, left, observed, sigma, log_speed, grid, place, weight)
+        return _nearest(record, left, observed, sigma, log_speed, grid, hidden_from, place, weight)
     top = np.max(logs[:count])
     kept = 0
     for c in range(count):
@@ -63,7 +67,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
     log_total = top + np.log(np.sum(masses))
     for side in range(2):
         j = -side
-        if left[j] != observed_left:
+        if left[j] != observed_left or grid[j] >= hidden_from:
             continue
         log_end = log_speed[j]
         if not observed_left:
@@ -90,7 +94,9 @@ def _leaving_points(left, log_speed, grid, points, logs):  # type: ignore[no-unt
 
 
 @kernel(inner=True)
-def _stop_points(record, left, observed, sigma, log_speed, grid, finest, points, logs):  # type: ignore[no-untyped-def]
+def _stop_points(  # type: ignore[no-untyped-def]
+    record, left, observed, sigma, log_speed, grid, hidden_from, finest, points, logs
+):
     """Points of the frictions that stop within reach of the record; returns how many."""
     count = 0
     most = len(points) // len(grid)
@@ -98,6 +104,8 @@ def _stop_points(record, left, observed, sigma, log_speed, grid, finest, points,
         if left[j] and left[j + 1]:
             continue
         g0, width = grid[j], grid[j + 1] - grid[j]
+        if g0 >= hidden_from:
+            break
         l0, l1 = log_speed[j], log_speed[j + 1]
         z0, z1 = (record[j] - observed) / sigma, (record[j + 1] - observed) / sigma
         if min(z0, z1) > REACH or max(z0, z1) < -REACH:
@@ -107,6 +115,7 @@ def _stop_points(record, left, observed, sigma, log_speed, grid, finest, points,
             # Only the part of a jump that is within reach of the record counts.
             first = max(0.0, min((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
             last = min(1.0, max((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
+        last = min(last, (hidden_from - g0) / width)
         if last <= first:
             continue
         pieces = int(np.ceil((last - first) * abs(z1 - z0) / PIECE)) + 1
@@ -123,10 +132,14 @@ def _stop_points(record, left, observed, sigma, log_speed, grid, finest, points,
 
 
 @kernel
-def _nearest(record, left, observed, sigma, log_speed, grid, place, weight):  # type: ignore[no-untyped-def]
+def _nearest(  # type: ignore[no-untyped-def]
+    record, left, observed, sigma, log_speed, grid, hidden_from, place, weight
+):
     """A record that no friction reaches: the nearest friction, at its (tiny) density."""
     best, value = 0, -np.inf
     for j in range(len(grid) - 1):
+        if grid[j] >= hidden_from:
+            break
         if left[j]:
             continue
         z = (record[j] - observed) / sigma

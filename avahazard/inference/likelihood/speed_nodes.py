@@ -95,6 +95,9 @@ def fill_speed_nodes(tables, tracks, scatter, mu, in_log, panels, finest, nodes)
         errors = whitening(measured.speed[a:b], measured.sigma[a:b], spread, scatter)
         told = mine, cell, jumped, errors, record, left
         bound = cell_bounds(*told, observed_left, observed, error)
+        hidden = grid[:-1] >= tables.hidden_from[k]
+        if not np.all(hidden):
+            bound[hidden] = -np.inf
         track = between(grid, record, left, mine, cell, jumped, bound, observed_left)
         nodes.log_scale[k] = record_density_nodes(
             track.record,
@@ -104,6 +107,7 @@ def fill_speed_nodes(tables, tracks, scatter, mu, in_log, panels, finest, nodes)
             error,
             speed_log_density(track.square, errors),
             np.log(track.grid) if in_log else track.grid,
+            np.log(tables.hidden_from[k]) if in_log else tables.hidden_from[k],
             panels[k],
             finest,
             nodes.place[k],

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.sight import hidden_from
 from avahazard.inference.likelihood.speed_bounds import rows_left
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.inference.model.speed_record import SpeedRecord
@@ -40,7 +41,8 @@ class TrackTables(NamedTuple):
 
     Those of track k begin at row `begin[k]`, friction `first[k]` of the tables, and end before row
     `begin[k + 1]`; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_places]` (m/s). `event`,
-    `observed_left`, `observed`, `error` `[n_tracks]` are those of the record.
+    `observed_left`, `observed`, `error` `[n_tracks]` are those of the record; `hidden_from` is the
+    friction from which on stops are not seen.
     """
 
     measured: MeasuredSpeeds
@@ -52,6 +54,7 @@ class TrackTables(NamedTuple):
     observed_left: NDArray[np.bool_]
     observed: Floats
     error: Floats
+    hidden_from: Floats
 
     @property
     def nbytes(self) -> int:
@@ -99,4 +102,5 @@ def track_tables(observations: Observations, predicted: Predicted) -> TrackTable
         observed_left,
         observed,
         error,
+        hidden_from(observations, predicted, in_log=False)[event],
     )

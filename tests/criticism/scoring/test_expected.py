@@ -51,16 +51,19 @@ def test_only_what_would_be_seen() -> None:
     records = slopes(n_paths=1, n_each=20)
     posterior, mode = fitted(records)
     u = np.repeat(mode.u[None, :], 5, axis=0)
-    free = expected_records(FittedModel(posterior, u, {}), 4000, np.random.default_rng(3))
-    limit = float(np.quantile(free.draws[0], 0.8))
+    free = predict_stops(FittedModel(posterior, u, {}), 16000, np.random.default_rng(3))
+    limit = float(np.quantile(free.elevation[0], 0.8))
     hidden = replace(records, paths=(replace(records.paths[0], observed_below_m=limit),))
     limited, _ = fitted(hidden)
     found = expected_records(FittedModel(limited, u, {}), 4000, np.random.default_rng(3))
-    assert np.mean(found.draws[0] > limit) == 0.0
-    # The rest keeps its shape: that of the free draws below the limit.
-    below = free.draws[0][free.draws[0] <= limit]
+    # What stops below the limit keeps its shape, and is recorded with its error.
+    below = free.elevation[0][free.elevation[0] <= limit]
+    error = np.random.default_rng(4).normal(0.0, found.sigma[0], len(below))
+    recorded = below + error
+    assert np.mean(recorded > limit) > 0.01
+    assert np.mean(found.draws[0] > limit) == pytest.approx(np.mean(recorded > limit), abs=0.01)
     for q in (0.1, 0.5, 0.9):
-        assert np.quantile(found.draws[0], q) == pytest.approx(np.quantile(below, q), abs=12.0)
+        assert np.quantile(found.draws[0], q) == pytest.approx(np.quantile(recorded, q), abs=12.0)
 
 
 def test_too_few_seen_are_drawn_again() -> None:
@@ -73,7 +76,8 @@ def test_too_few_seen_are_drawn_again() -> None:
     limited, _ = fitted(hidden)
     found = expected_records(FittedModel(limited, u, {}), 1000, np.random.default_rng(4))
     assert found.draws.shape == (20, 1000)
-    assert np.max(found.draws[0]) <= limit
+    # Records of stops below the limit lie above it by their error alone.
+    assert 0.0 < np.max(found.draws[0] - limit) < 5.0 * found.sigma[0]
 
 
 def test_a_limit_that_is_estimated_moves_with_its_draw() -> None:

@@ -86,11 +86,25 @@ def test_tables_say_where_events_leave_and_up_to_where_they_are_seen() -> None:
     limited = np.flatnonzero(np.isfinite(observations.limit))
     assert np.array_equal(np.flatnonzero(tables.edges.has_limit), limited)
     for i in limited:
+        there = np.interp(tables.edges.seen[i], LOG_MU, predicted.elevation[i])
+        assert there == pytest.approx(observations.limit[i], abs=1e-6)
+        assert tables.hidden_from[i] == tables.edges.seen[i]
+        assert tables.edges.seen_sd[i] == 0.0
+
+
+def test_the_edge_of_an_estimated_limit_is_blurred_by_the_error_of_records() -> None:
+    observations = studies.observations()
+    predicted = predict_records(observations, (), {})
+    limit = observations.limit
+    by_records = replace(observations, limit=np.full(len(limit), np.nan))
+    tables = make_tables(by_records, predicted, limit, TRACK_SCATTER)
+    for i in np.flatnonzero(np.isfinite(limit)):
         there = np.interp(np.exp(tables.edges.seen[i]), MU, predicted.elevation[i])
-        assert there == pytest.approx(observations.limit[i], abs=observations.sigma[i])
+        assert there == pytest.approx(limit[i], abs=observations.sigma[i])
         slope = np.gradient(predicted.elevation[i], LOG_MU)
         at = np.interp(tables.edges.seen[i], LOG_MU, slope)
         assert tables.edges.seen_sd[i] == pytest.approx(observations.sigma[i] / at, rel=0.2)
+        assert tables.hidden_from[i] == np.inf
 
 
 def test_the_edge_of_sight_is_on_the_side_of_the_release_where_a_valley_rises_again() -> None:

@@ -42,6 +42,7 @@ def brute_force(observations: Observations, tables: Tables, i: int) -> tuple[flo
     nu = np.interp(place, index, LOG_MU)
     log_density = np.zeros(len(nu))
     if not left:
+        place, nu, log_density = (a[nu < tables.hidden_from[i]] for a in (place, nu, log_density))
         record = np.interp(place, index, tables.record[i])
         log_density = norm.logpdf(observations.observed[i], record, observations.sigma[i])
     row = tables.speeds.row[i]
@@ -108,6 +109,7 @@ def test_coarser_frictions_give_the_same_bump() -> None:
             record,
             record_bounds(record),
             tables.last_left[rows] // step,
+            tables.hidden_from[rows],
             tables.height[rows],
             measured.observed[rows],
             observations.sigma[rows],

@@ -130,12 +130,16 @@ def test_about_the_mode_the_blend_is_close(key: str, tolerance: float) -> None:
     mode = find_mode(fine, mode.u)
     factor = np.linalg.cholesky(mode.covariance)
     rng = np.random.default_rng(3)
-    errors = []
+    drawn, errors = [], []
     for _ in range(8):
         u = mode.u + factor @ rng.standard_normal(len(mode.u))
         u = np.clip(u, fine.layout.low, fine.layout.high)
+        drawn.append(np.sum(_afresh(fine, u)))
         errors.append(np.sum(fine.event_log_likelihood(u) - _afresh(fine, u)))
-    assert np.max(np.abs(errors)) < tolerance
+    # The normal about the mode reaches where no draw of the posterior would be.
+    likely = np.array(drawn) > np.sum(_afresh(fine, mode.u)) - 20.0
+    assert likely.sum() >= 6
+    assert np.max(np.abs(errors)[likely]) < tolerance
 
 
 USED = np.array([2, 4, 3])

@@ -11,9 +11,9 @@ from scipy import stats
 
 from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
-from avahazard.inference.likelihood.node_kernels import FEW
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.sight import FEW
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 from avahazard.physics.runout_curve import MU
@@ -44,8 +44,9 @@ def _nodes(
     fall_height: float = np.nan,
     jumped: JumpedStop | None = None,
     leaving_sigma: float = 0.0,
+    estimated: float | None = None,
 ) -> Nodes:
-    """Nodes of one event whose block stops on `curve`."""
+    """Nodes of one event whose block stops on `curve`, its `limit` of sight declared."""
     observations: Any = SimpleNamespace(
         n_events=1,
         sites=(None,),
@@ -65,8 +66,10 @@ def _nodes(
         jumped=() if speeds is None else (jumped or JumpedStop(-1, np.zeros(len(speeds[0].x))),),
         sigma=observations.sigma,
         leaving_sigma=np.array([leaving_sigma]),
+        raised=np.zeros(1),
     )
-    return build_nodes(observations, predicted, in_log=in_log)
+    by_records = None if estimated is None else np.array([estimated])
+    return build_nodes(observations, predicted, limit=by_records, in_log=in_log)
 
 
 def _log_likelihood(nodes: Nodes, m: float, s: float) -> float:
@@ -170,28 +173,56 @@ def test_leaving_where_the_status_changes_twice_or_never() -> None:
     assert _log_likelihood(never, np.log(0.35), 0.15) < -500.0
 
 
+@pytest.mark.parametrize("limit", [1100.0, 1300.0, 1700.0, 2195.0])
+@pytest.mark.parametrize("above", [-150.0, -20.0, 0.0, 30.0])
+def test_of_a_declared_limit_stops_below_it_count_alone(limit: float, above: float) -> None:
+    """A record may lie above the limit by its error; then friction is that of a stop below."""
+    observed = max(limit + above, 1010.0)
+    seen = _nodes(PLAIN, observed=observed, sigma=25.0, limit=limit)
+    for m, s in FRICTIONS:
+        told = LOG_MU, _density(m, s)
+        below = naive_nodes.likelihood(PLAIN, LEAVES, observed, 25.0, *told, limit=limit)
+        chance = naive_nodes.seen(PLAIN, LEAVES, limit, *told)
+        if chance > 1e-6 and below > 1e-8:
+            slow = np.log(below) - np.log(chance)
+            assert _log_likelihood(seen, m, s) == pytest.approx(slow, abs=0.02)
+
+
+def test_no_friction_explains_records_above_a_declared_limit_the_better_the_higher() -> None:
+    seen = _nodes(PLAIN, observed=1330.0, sigma=25.0, limit=1300.0)
+    found = [_log_likelihood(seen, m, 0.1) for m in np.log([0.4, 0.6, 1.0, 1.6])]
+    assert found[0] > found[-1] - 3.0
+    assert max(found) < np.log(stats.norm.pdf(30.0, 0.0, 25.0))
+
+
 @pytest.mark.parametrize("limit", [1100.0, 1300.0, 1700.0, 2195.0, 2210.0])
-def test_the_likelihood_is_divided_by_the_chance_to_be_seen(limit: float) -> None:
+def test_an_estimated_limit_is_one_of_records(limit: float) -> None:
     observed = 1080.0
-    seen = _nodes(PLAIN, observed=observed, limit=limit)
+    seen = _nodes(PLAIN, observed=observed, estimated=limit)
     plain = _nodes(PLAIN, observed=observed)
     for m, s in FRICTIONS:
-        chance = naive_nodes.seen(PLAIN, LEAVES, limit, 10.0, LOG_MU, _density(m, s))
+        chance = naive_nodes.recorded(PLAIN, LEAVES, limit, 10.0, LOG_MU, _density(m, s))
         gain = _log_likelihood(seen, m, s) - _log_likelihood(plain, m, s)
         if chance > 1e-6:
             assert gain == pytest.approx(-np.log(chance), abs=0.01)
 
 
 @pytest.mark.parametrize("limit", [1300.0, 1500.0, 1700.0])
-def test_what_runs_up_the_other_side_of_a_valley_is_seen(limit: float) -> None:
+@pytest.mark.parametrize("declared", [True, False])
+def test_what_runs_up_the_other_side_of_a_valley_is_seen(limit: float, declared: bool) -> None:
     bottom = 0.35
     valley = 1200.0 + np.where(bottom > MU, 4000.0, 1500.0) * np.abs(MU - bottom)
     nobody = np.zeros_like(LEAVES)
-    seen = _nodes(valley, observed=1250.0, limit=limit, left=nobody)
+    of_sight = {"limit" if declared else "estimated": limit}
+    seen = _nodes(valley, observed=1250.0, left=nobody, **of_sight)
     plain = _nodes(valley, observed=1250.0, left=nobody)
     one_side = np.where(bottom > MU, 1200.0, valley)
     for m, s in FRICTIONS:
-        chance = naive_nodes.seen(one_side, nobody, limit, 10.0, LOG_MU, _density(m, s))
+        told = LOG_MU, _density(m, s)
+        if declared:
+            chance = naive_nodes.seen(one_side, nobody, limit, *told)
+        else:
+            chance = naive_nodes.recorded(one_side, nobody, limit, 10.0, *told)
         gain = _log_likelihood(seen, m, s) - _log_likelihood(plain, m, s)
         if chance > 1e-6:
             assert gain == pytest.approx(-np.log(chance), abs=0.01)

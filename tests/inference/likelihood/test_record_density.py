@@ -13,10 +13,17 @@ SPEED = -2.0 + 3.0 * GRID
 """Log density of the speeds, which bends the bump a little."""
 
 
-def mass(record: np.ndarray, left: np.ndarray, observed: float, sigma: float, gone: bool = False):  # type: ignore[no-untyped-def]
+def mass(  # type: ignore[no-untyped-def]
+    record: np.ndarray,
+    left: np.ndarray,
+    observed: float,
+    sigma: float,
+    gone: bool = False,
+    hidden: float = np.inf,
+):
     place, weight, tail = np.zeros(10), np.zeros(10), np.zeros(2)
     log_mass = record_density_nodes(
-        record, left, gone, observed, sigma, SPEED, GRID, 1, 0.05, place, weight, tail
+        record, left, gone, observed, sigma, SPEED, GRID, hidden, 1, 0.05, place, weight, tail
     )
     return log_mass, place, weight
 
@@ -34,6 +41,17 @@ def test_a_stop(observed: float, sigma: float) -> None:
     assert np.sum(weight * place) == pytest.approx(middle, abs=1e-3)
 
 
+@pytest.mark.parametrize("hidden", [0.33, 0.36, 0.41])
+def test_a_stop_of_which_a_part_is_hidden(hidden: float) -> None:
+    log_mass, place, weight = mass(RECORD, np.zeros(15, bool), 480.0, 40.0, hidden=hidden)
+    mu = np.linspace(0.2, hidden, 400_001)
+    z = (np.interp(mu, GRID, RECORD) - 480.0) / 40.0
+    density = np.exp(-0.5 * z * z + np.interp(mu, GRID, SPEED)) / (40.0 * np.sqrt(2.0 * np.pi))
+    assert log_mass == pytest.approx(np.log(np.sum(density) * (mu[1] - mu[0])), abs=0.03)
+    assert np.sum(weight * place) == pytest.approx(np.average(mu, weights=density), abs=1e-3)
+    assert np.max(place[weight > 0.0]) < hidden
+
+
 def test_what_left_has_the_frictions_that_let_it() -> None:
     left = GRID < 0.5
     log_mass, place, _ = mass(np.where(left, np.nan, RECORD), left, np.nan, 10.0, gone=True)
@@ -49,3 +67,5 @@ def test_a_record_out_of_reach_is_held_by_the_nearest_friction() -> None:
     assert log_mass < -1000.0
     assert np.isfinite(log_mass)
     assert place[np.argmax(weight)] == pytest.approx(GRID[-2])
+    _, place, weight = mass(RECORD, np.zeros(15, bool), 2000.0, 10.0, hidden=0.62)
+    assert place[np.argmax(weight)] == pytest.approx(0.6)

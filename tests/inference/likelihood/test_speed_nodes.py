@@ -49,7 +49,8 @@ def _fast(kind: int, true_mu: float, sigma: float) -> float:
     table = np.repeat(_stop(MU)[None], 1, axis=0)
     left = (MU < LEAVES if kind == LEFT else np.zeros(len(MU), bool)).astype(np.int8)[None]
     exact = np.zeros(len(one.sigma))
-    predicted = Predicted(table, table, table, left, (_speed(MU),), (NOWHERE,), one.sigma, exact)
+    of_block = table, table, table, left, (_speed(MU),), (NOWHERE,)
+    predicted = Predicted(*of_block, one.sigma, exact, exact)
     nodes = build_nodes(one, predicted, 0.0)
     terms = event_terms(nodes, np.log([[0.45]]), np.array([[0.15]]), np.ones((1, 1)))
     return float(terms.value[0])

@@ -26,7 +26,7 @@ class Case:
     top. With `seen_below` stops above so many metres (on the first path; the others lie higher)
     are not seen; with the effect `observation-limit` no record lies above them, and it tells from
     how far above none would be seen. Along every other event speeds are measured at the places
-    `speeds` (m). `n_worlds` are made.
+    `speeds` (m). Errors of records (m) lie between the two of `record_error`. `n_worlds` are made.
     """
 
     effects: tuple[str, ...] = ()
@@ -40,6 +40,7 @@ class Case:
     dropped: float = 0.0
     seen_below: float | None = None
     speeds: tuple[float, ...] = ()
+    record_error: tuple[float, float] = (10.0, 25.0)
     n_worlds: int = 100
 
     def highest_seen(self, k: int) -> float | None:
@@ -115,4 +116,4 @@ def without_stops(case: Case, rng: np.random.Generator) -> Observations:
         for x in case.speeds
     )
     given = build_observations(Records(paths, profiles, events, speeds))
-    return replace(given, sigma=rng.uniform(10.0, 25.0, n))
+    return replace(given, sigma=rng.uniform(*case.record_error, n))

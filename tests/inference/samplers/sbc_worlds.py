@@ -39,7 +39,8 @@ LEVELS = {"log a": 0.0, "log alpha": 0.05 * 10.5}
 def narrowed(observations: Observations, case: Case) -> Posterior:
     """The model with the priors of these worlds."""
     base = Specification(law=case.law, centrifugal=case.centrifugal)
-    specification, facts = with_effects(observations, base, case.effects)
+    # Before there are any stops, no effect can be told from them.
+    specification, facts = with_effects(observations, base, case.effects, granted=True)
     if "observation-limit" in case.effects:
         # Fixed before the records are; the product takes the highest of these.
         names = [site.path.path_id for site in observations.sites]
@@ -103,9 +104,12 @@ def _recorded(
             if tables.status[i, np.searchsorted(nearest_to, nu[i])] == LEFT_PROFILE:
                 continue
             kind[i] = ELEVATION
-            observed[i] = np.interp(nu[i], np.log(MU), tables.elevation[i]) + error[i]
-            # What is not seen is not recorded: another avalanche is.
-            if observed[i] > limit[i]:
+            stop = np.interp(nu[i], np.log(MU), tables.elevation[i])
+            observed[i] = stop + error[i]
+            # What is not seen is not recorded: another avalanche is. A declared limit is of
+            # places, an estimated one of records.
+            declared = np.isfinite(given.limit[i])
+            if (stop if declared else observed[i]) > limit[i]:
                 left_out.append(i)
         lacking = np.array(left_out, dtype=int)
     found = replace(given, kind=kind, observed=observed)

@@ -20,6 +20,7 @@ CASES = {
     "volume error": Case(n_events=80, volume_error=0.3),
     "volume-scatter": Case(("volume-scatter",)),
     "observation limit": Case(seen_below=480.0),
+    "observation limit, vague records": Case(seen_below=480.0, record_error=(60.0, 120.0)),
     "winter and storm": Case(("winter-effect", "storm-effect"), 72, n_worlds=30),
     "columns": Case(COLUMNS, 48, 4, dropped=200.0, n_worlds=40),
     "cohesion": Case(("cohesion",), a=0.42, n_worlds=30),
