@@ -95,6 +95,7 @@ TRAPS: dict[str, Trap] = {
     ),
     "record errors": Trap(stated={"runout_sigma_m": 5.0}, neutral=("record-error",)),
     "gross errors": Trap(settings=Settings(wrong_share=0.3)),
+    "declared limits": Trap(settings=Settings(censored_share=0.3)),
 }
 """What real records do, with nothing else and with one effect."""
 TRAP_NULLS = 2.5

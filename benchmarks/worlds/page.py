@@ -37,8 +37,9 @@ CHANGED = (
     "times what it states. Such columns must now hold beside misstated errors of volumes for",
     "which the column stands in. #6 and #9 are then ambiguous, `volume-error` among what is",
     "told; the table has them as they were. The worlds of volume errors from #10 on (with",
-    "`snow-type`, from #4 on) came after this change: no false name in 15 nulls. The other",
-    "traps from #6 on ran before it.",
+    "`snow-type`, from #4 on) came after this change: no false name in 15 nulls. Of the other",
+    "traps the nulls up to #10 and the effects up to #4 ran before it. Declared limits came last,",
+    "when such a limit had become one of places, for another generator's world.",
 )
 
 
@@ -117,7 +118,7 @@ def _traps(lines: list[Line]) -> list[str]:
         "",
         "Fixed before the run: seeds (of no world that was looked at before), order, levels, what",
         "counts as false, and up to 199 made worlds, as a user has. The run goes through all arms",
-        "in turn and was cut by time.",
+        "in turn.",
         "",
         *CHANGED,
         "",
