@@ -64,7 +64,7 @@ def record_moments(  # type: ignore[no-untyped-def]
     log_mass = np.zeros(n)
     points = np.empty(MOST_POINTS)
     logs = np.empty(MOST_POINTS)
-    misfit = np.empty(speed_grid.square.shape[2])
+    misfit = np.empty((2, speed_grid.square.shape[2]))
     for i in range(n):
         row = speed_grid.row[i]
         if row >= 0 and tracks.places[row] == 0:

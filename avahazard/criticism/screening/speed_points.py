@@ -76,6 +76,7 @@ def stop_points(  # type: ignore[no-untyped-def]
         record, first, observed, sigma, log_mu, hidden_from, speed_grid, row, errors, misfit
     )
     scale = 1.0 / sigma
+    coarse, straight, bend = -1, False, (0.0, 0.0, 0.0)
     for stretch in range(first // STRETCH, len(bounds)):
         if bounds[stretch, 0] - observed > REACH * sigma:
             continue
@@ -86,17 +87,20 @@ def stop_points(  # type: ignore[no-untyped-def]
         for j in range(begin, min((stretch + 1) * STRETCH, len(record) - 1)):
             z0 = z1
             z1 = (record[j + 1] - observed) * scale
-            if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
-                continue
             width = log_mu[j + 1] - log_mu[j]
             # Only the part of the cell within reach counts.
-            t_low, t_high = within_reach(z0, z1)
-            t_high = min(t_high, (hidden_from - log_mu[j]) / width)
+            t_low, t_high = within_reach(z0, z1, (hidden_from - log_mu[j]) / width)
             if t_high <= t_low:
                 continue
             pieces = max(int(abs(z1 - z0) * (t_high - t_low)) + 1, SPEED_PIECES)
             step = (t_high - t_low) / pieces
             log_width = np.log(step * width)
+            if _coarse(speed_grid, float(j)) != coarse:
+                coarse = _coarse(speed_grid, float(j))
+                straight, bend = _parabola(speed_grid, row, errors, coarse, misfit)
+            by_parabola = straight and j != speed_grid.cell[row]
+            if by_parabola and log_width - _least(bend) - errors[2] < best - DEPTH:
+                continue
             for p in range(pieces):
                 if count == len(points):
                     return count
@@ -104,8 +108,12 @@ def stop_points(  # type: ignore[no-untyped-def]
                 z = z0 + t * (z1 - z0)
                 points[count] = log_mu[j] + t * width
                 logs[count] = log_width - 0.5 * z * z
-                room = logs[count] - best + DEPTH
-                logs[count] += _speed_log(speed_grid, row, errors, j + t, misfit, room)
+                if by_parabola:
+                    share = min((j + t) / speed_grid.stride - coarse, 1.0)
+                    logs[count] -= bend[0] + share * (bend[1] + share * bend[2]) + errors[2]
+                else:
+                    room = logs[count] - best + DEPTH
+                    logs[count] += _speed_log(speed_grid, row, errors, j + t, misfit[0], room)
                 if logs[count] < best - DEPTH:
                     continue
                 best = max(best, logs[count])
@@ -125,7 +133,8 @@ def _some_point(  # type: ignore[no-untyped-def]
             step = (log_mu[j + 1] - log_mu[j]) / SPEED_PIECES
             log_mass = np.log(step) - 0.5 * z * z
             room = log_mass - best + DEPTH
-            best = max(best, log_mass + _speed_log(speed_grid, row, errors, float(j), misfit, room))
+            at_grid = _speed_log(speed_grid, row, errors, float(j), misfit[0], room)
+            best = max(best, log_mass + at_grid)
     # A point beside it must not be lost for it.
     return best - 0.5 * DEPTH
 
@@ -136,7 +145,7 @@ def leaving_points(last_left, log_mu, speed_grid, row, errors, misfit, points, l
     n_cells = max(last_left, 1)
     at_grid = np.empty(n_cells + 1)
     for j in range(n_cells + 1):
-        at_grid[j] = _speed_log(speed_grid, row, errors, float(j), misfit, np.inf)
+        at_grid[j] = _speed_log(speed_grid, row, errors, float(j), misfit[0], np.inf)
     good = np.max(at_grid) - DEPTH
     count = 0
     for j in range(n_cells + 1):
@@ -149,7 +158,7 @@ def leaving_points(last_left, log_mu, speed_grid, row, errors, misfit, points, l
             share = end * (p + 0.5) / SPEED_PIECES
             points[count] = log_mu[j] + share * width
             logs[count] = np.log(end * width / SPEED_PIECES)
-            logs[count] += _speed_log(speed_grid, row, errors, j + share, misfit, np.inf)
+            logs[count] += _speed_log(speed_grid, row, errors, j + share, misfit[0], np.inf)
             count += 1
     return count
 
@@ -165,8 +174,8 @@ def _speed_log(grid, row, errors, j, misfit, room):  # type: ignore[no-untyped-d
     the cell over which F jumps the block comes as slow as `grid.jumped`.
     """
     measured, whiten, log_norm = errors
-    n_coarse, n_places = grid.square.shape[1], len(measured)
-    c = min(int(j / grid.stride), n_coarse - 2)
+    n_places = len(measured)
+    c = _coarse(grid, j)
     t = min(j / grid.stride - c, 1.0)
     most = 2.0 * (room - log_norm)
     jumps = int(j) == grid.cell[row]
@@ -181,3 +190,42 @@ def _speed_log(grid, row, errors, j, misfit, room):  # type: ignore[no-untyped-d
         if total > most:
             return -np.inf
     return -0.5 * total - log_norm
+
+
+@kernel(inner=True)
+def _coarse(grid, j):  # type: ignore[no-untyped-def]
+    """The coarse friction at or before place j of the frictions' grid, the last but one at most."""
+    return min(int(j / grid.stride), grid.square.shape[1] - 2)
+
+
+@kernel(inner=True)
+def _parabola(grid, row, errors, c, misfit):  # type: ignore[no-untyped-def]
+    """The same from coarse friction c to the next, less its norm: a + t (b + t c'), t in [0, 1].
+
+    Squares of speed are straight there, so that what they are off by, squared, is a parabola. Not
+    where the block stops short of a place; then False comes first. `misfit` `[2, n_places]` is
+    scratch.
+    """
+    measured, whiten, _ = errors
+    at, along, bend = 0.0, 0.0, 0.0
+    for a in range(len(measured)):
+        low, high = float(grid.square[row, c, a]), float(grid.square[row, c + 1, a])
+        if low < 0.0 or high < 0.0:
+            return False, (0.0, 0.0, 0.0)
+        misfit[0, a], misfit[1, a] = measured[a] - low, low - high
+        value, slope = 0.0, 0.0
+        for b in range(a + 1):
+            value += whiten[a, b] * misfit[0, b]
+            slope += whiten[a, b] * misfit[1, b]
+        at += value * value
+        along += value * slope
+        bend += slope * slope
+    return True, (0.5 * at, along, 0.5 * bend)
+
+
+@kernel(inner=True)
+def _least(bend):  # type: ignore[no-untyped-def]
+    """The least value of a `_parabola`."""
+    a, b, c = bend
+    t = min(max(-0.5 * b / c, 0.0), 1.0) if c > 0.0 else (1.0 if b < 0.0 else 0.0)
+    return a + t * (b + t * c)

@@ -42,11 +42,8 @@ def stop_moments(record, bounds, first, observed, sigma, log_mu, hidden_from):  
         for j in range(begin, min((stretch + 1) * STRETCH, len(record) - 1)):
             z0 = z1
             z1 = (record[j + 1] - observed) * scale
-            if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
-                continue
             width = log_mu[j + 1] - log_mu[j]
-            t_low, t_high = within_reach(z0, z1)
-            t_high = min(t_high, (hidden_from - log_mu[j]) / width)
+            t_low, t_high = within_reach(z0, z1, (hidden_from - log_mu[j]) / width)
             if t_high <= t_low:
                 continue
             pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
@@ -79,10 +76,15 @@ def nearest_moments(record, observed, sigma, log_mu, hidden_from):  # type: igno
 
 
 @kernel(inner=True)
-def within_reach(z0, z1):  # type: ignore[no-untyped-def]
-    """The part of a cell, from z0 to z1 standard deviations, that is within reach."""
+def within_reach(z0, z1, seen):  # type: ignore[no-untyped-def]
+    """The part of a cell, from z0 to z1 standard deviations, that is within reach; 0 to 0 if none.
+
+    It ends at the share `seen` of the cell.
+    """
+    if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
+        return 0.0, 0.0
     if z0 == z1:
-        return 0.0, 1.0
+        return 0.0, min(1.0, seen)
     ta = (-REACH - z0) / (z1 - z0)
     tb = (REACH - z0) / (z1 - z0)
-    return max(0.0, min(ta, tb)), min(1.0, max(ta, tb))
+    return max(0.0, min(ta, tb)), min(1.0, seen, max(ta, tb))

@@ -22,6 +22,15 @@ def fit(evidence: float, key: str = "", motion: bool = False) -> Any:
     return SimpleNamespace(evidence=evidence, posterior=posterior)
 
 
+def screened(gain: float) -> Any:
+    """Both among the candidates, each with this gain."""
+    return SimpleNamespace(
+        candidates=[
+            SimpleNamespace(key=k, definition=definition(k), gain=gain) for k in (DRAG, SIGHT)
+        ]
+    )
+
+
 @pytest.mark.parametrize(
     ("leader", "beside", "expected"),
     [(DRAG, 21.0, SIGHT), (DRAG, 27.0, None), (SEASON, 21.0, None)],
@@ -29,18 +38,35 @@ def fit(evidence: float, key: str = "", motion: bool = False) -> Any:
 def test_a_force_must_earn_its_evidence_beside_what_is_seen(
     monkeypatch: pytest.MonkeyPatch, leader: str, beside: float, expected: str | None
 ) -> None:
-    screening: Any = SimpleNamespace(
-        candidates=[SimpleNamespace(key=k, definition=definition(k)) for k in (DRAG, SIGHT)]
-    )
+    screening = screened(8.0)
     monkeypatch.setattr(unseen_stops, "refit_side_by_side", lambda *_: iter([fit(beside)]))
     fits = {leader: fit(10.0, leader, leader == DRAG), SIGHT: fit(20.0)}
     nothing: Any = None
-    base: Any = SimpleNamespace(specification=Specification())
+    base: Any = SimpleNamespace(specification=Specification(), evidence=0.0)
     assert by_what_is_seen(nothing, (), base, fits, leader, screening) == expected
     known: Any = SimpleNamespace(candidates=[])
     assert by_what_is_seen(nothing, (), base, fits, leader, known) is None
     base.specification = Specification(effects=(SIGHT,))
     assert by_what_is_seen(nothing, (), base, fits, leader, screening) is None
+
+
+def test_a_limit_that_gains_too_little_to_take_the_evidence_is_not_fitted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+
+    def refit(*given: Any) -> Any:
+        asked.append(given)
+        return iter([fit(20.0), fit(20.0)])
+
+    monkeypatch.setattr(unseen_stops, "refit_side_by_side", refit)
+    nothing: Any = None
+    base: Any = SimpleNamespace(specification=Specification(), evidence=-100.0)
+    fits = {DRAG: fit(-40.0, DRAG, motion=True)}
+    assert by_what_is_seen(nothing, (), base, fits, DRAG, screened(5.0)) is None
+    assert not asked
+    assert by_what_is_seen(nothing, (), base, fits, DRAG, screened(40.0)) == SIGHT
+    assert len(asked) == 1
 
 
 @pytest.mark.slow
