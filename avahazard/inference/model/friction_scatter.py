@@ -65,18 +65,17 @@ def student_density(z: float) -> tuple[float, float, float]:
 
 @kernel(forceinline=True)
 def student_below(z: float) -> float:
-    """The chance under z."""
-    root = z * math.sqrt(student_shape(z * z))
-    return 0.5 + STUDENT_PEAK * root * (1.0 - root * root / 12.0)
+    """The chance under z, good far into the lower tail."""
+    root = math.sqrt(1.0 + 0.25 * z * z)
+    # z / root + 2, of which nothing is left where both are large.
+    gap = 4.0 / ((2.0 * root - z) * root) if z < 0.0 else 2.0 + z / root
+    return gap * gap * (4.0 - z / root) / 32.0
 
 
 @kernel(forceinline=True)
 def log_student_below(z: float) -> tuple[float, float]:
-    """log of `student_below` and its derivative, good far into the lower tail."""
-    root = math.sqrt(1.0 + 0.25 * z * z)
-    # z / root + 2, of which nothing is left where both are large.
-    gap = 4.0 / ((2.0 * root - z) * root) if z < 0.0 else 2.0 + z / root
-    chance = gap * gap * (4.0 - z / root) / 32.0
+    """log of `student_below` and its derivative."""
+    chance = student_below(z)
     return math.log(chance), student_density(z)[0] / chance
 
 
