@@ -26,6 +26,10 @@ PAST_THE_END = message(
     "part of what the {period}-year runout may be lies past the end of the profile. A longer one "
     "would tell how far."
 )
+WHOLLY_PAST_THE_END = message(
+    "the {period}-year runout lies past the end of the profile, and nothing here tells how far: "
+    "import a profile that reaches further."
+)
 EXTRAPOLATED = message(
     "{period} years are over twice the observed years, or past the ends of the table: an "
     "extrapolation."
@@ -51,7 +55,8 @@ def row_notes(path: PathHazard, row: HazardRow) -> tuple[str, ...]:
     if period is not None and not path.rate_known:
         notes.append(NO_RATE)
     if found is not None and found.p_beyond > WORTH_A_NOTE:
-        notes.append(PAST_THE_END.format(period=f"{period:g}"))
+        past = WHOLLY_PAST_THE_END if found.p_beyond > 1.0 - WORTH_A_NOTE else PAST_THE_END
+        notes.append(past.format(period=f"{period:g}"))
     if row.extrapolated:
         notes.append(EXTRAPOLATED.format(period=f"{period:g}"))
     if row.n_nonpositive_friction:

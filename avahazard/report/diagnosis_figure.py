@@ -75,6 +75,8 @@ def _color(row: Candidate, named: set[str]) -> str:
 
 def _title(diagnosis: Diagnosis) -> str:
     model, missing = diagnosis.model, ", ".join(diagnosis.missing)
+    if diagnosis.cannot_tell:
+        return f"{model}: these data cannot tell whether it lacks an effect"
     return {
         "adequate": f"{model} is adequate",
         "missing-effect": f"{model} lacks {missing}",

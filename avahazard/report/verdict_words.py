@@ -50,6 +50,14 @@ def _verdict(diagnosis: Diagnosis, who: str, language: Language) -> str:
             who=who,
             missing=missing,
         )
+    if diagnosis.cannot_tell:
+        return say(
+            "{who} shows no missing effect, but these data cannot tell: one behind half of the "
+            "scatter could have been missed. One that moves runouts by {size} (rms) would have "
+            "been seen 4 times in 5.",
+            who=who,
+            size=amount(diagnosis.detectable_m, diagnosis.coordinate, 0, language),
+        )
     return say(
         "{who} is adequate: these data show no missing effect. One that moves runouts by {size} "
         "(rms) would have been seen 4 times in 5.",

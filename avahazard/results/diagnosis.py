@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 
 from avahazard.results.base import Result, Rows
 
+MOST_MISSED = 0.5
+"""Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
+
 
 @dataclass(frozen=True, slots=True)
 class MeasuredAmount(Result):
@@ -97,11 +100,13 @@ class Diagnosis(Result):
     that were let to differ before anything was blamed on physics. `pairs` are effects that are
     needed together with, or in the place of, the one that is missing.
     An effect of `detectable_m` (H/L where `coordinate`, that of the records, says so) would have
-    been seen with 80 % power. `still_needed` is the evidence (nats) that the model would lose
-    without each of its effects; `where` says in sentences on which paths the model fails and
-    where the records have what is missing; `suspect_events` are records hard to believe,
-    `impossible_stops` those on ground too steep for any block to stop. `declared` is what was
-    expected beforehand; `notes` is what a reader must know.
+    been seen with 80 % power. It would be `detectable_share` of the variance of log friction, that
+    of the records' errors included (None: stored by a version that did not tell it).
+    `still_needed` is the evidence (nats) that the model would lose without each of its effects;
+    `where` says in sentences on which paths the model fails and where the records have what is
+    missing; `suspect_events` are records hard to believe, `impossible_stops` those on ground too
+    steep for any block to stop. `declared` is what was expected beforehand; `notes` is what a
+    reader must know.
     """
 
     model: str
@@ -123,3 +128,10 @@ class Diagnosis(Result):
     notes: tuple[str, ...] = ()
     where: tuple[str, ...] = ()
     coordinate: str = "elevation"
+    detectable_share: float | None = None
+
+    @property
+    def cannot_tell(self) -> bool:
+        """Whether nothing was found where an effect behind half of the scatter could be missed."""
+        share = self.detectable_share
+        return self.verdict == "adequate" and share is not None and share > MOST_MISSED

@@ -46,7 +46,9 @@ def test_each_note(plain: PathHazard) -> None:
     assert "were not over 0" in told(plain, n_nonpositive_friction=3)
     assert "no design runout" in told(replace(plain, rate_known=False))
     beyond = replace(DESIGN_RUNOUT, p_beyond=0.2)
-    assert "past the end of the profile" in told(plain, design=beyond)
+    assert "part of what the 100-year runout may be lies past" in told(plain, design=beyond)
+    wholly = replace(DESIGN_RUNOUT, p_beyond=1.0)
+    assert "the 100-year runout lies past the end of the profile" in told(plain, design=wholly)
 
 
 @pytest.mark.parametrize(("share", "law"), [(0.25, "exponential"), (1.0, "power"), (0.0, "power")])

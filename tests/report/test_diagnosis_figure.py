@@ -50,3 +50,9 @@ def test_no_candidates(tmp_path: Path) -> None:
     file = tmp_path / "a.png"
     draw_diagnosis(file, DIAGNOSIS)
     assert file.stat().st_size > 1000
+
+
+def test_the_title_says_where_data_cannot_tell(tmp_path: Path) -> None:
+    file = tmp_path / "a.svg"
+    draw_diagnosis(file, replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=0.9))
+    assert "cannot tell whether it lacks an effect" in file.read_text(encoding="utf-8")

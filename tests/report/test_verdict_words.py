@@ -34,3 +34,15 @@ def test_the_verdict_says_where_the_physics_is() -> None:
         where=("It fails beyond chance on P01 (+40 m).", "P01 and P06 have forest."),
     )
     assert verdict_words(found).endswith("(+40 m). P01 and P06 have forest.")
+
+
+@pytest.mark.parametrize(("share", "words"), [(0.6, "cannot tell"), (0.4, "adequate")])
+def test_few_data_are_not_called_a_good_model(share: float, words: str) -> None:
+    found = replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=share)
+    assert words in verdict_words(found, "base")
+    assert found.cannot_tell == (share > 0.5)
+
+
+def test_what_is_missing_is_named_however_few_the_data() -> None:
+    found = replace(DIAGNOSIS, verdict="missing-effect", missing=("season",), detectable_share=0.9)
+    assert "lacks an effect: season" in verdict_words(found, "base")

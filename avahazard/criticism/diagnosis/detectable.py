@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy import stats
 
@@ -14,8 +16,21 @@ TYPICAL_SD = 0.2
 """Prior sd of a typical effect on log friction."""
 
 
-def detectable(base: Refit, critical_gain: float) -> tuple[float, float]:
-    """The smallest effect that would have been seen with 80 % power: rms log friction, metres.
+class Detectable(NamedTuple):
+    """The smallest effect that would have been seen with 80 % power.
+
+    As rms of log friction, in metres (H/L where that is recorded), and as the share that it would
+    be of all that scatters log friction, errors of the records included: over 1 where even more
+    than that could be missed.
+    """
+
+    log_friction: float
+    metres: float
+    share: float
+
+
+def detectable(base: Refit, critical_gain: float) -> Detectable:
+    """The smallest effect that would have been seen with 80 % power.
 
     A shift of rms δ in log friction has, on n events of total variance s², a gain with
     non-centrality n δ²/s²; the gain must pass `critical_gain`, and be worth `MARGIN` after the
@@ -31,4 +46,8 @@ def detectable(base: Refit, critical_gain: float) -> tuple[float, float]:
     # The record's spread in metres against that in log friction tells metres per unit.
     sigma = observations.recorded_sigma(base.posterior.record_sigma(base.mode.u))
     ratio = sigma[stopped] / np.sqrt(np.maximum(variance.record[stopped], 1e-8))
-    return float(shift), float(shift * np.median(ratio))
+    return Detectable(
+        log_friction=float(shift),
+        metres=float(shift * np.median(ratio)),
+        share=float(shift**2 * information / np.count_nonzero(stopped)),
+    )

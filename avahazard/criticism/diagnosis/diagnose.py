@@ -19,7 +19,7 @@ from avahazard.criticism.diagnosis.suspects import suspects
 from avahazard.criticism.diagnosis.verdict import evidence_gain
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
-from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
 from avahazard.criticism.screening.levels import LEVEL
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screened, Screening
@@ -73,7 +73,6 @@ def diagnose(
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     naming = name_effects(ranked, evidence, fits, base, expected)
     answer = answer_of(Question(observations, own, base, fits, screening), naming, granted)
-    shift, metres = detectable(base, screening.critical_gain)
     found = Diagnosis(
         verdict=answer.verdict,
         missing=answer.missing,
@@ -83,9 +82,9 @@ def diagnose(
         error_before_m=error_of(base),
         still_needed=still_needed(observations, own, plain),
         not_granted=too_many,
+        not_asked=not_asked(observations, plain.specification, own),
         heavy_tails=plain.specification.tails != specification.tails,
-        detectable_log_friction=shift,
-        detectable_m=metres,
+        detectable=detectable(base, screening.critical_gain),
         suspects=suspects(base),
         together=answer.together,
         impossible_stops=impossible_stops(base),

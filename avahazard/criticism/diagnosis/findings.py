@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from avahazard.criticism.diagnosis.detectable import Detectable
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.diagnosis.together import Together
@@ -33,7 +34,10 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnosis:
-    """The verdict with all that it rests on; `base` is the model with the nuisances."""
+    """The verdict with all that it rests on; `base` is the model with the nuisances.
+
+    `not_asked` holds, by key, what a column of the records lacks for its effect to be asked about.
+    """
 
     verdict: str
     missing: tuple[str, ...]
@@ -43,9 +47,9 @@ class Diagnosis:
     error_before_m: float
     still_needed: dict[str, float]
     not_granted: tuple[str, ...]
+    not_asked: dict[str, str]
     heavy_tails: bool
-    detectable_log_friction: float
-    detectable_m: float
+    detectable: Detectable
     suspects: tuple[str, ...]
     together: tuple[Together, ...]
     impossible_stops: tuple[str, ...]

@@ -31,3 +31,17 @@ def candidate_definitions(
         and not entry.settled(*data)
         and entry.lacking(*data) is None
     ]
+
+
+def not_asked(
+    observations: Observations, specification: Specification, own: Sequence[Definition] = ()
+) -> dict[str, str]:
+    """Effects whose column the records have, though not enough of it, and what it lacks."""
+    data = observations.columns, observations.sites
+    columns = {*observations.columns.numbers, *observations.columns.texts}
+    lacks = {
+        entry.key: entry.lacking(*data)
+        for entry in (*own, *catalogue().values())
+        if entry.column in columns and not specification.has(entry)
+    }
+    return {key: lack for key, lack in lacks.items() if lack is not None}

@@ -134,12 +134,23 @@ def diagnosis_sentences(found: Diagnosis, language: Language = ENGLISH) -> list[
     )
     candidates = {c.effect: c for c in found.candidates}
     if found.verdict == "adequate":
+        size = _size(found.detectable_m, found.coordinate, language)
+        if found.cannot_tell:
+            return [
+                say(
+                    "{asked}, the records show none, but cannot tell: one behind half of the "
+                    "scatter could have been missed. One that moves runouts by {size} would have "
+                    "been seen 4 times in 5.",
+                    asked=asked,
+                    size=size,
+                )
+            ]
         return [
             say(
                 "{asked}, the records show none: one that moves runouts by {size} would have been "
                 "seen 4 times in 5.",
                 asked=asked,
-                size=_size(found.detectable_m, found.coordinate, language),
+                size=size,
             )
         ]
     named = [candidates[key] for key in found.missing if key in candidates]

@@ -37,7 +37,7 @@ def cannot_tell(content: ReportContent) -> list[str]:
         words.append(
             say("Whether an effect is missing is not known: the model was never diagnosed.")
         )
-    elif content.diagnosis.verdict != "adequate":
+    elif content.diagnosis.verdict != "adequate" or content.diagnosis.cannot_tell:
         words.append(verdict_words(content.diagnosis, language=language))
     bare = [v.name for v in content.paths if len(v.events) < FEW_EVENTS]
     if bare and len(bare) < len(content.paths):

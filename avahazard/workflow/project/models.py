@@ -160,4 +160,6 @@ def _diagnosed(run: ProjectState, model: str) -> tuple[Step, Diagnosis]:
 
 
 def _verdict(found: Diagnosis) -> str:
+    if found.cannot_tell:
+        return f"{found.verdict}, as far as few data tell"
     return ": ".join([found.verdict, ", ".join(found.missing)]) if found.missing else found.verdict

@@ -36,14 +36,18 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         candidates=Rows(_candidate(c, found) for c in found.candidates),
         groups=Rows(_groups(found)),
         pairs=Rows(_pair(more) for more in found.together),
-        detectable_m=found.detectable_m,
-        detectable_log_friction=found.detectable_log_friction,
+        detectable_m=found.detectable.metres,
+        detectable_log_friction=found.detectable.log_friction,
+        detectable_share=found.detectable.share,
         measure_next=_measure_next(found, seed),
         still_needed=found.still_needed,
         heavy_tails=found.heavy_tails,
         suspect_events=found.suspects,
         impossible_stops=found.impossible_stops,
-        notes=tuple(_not_granted(key) for key in found.not_granted),
+        notes=(
+            *(_not_granted(key) for key in found.not_granted),
+            *(f"{key} was not asked about: {lack}." for key, lack in found.not_asked.items()),
+        ),
         n_worlds=found.screening.n_worlds,
         seed=seed,
         coordinate=coordinate_name(found.base.posterior.observations),
@@ -112,7 +116,7 @@ def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:
     # An effect as large as the smallest detectable gains in proportion to the events.
     n = found.base.posterior.observations.n_events
     half = amount(
-        found.detectable_m / 2**0.5, coordinate_name(found.base.posterior.observations), 0
+        found.detectable.metres / 2**0.5, coordinate_name(found.base.posterior.observations), 0
     )
     text = MORE_EVENTS.format(n=n, size=half)
     return Rows([Measurement(text, found.screening.critical_gain)])

@@ -53,7 +53,15 @@ def test_nothing_is_missing_where_nothing_is() -> None:
     assert found.missing == ()
     assert all(c.screened.p_family > 0.05 for c in found.candidates)
     assert not found.heavy_tails
-    assert found.detectable_m > 0.0
+    assert found.detectable.metres > 0.0
+    assert 0.02 < found.detectable.share < 0.3
+    assert found.not_asked == {}
+
+
+def test_few_records_could_miss_what_moves_most_of_them() -> None:
+    found = diagnose(build_observations(lengths(12, 0.0, 3)), POWER, {}, n_worlds=39)
+    assert found.verdict == "adequate"
+    assert found.detectable.share > 0.5
 
 
 def test_the_users_own_effect_is_named_before_a_smooth_of_its_column() -> None:
@@ -101,7 +109,7 @@ def test_equal_seeds_give_equal_verdicts() -> None:
 @pytest.mark.slow
 def test_what_it_could_have_seen_it_mostly_sees() -> None:
     own = (definition_from(OWN, "own.py"),)
-    size = on_lengths(0.0, seed=3).detectable_log_friction
+    size = on_lengths(0.0, seed=3).detectable.log_friction
     assert 0.02 < size < 0.15
     seen = [on_lengths(size, seed, own).verdict != "adequate" for seed in range(4, 24)]
     # 80 % of 20 worlds, less three standard deviations.
@@ -124,4 +132,4 @@ def test_a_world_without_hidden_effect_is_adequate() -> None:
     records, _ = make_world(22, 240, 10)
     found = diagnose(build_observations(records), Specification(), {}, n_worlds=59)
     assert found.verdict == "adequate"
-    assert np.isfinite(found.detectable_m)
+    assert np.isfinite(found.detectable.metres)

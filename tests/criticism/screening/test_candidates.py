@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.effects.from_file import definition_from
 from avahazard.inference.model.observations import build_observations
@@ -52,3 +52,18 @@ def test_the_users_own_effect_comes_along() -> None:
     own = definition_from(TEMPLATE, "mine.py")
     assert own.key in keys(studies.observations(), own=(own,))
     assert own.key not in keys(build_observations(lengths()), own=(own,))
+
+
+def test_a_column_that_tells_too_little_is_not_passed_over_in_silence() -> None:
+    records = studies.records(speeds=False)
+    few = [
+        replace(e, covariates={**e.covariates, "snow_type": "wet" if k < 4 else "dry"})
+        for k, e in enumerate(records.events)
+    ]
+    observations = build_observations(replace(records, events=tuple(few)))
+    assert "snow-type" not in keys(observations)
+    assert not_asked(observations, Specification()) == {
+        "snow-type": "snow_type has no two values with at least 5 events each"
+    }
+    assert not_asked(observations, Specification(effects=("snow-type",))) == {}
+    assert not_asked(studies.observations(), Specification()) == {}
