@@ -1,36 +1,34 @@
 """What the measured force says of an effect on the motion.
 
 Stops and volumes alone can ask for an effect that is in no force: it mends something else. Where
-speeds exist they are a witness. Along a track, energy per mass E = u²/2 + g y falls by the work of
-what resists,
-
-    E(ξ) = E₀ - μ ∫ N dξ - ∫ R₀ dξ - β ∫ T dξ,
-
-with N the load of the bed, R₀ the other effects of the model and T the force of the effect as it
-was fitted. Each track has its own E₀ and μ; β, common to all, is 1 where the force bears the fit
-out and 0 where it knows nothing of the effect. Speeds enter E with errors u σ that are independent
-of each other, which a derivative of them (Ancey & Meunier 2004) has not.
+speeds exist they are a witness: along a track energy falls by the work of what resists
+(`track_energy`). Each track has its own energy at its first speed and its own friction; the share β
+of the fitted effect, common to all, is 1 where the force bears the fit out and 0 where it knows
+nothing of the effect. It is found by least squares of the speeds, whose errors are independent of
+each other, which those of their derivative (Ancey & Meunier 2004) are not. Forces and weights are
+those on the fitted course: on the measured one, the errors of the speeds would be in what explains
+as well, and bias β.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.effects.site import Site
+from avahazard.criticism.diagnosis.track_energy import Course, Linear, course_of, linear_about
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.speed_record import SpeedRecord
-from avahazard.physics.constants import GRAVITY
-from avahazard.physics.resistance import SPEEDS, Resistance
 
 FEWEST_SPEEDS = 4
 """Of a track; two of them go to its own E₀ and μ."""
 FEWEST_TRACKS = 3
-STEP_M = 5.0
+MOST_STEPS, SETTLED = 30, 0.02
+"""Of Gauss and Newton, and where they end: a share of the standard error."""
 SHOWN, REJECTED = 1.64, 2.0
 """Standard errors: one-sided 5 % for showing an effect, two for denying the fitted amount."""
 
@@ -50,14 +48,11 @@ class ForceWitness(NamedTuple):
 
 
 def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | None:
-    """Regress the energy of all tracks on the work of effect `key` of the model at its mode.
+    """Fit the energies of all tracks with a share of effect `key` of the model at its mode.
 
     None where the effect is not on the motion, is neutral at the mode, or the speeds are too few.
-    The standard error is clustered by track (its speeds share what the model lacks), and never
-    less than what the errors of the speeds ask for.
     """
     effect = next((e for e in posterior.effects if e.key == key), None)
-    observations = posterior.observations
     values = posterior.layout.effect_values(mode.u)
     if effect is None or effect.motion is None or np.array_equal(values[key], effect.neutral):
         return None
@@ -65,28 +60,107 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
     fitted = float(values[key][0] - effect.neutral[0])
     if fitted == 0.0:
         return None
-    friction = _friction(posterior, mode.u)
-    without = {**values, key: effect.neutral}
-    top, bottom, variance = [], [], []
+    tracks = _tracks(posterior, mode.u, key)
+    if len(tracks) < FEWEST_TRACKS:
+        return None
+    found = _common_share(tracks)
+    if found is None:
+        return None
+    share, error = found
+    return ForceWitness(share * fitted, abs(error * fitted), fitted)
+
+
+@dataclass(slots=True, eq=False)
+class _Track:
+    """A track with what resists on it, and the energies `[n]` and friction fitted to it so far."""
+
+    course: Course
+    linear: Callable[[Floats, float, float], Linear]
+    energy: Floats
+    mu: float
+
+
+def _tracks(posterior: Posterior, u: Floats, key: str) -> list[_Track]:
+    """The tracks that have enough speeds, on the courses that were measured."""
+    observations = posterior.observations
+    values = posterior.layout.effect_values(u)
+    (effect,) = (e for e in posterior.effects if e.key == key)
+    friction = _friction(posterior, u)
+    tracks = []
     for track in observations.speeds:
         if len(track.x) < FEWEST_SPEEDS:
             continue
         site = observations.sites[int(observations.columns.path_index[track.event])]
-        whole = posterior.resistance(site, values)
-        rest = posterior.resistance(site, without)
-        energy, load, other, work = _along(site, track, rest, whole, float(friction[track.event]))
-        left = _residuals(track, load, np.stack([-(energy + other), work]))
-        top.append(left[1] @ left[0])
-        bottom.append(left[1] @ left[1])
-        variance.append(left)
-    if len(bottom) < FEWEST_TRACKS or sum(bottom) <= 0.0:
-        return None
-    share = float(sum(top) / sum(bottom))
-    scores = np.array([work @ (energy - share * work) for energy, work in variance])
-    n = len(scores)
-    clustered = np.sqrt(n / (n - 1) * np.sum(scores**2)) / sum(bottom)
-    error = max(float(clustered), float(sum(bottom) ** -0.5))
-    return ForceWitness(share * fitted, abs(error * fitted), fitted)
+        course = course_of(site, track)
+        about = partial(
+            linear_about,
+            course,
+            site,
+            posterior.resistance(site, {**values, key: effect.neutral}),
+            posterior.resistance(site, values),
+        )
+        mu = float(friction[track.event])
+        tracks.append(_Track(course, about, course.measured_energy(), mu))
+    return tracks
+
+
+def _common_share(tracks: Sequence[_Track]) -> tuple[float, float] | None:
+    """The share of the effect in all tracks, with its standard error.
+
+    None where no course depends on it, or Gauss and Newton's steps find no end. The standard error
+    is clustered by track (its speeds share what the model lacks), and never less than what the
+    errors of the speeds ask for.
+    """
+    share = 1.0
+    for _ in range(MOST_STEPS):
+        fits = [(t, t.linear(t.energy, t.mu, share)) for t in tracks]
+        left = [_residuals(t, linear) for t, linear in fits]
+        bottom = float(sum(work @ work for _, work in left))
+        if not 0.0 < bottom < np.inf:
+            return None
+        before, share = share, float(sum(work @ energy for energy, work in left)) / bottom
+        for track, linear in fits:
+            _follow(track, linear, share)
+        scores = np.array([work @ (energy - share * work) for energy, work in left])
+        n = len(scores)
+        clustered = float(np.sqrt(n / (n - 1) * np.sum(scores**2))) / bottom
+        error = max(clustered, bottom**-0.5)
+        if abs(share - before) < SETTLED * error:
+            return share, error
+    return None
+
+
+def _standardised(track: _Track, linear: Linear) -> tuple[Floats, Floats]:
+    """What the course must explain, in standard errors of the speeds, and what may explain it.
+
+    The energies at the speeds less what is fixed `[n_speeds]`, as errors of the speeds about the
+    course make them; derivatives by the track's own energy, its friction, and the effect's share
+    `[n_speeds, 3]`.
+    """
+    course, at = track.course, track.course.at
+    fitted = np.sqrt(course.square(track.energy)[at])
+    error = np.maximum(fitted, course.sigma) * course.sigma
+    energy = track.energy[at] + fitted * (course.speed - fitted)
+    columns = np.stack([linear.start, linear.load, linear.effect], axis=1)
+    return (energy - linear.fixed[at]) / error, columns[at] / error[:, None]
+
+
+def _residuals(track: _Track, linear: Linear) -> tuple[Floats, Floats]:
+    """Energies and the effect's work `[n_speeds]` in standard errors, less what is its own."""
+    energy, columns = _standardised(track, linear)
+    both = np.stack([energy, columns[:, 2]], axis=1)
+    own = columns[:, :2]
+    energy, work = (both - own @ np.linalg.lstsq(own, both, rcond=None)[0]).T
+    return energy, work
+
+
+def _follow(track: _Track, linear: Linear, share: float) -> None:
+    """Set the energies and the friction of a track to those that fit it best."""
+    energy, columns = _standardised(track, linear)
+    left = energy - share * columns[:, 2]
+    start, mu = np.linalg.lstsq(columns[:, :2], left, rcond=None)[0]
+    rest = linear.fixed + share * linear.effect
+    track.energy, track.mu = rest + start * linear.start + mu * linear.load, float(mu)
 
 
 def _friction(posterior: Posterior, u: Floats) -> Floats:
@@ -94,77 +168,3 @@ def _friction(posterior: Posterior, u: Floats) -> Floats:
     volume = np.exp(posterior.volumes(u).mean)[:, None]
     location = posterior.location_and_scatter(u, volume)[0][:, 0]
     return np.exp(location) if posterior.layout.log_scatter else location
-
-
-def _along(
-    site: Site, track: SpeedRecord, rest: Resistance, whole: Resistance, mu: float
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Energy at the places of a track `[n_speeds]`, and the work done up to them.
-
-    The work is that of the bed's load (for μ = 1), of the other effects, and of the effect itself.
-    Between the places energy goes straight, and the ground is known.
-    """
-    smooth = site.smooth
-    inner = np.concatenate(
-        [
-            np.linspace(a, b, max(2, int(np.ceil((b - a) / STEP_M))), endpoint=False)
-            for a, b in zip(track.x[:-1], track.x[1:], strict=True)
-        ]
-        + [track.x[-1:]]
-    )
-    height, slope, bend = smooth.derivatives(inner)
-    at = np.searchsorted(inner, track.x)
-    energy = 0.5 * track.speed**2 + GRAVITY * height[at]
-    square = np.maximum(2.0 * (np.interp(inner, track.x, energy) - GRAVITY * height), 0.0)
-    stretch = np.hypot(1.0, slope)
-    curvature = bend / stretch**3
-    load = GRAVITY / stretch + rest.curvature * curvature * square
-    load = np.maximum(load, 0.0)
-    with_it = _force(site, whole, inner, square, load, mu)
-    without = _force(site, rest, inner, square, load, mu)
-    plain = _friction_factor(site, rest, inner, square) * load
-    places = [
-        _work(inner, force * stretch)[at]
-        for force in (plain, without - mu * plain, with_it - without)
-    ]
-    return energy, places[0], places[1], places[2]
-
-
-def _force(
-    site: Site, resistance: Resistance, x: Floats, square: Floats, load: Floats, mu: float
-) -> Floats:
-    """Resisting force per mass (m/s2) at places x with squared speeds, as `Resistance` has it."""
-    cell = _cells(site, resistance, x)
-    force = mu * _friction_factor(site, resistance, x, square) * load
-    force = force + resistance.offset[cell] * load + resistance.constant[cell]
-    if resistance.speed_constant is not None:
-        force = force + np.interp(np.sqrt(square), SPEEDS, resistance.speed_constant)
-    return np.asarray(force + resistance.drag[cell] * square)
-
-
-def _friction_factor(site: Site, resistance: Resistance, x: Floats, square: Floats) -> Floats:
-    factor = resistance.factor[_cells(site, resistance, x)]
-    if resistance.speed_factor is not None:
-        factor = factor * np.interp(np.sqrt(square), SPEEDS, resistance.speed_factor)
-    return np.asarray(factor)
-
-
-def _cells(site: Site, resistance: Resistance, x: Floats) -> NDArray[np.int64]:
-    terrain = site.terrain_for(resistance)
-    inside = np.searchsorted(terrain.x, x, side="right") - 1
-    return np.clip(inside, 0, terrain.n_cells - 1)
-
-
-def _work(x: Floats, force: Floats) -> Floats:
-    """∫ force dx from the first place, by the trapezium rule."""
-    pieces = 0.5 * (force[1:] + force[:-1]) * np.diff(x)
-    return np.concatenate([[0.0], np.cumsum(pieces)])
-
-
-def _residuals(track: SpeedRecord, load: Floats, columns: Floats) -> Floats:
-    """`columns` `[2, n_speeds]` in standard errors, less what E₀ and μ of the track explain."""
-    weight = 1.0 / np.maximum(track.speed * track.sigma, 1e-3)
-    own = np.stack([np.ones_like(load), load]) * weight
-    scaled = columns * weight
-    fitted = np.linalg.lstsq(own.T, scaled.T, rcond=None)[0]
-    return np.asarray(scaled - (own.T @ fitted).T)
