@@ -4,10 +4,11 @@ What changes smoothly with such a parameter is where a likelihood lies and how m
 mean and log mass are interpolated by cubics. Its shape is mixed linearly, so that weights stay
 positive.
 
-At a grid point from which no friction reaches a record its log mass is lower by hundreds, and a
-cubic through it rises far above the points between which it is asked. So of the two bends
+At a grid point from which no friction reaches a record its log mass is lower by nats or hundreds,
+and a cubic through it rises far above the points between which it is asked. So of the two bends
 (second differences) that make a cubic of a line, neither counts as more than `MOST_BENT` times the
-other.
+other; and between two points the cubic leaves their range only where the points beside them say
+that it turns there.
 """
 
 from __future__ import annotations
@@ -33,10 +34,12 @@ class Line(NamedTuple):
     """Neighbouring points of a grid, from index `first`, and what interpolates between them.
 
     `linear` `[n_points]` are weights of the points; `bends` `[2, n_points]` give two second
-    differences of them. The cubic is the line plus `pulls` `[2]` times these.
+    differences of them. The cubic is the line plus `pulls` `[2]` times these. The value lies
+    between points `cell` and the next.
     """
 
     first: int
+    cell: int
     linear: Floats
     bends: Floats
     pulls: Floats
@@ -47,7 +50,7 @@ def line_weights(grid: tuple[float, ...], value: float) -> Line:
     right = min(max(bisect_left(grid, value), 1), len(grid) - 1)
     for k in (right - 1, right):
         if grid[k] == value:
-            return Line(k, np.ones(1), np.zeros((2, 1)), np.zeros(2))
+            return Line(k, 0, np.ones(1), np.zeros((2, 1)), np.zeros(2))
     width = min(4, len(grid))
     first = min(max(right - width // 2, 0), len(grid) - width)
     x, cell = np.array(grid[first : first + width]), right - 1 - first
@@ -62,7 +65,7 @@ def line_weights(grid: tuple[float, ...], value: float) -> Line:
         if width == 4:
             part = (value - x[(2, 0, 1)[cell]]) / (x[3] - x[0]) + (cell == 2)
         pulls[:] = (value - x[cell]) * (value - x[cell + 1]) * np.array([1.0 - part, part])
-    return Line(first, linear, bends, pulls)
+    return Line(first, cell, linear, bends, pulls)
 
 
 def _second_difference(x: Floats) -> Floats:
@@ -76,7 +79,15 @@ def along(line: Line, values: Floats) -> Floats:
     one, other = np.tensordot(line.bends, values, 1)
     most = MOST_BENT * np.minimum(np.abs(one), np.abs(other))
     bent = line.pulls[0] * np.clip(one, -most, most) + line.pulls[1] * np.clip(other, -most, most)
-    return np.asarray(np.tensordot(line.linear, values, 1) + bent)
+    found = np.asarray(np.tensordot(line.linear, values, 1) + bent)
+    if len(values) < 3:
+        return found
+    left, right = values[line.cell], values[line.cell + 1]
+    within = np.clip(found, np.minimum(left, right), np.maximum(left, right))
+    if not 0 < line.cell < len(values) - 2:
+        return within
+    turns = (left - values[line.cell - 1]) * (values[line.cell + 2] - right) < 0.0
+    return np.where(turns, found, within)
 
 
 def packed(nodes: Nodes, in_sight: bool) -> Nodes:

@@ -70,6 +70,19 @@ def test_a_point_far_off_lifts_nothing_between_others(k: int, value: float) -> N
         assert found == pytest.approx(smooth, abs=0.2)
 
 
+@pytest.mark.parametrize("value", [2.1, 3.0, 3.9])
+def test_after_a_cliff_the_values_do_not_rise_above_those_that_follow(value: float) -> None:
+    """Log masses of a record that slow blocks do not reach, at the end of a grid."""
+    grid, values = (0.5, 1.0, 2.0, 4.0), np.array([-12.4, -12.38, -6.85, -6.83])
+    assert -6.85 <= along(line_weights(grid, value), values) <= -6.83
+
+
+def test_a_turn_between_points_is_followed() -> None:
+    grid = np.array(GRID)
+    values = -((grid - 1.4) ** 2)
+    assert _line(1.4, values)[0] == pytest.approx(0.0, abs=1e-9)
+
+
 def _afresh(model: Posterior, u: np.ndarray) -> np.ndarray:
     """Log likelihood of each event with tables and nodes made at u itself."""
     speed = model.layout.track_scatter
