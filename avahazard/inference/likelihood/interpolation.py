@@ -83,11 +83,11 @@ def along(line: Line, values: Floats) -> Floats:
     if len(values) < 3:
         return found
     left, right = values[line.cell], values[line.cell + 1]
-    within = np.clip(found, np.minimum(left, right), np.maximum(left, right))
+    within = np.asarray(np.clip(found, np.minimum(left, right), np.maximum(left, right)))
     if not 0 < line.cell < len(values) - 2:
         return within
     turns = (left - values[line.cell - 1]) * (values[line.cell + 2] - right) < 0.0
-    return np.where(turns, found, within)
+    return np.asarray(np.where(turns, found, within))
 
 
 def packed(nodes: Nodes, in_sight: bool) -> Nodes:

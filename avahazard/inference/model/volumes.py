@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import log_ndtr, ndtri_exp
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.volume_spread import MIN_SPREAD, variance_within
 from avahazard.inference.model.stand_in import told_by_stand_in
@@ -46,15 +46,23 @@ MOST_LOG = 700.0
 class VolumeRecords:
     """What is written of volumes, each `[n_events]`: `log_volume` (log m3, or nan).
 
-    `sigma` is its stated error; `path` is the name of the path ('' for none), of `paths`.
-    `stand_in` is what else goes with the volume, where that is asked (nan where missing).
+    `sigma` is its stated error, `path` the place of its path among the `paths`, of which the first,
+    '', is none. `told` is what something else that goes with the volume tells of it
+    (`told_by_stand_in`), where that is asked.
     """
 
     log_volume: Floats
     sigma: Floats
-    path: tuple[str, ...]
+    path: Ints
     paths: tuple[str, ...]
-    stand_in: Floats | None = None
+    told: Floats | None = None
+
+    def by_path(self) -> list[Floats]:
+        """The recorded log volumes of each of the `paths`, those that are known."""
+        have = np.isfinite(self.log_volume)
+        path = self.path[have]
+        ends = np.cumsum(np.bincount(path, minlength=len(self.paths)))
+        return np.split(self.log_volume[have][np.argsort(path, kind="stable")], ends[:-1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,8 +102,8 @@ def volume_nodes(
     records = VolumeRecords(
         columns.log_volume,
         np.array([e.volume_rel_sigma for e in events]),
-        tuple(columns.paths[k] if k >= 0 else "" for k in columns.path_index),
-        columns.paths,
+        np.asarray(columns.path_index, np.int64) + 1,
+        ("", *columns.paths),
     )
     if population is None:
         return _nodes(records, records, 1.0)
@@ -118,7 +126,9 @@ def bounded(volumes: VolumeNodes, largest: float) -> VolumeNodes:
 
 def told_by(volumes: VolumeNodes, stand_in: Floats) -> VolumeNodes:
     """The same where `stand_in` `[n_events]` tells of the true volumes too (`model.stand_in`)."""
-    records = replace(volumes.records, stand_in=stand_in)
+    recorded = volumes.records
+    told = told_by_stand_in(recorded.log_volume, stand_in, recorded.path)
+    records = replace(recorded, told=told)
     return _nodes(records, volumes.reference, volumes.factor, volumes, volumes.largest)
 
 
@@ -137,10 +147,10 @@ def _nodes(
     else:
         centres, spread, known = alike.centre, alike.spread, alike.known
     overall = float(np.mean(list(centres.values())))
-    centre = np.array([centres.get(name, overall) for name in records.path])
+    centre = np.array([centres.get(name, overall) for name in records.paths])[records.path]
     spread2 = np.full(len(centre), spread**2)
-    if records.stand_in is not None:
-        told = told_by_stand_in(recorded, records.stand_in, records.path)
+    if records.told is not None:
+        told = records.told
         some = np.isfinite(told)
         centre[some] += told[some]
         # What is told is no spread any more.
@@ -185,8 +195,7 @@ def _population(records: VolumeRecords, sigma: Floats) -> tuple[dict[str, float]
     if not np.any(have):
         return {"": float(np.log(1e4))}, MIN_SPREAD, False
     overall = float(np.mean(recorded[have]))
-    path = np.array(records.path)
-    members = {name: recorded[have & (path == name)] for name in ("", *records.paths)}
+    members = dict(zip(records.paths, records.by_path(), strict=True))
     total2 = variance_within(list(members.values()))
     spread2 = max(total2 - float(np.mean(sigma[have] ** 2)), MIN_SPREAD**2)
     between2 = max(float(np.var([np.mean(v) for v in members.values() if len(v)])), MIN_SPREAD**2)
