@@ -63,7 +63,8 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
     tracks = _tracks(posterior, mode.u, key)
     if len(tracks) < FEWEST_TRACKS:
         return None
-    found = _common_share(tracks)
+    with np.errstate(over="ignore", invalid="ignore"):  # courses far off, which end the search
+        found = _common_share(tracks)
     if found is None:
         return None
     share, error = found
@@ -88,7 +89,7 @@ def _tracks(posterior: Posterior, u: Floats, key: str) -> list[_Track]:
     friction = _friction(posterior, u)
     tracks = []
     for track in observations.speeds:
-        if len(track.x) < FEWEST_SPEEDS:
+        if len(track.x) < FEWEST_SPEEDS or track.x[-1] <= track.x[0]:
             continue
         site = observations.sites[int(observations.columns.path_index[track.event])]
         course = course_of(site, track)
@@ -114,6 +115,8 @@ def _common_share(tracks: Sequence[_Track]) -> tuple[float, float] | None:
     share = 1.0
     for _ in range(MOST_STEPS):
         fits = [(t, t.linear(t.energy, t.mu, share)) for t in tracks]
+        if not all(np.isfinite(linear).all() for _, linear in fits):
+            return None
         left = [_residuals(t, linear) for t, linear in fits]
         bottom = float(sum(work @ work for _, work in left))
         if not 0.0 < bottom < np.inf:

@@ -90,6 +90,19 @@ def test_friction_and_too_few_speeds_have_no_witness() -> None:
     assert force_witness(model, mode, "turbulent-drag") is None
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("key", MOTION)
+def test_speeds_that_are_no_track_make_no_noise(key: str, seed: int) -> None:
+    rng, records = np.random.default_rng(seed), world(11)
+    speeds = tuple(
+        replace(s, speed_m_s=float(rng.choice([0.0, 1.0, 149.0])), speed_sigma_m_s=0.01)
+        for s in records.speeds
+    )
+    model = posterior(build_observations(replace(records, speeds=speeds)), key)
+    found = force_witness(model, mode_of(model, **MOTION[key]), key)
+    assert found is None or np.isfinite(found).all()
+
+
 @pytest.mark.parametrize(
     ("value", "se", "denies"),
     [
