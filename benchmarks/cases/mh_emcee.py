@@ -83,7 +83,7 @@ def measure() -> Result:
         a,
         b,
         "smallest ESS per second",
-        20.0,
+        47.0,
         False,
         "our smallest ESS per second over emcee's",
         f"means of the two posteriors agree within {off:.2f} sd. Our time holds four chains with "

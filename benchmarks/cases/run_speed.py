@@ -8,4 +8,4 @@ from benchmarks.measuring import Result
 
 def measure() -> Result:
     """With drag, forest and speed-weakening."""
-    return against_solver(RATIO, 2000.0, 10.0)
+    return against_solver(RATIO, 23_000.0, 10.0)
