@@ -39,7 +39,9 @@ CHANGED = (
     "told; the table has them as they were. The worlds of volume errors from #10 on (with",
     "`snow-type`, from #4 on) came after this change: no false name in 15 nulls. Of the other",
     "traps the nulls up to #10 and the effects up to #4 ran before it. Declared limits came last,",
-    "when such a limit had become one of places, for another generator's world.",
+    "when such a limit had become one of places, for another generator's world. The nulls from #25",
+    "on came after all of this, and before what lies between grid points was kept from rising",
+    "above it.",
 )
 
 
