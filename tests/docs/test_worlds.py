@@ -16,7 +16,7 @@ from benchmarks.worlds.page import page
 from benchmarks.worlds.trap_tables import interval, is_trapped
 
 ROOT = Path(__file__).resolve().parents[2]
-SIZE = 10
+SIZE = 20
 
 
 @pytest.fixture(scope="module")
