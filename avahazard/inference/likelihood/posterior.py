@@ -114,7 +114,7 @@ class Posterior:
             size = self.observations.volumes.volume.size
             if self.nodes.varies:  # each has nodes of its own
                 size = max(size, 4 * self._nodes(u[inside[0]]).place.size)
-            n_parts = -(-len(inside) * size // MOST_NUMBERS)
+            n_parts = min(len(inside), -(-len(inside) * size // MOST_NUMBERS))
             for part in np.array_split(inside, n_parts):
                 result[part] = self._log_likelihoods(u[part])
         result[inside] += layout.log_prior(u[inside])

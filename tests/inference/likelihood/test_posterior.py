@@ -84,6 +84,19 @@ def test_many_densities_at_once_are_those_of_each(effects: tuple[str, ...], tail
         assert one.log_densities(u) == pytest.approx([one.log_density(v) for v in u], abs=1e-9)
 
 
+@pytest.mark.parametrize("effects", [(), ("turbulent-drag",), ("path-effect",)])
+def test_more_events_than_fit_at_once_go_one_density_at_a_time(
+    effects: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As 20,000 events do where each density has nodes of its own."""
+    model = posterior(observations(), *effects)
+    u = np.array([near(model, 0.1, seed) for seed in range(3)])
+    whole = model.log_densities(u)
+    monkeypatch.setattr("avahazard.inference.likelihood.posterior.MOST_NUMBERS", 7)
+    assert model.log_densities(u) == pytest.approx(whole, abs=1e-9)
+    assert model.log_densities(u[:1]) == pytest.approx(whole[:1], abs=1e-9)
+
+
 def test_out_of_bounds_there_is_no_density() -> None:
     model = posterior(observations(), "cohesion")
     u = _place(model, 0)
