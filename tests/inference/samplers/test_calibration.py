@@ -69,7 +69,7 @@ def test_the_judge_tells_uniform_ranks_from_others() -> None:
 def test_draws_keep_to_what_tables_made_on_the_spot_give(w: int) -> None:
     """Worlds whose posteriors reach past the grids about their modes.
 
-    Between coarse grid points the interpolated likelihood peaked, 17 to 46 nats too high.
+    Between coarse grid points the interpolated likelihood peaked, 10 to 46 nats too high.
     """
     model, u = world(CASES["speed-weakening"], generator(20050, "speed-weakening", w))
     found = sample(model, n_chains=2, n_draws=250, seed=w)
