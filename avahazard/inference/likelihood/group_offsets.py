@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.event_terms import event_terms_kernel
 from avahazard.inference.likelihood.offset_system import (
     by_offset,
     log_determinant,
     offset_system,
     solved,
 )
+from avahazard.inference.likelihood.term_kernels import event_terms_kernel
 from avahazard.kernels import kernel
 
 EVALUATIONS = 3
