@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
-from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_curve import (
     FrictionGrid,
     RunoutCurve,
@@ -51,26 +50,6 @@ class RunoutBounds:
     x_steps: tuple[float | None, ...] = ()
 
 
-def runout_bounds(
-    curve: RunoutCurve,
-    friction: Floats,
-    scatter: Floats,
-    distribution: Distribution,
-    n_draws: int,
-    rng: np.random.Generator,
-) -> RunoutBounds:
-    """Draw frictions over the posterior, run each down the path, and sum up (Ancey 2005, § 3).
-
-    `friction` and `scatter` `[n_posterior]`: posterior draws of the law at the volume in question.
-    lognormal: μ = friction · exp(scatter · z); normal: μ = friction + scatter · z; z ~ N(0, 1).
-    Every posterior draw has its equal part of the `n_draws` frictions, so the spread holds the
-    natural variability and the uncertainty of the parameters. With one posterior draw it holds
-    the natural variability alone, with `scatter` 0 the uncertainty of the parameters alone.
-    """
-    x, y, status_counts = draw_runouts(curve, friction, scatter, distribution, n_draws, rng)
-    return bounds_of_stops(x, y, int(status_counts[NOT_RELEASED]), n_draws)
-
-
 def bounds_of_stops(x: Floats, y: Floats, n_not_released: int, n_draws: int) -> RunoutBounds:
     """Sum up stops (m) `[n_positive]` of `n_draws` draws, those as `draw_runouts` gives them."""
     n = len(x)
@@ -96,10 +75,16 @@ def draw_runouts(
     n_draws: int,
     rng: np.random.Generator,
 ) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Stops x and elevation (m) of the draws with μ > 0, and their number by status `[3]`.
+    """Draw frictions over the posterior and run each down the path (Ancey 2005, § 3).
 
-    Arguments as for `runout_bounds`. Both arrays are `[n_positive]`; a run that left the profile
-    is (+inf, -inf).
+    `friction` and `scatter` `[n_posterior]`: posterior draws of the law at the volume in question.
+    lognormal: μ = friction · exp(scatter · z); normal: μ = friction + scatter · z; z ~ N(0, 1).
+    Every posterior draw has its equal part of the `n_draws` frictions, so the spread holds the
+    natural variability and the uncertainty of the parameters. With one posterior draw it holds
+    the natural variability alone, with `scatter` 0 the uncertainty of the parameters alone.
+
+    Returns stops x and elevation (m) of the draws with μ > 0 `[n_positive]`, (+inf, -inf) where a
+    run left the profile, and their number by status `[3]`.
     """
     of = np.zeros(len(friction), np.int64)
     in_log = distribution == "lognormal"

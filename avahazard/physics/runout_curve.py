@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
 from avahazard.kernels import kernel
-from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import Cells
 
 MU_STEP = 0.0025
@@ -71,11 +71,6 @@ class RunoutCurve:
     def left(self) -> Bools:
         """Whether the block left the profile."""
         return np.asarray(self.status == LEFT_PROFILE)
-
-    @property
-    def not_released(self) -> Bools:
-        """Whether the block was held at its release."""
-        return np.asarray(self.status == NOT_RELEASED)
 
     @property
     def broken(self) -> Bools:

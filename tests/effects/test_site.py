@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects.site import build_site, path_site, release_place, release_places
-from avahazard.physics.block import STOPPED, run
+from avahazard.physics.block import NOT_RELEASED, STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
 from avahazard.physics.runout_curve import MU
@@ -108,7 +108,7 @@ def test_a_fine_resistance_runs_over_fine_cells() -> None:
 def test_a_release_at_the_end_goes_nowhere() -> None:
     site = _site([X[-1]])
     table = site.table(site.cells(no_resistance(site.terrain)))
-    assert table.not_released.all()
+    assert (table.status == NOT_RELEASED).all()
 
 
 def test_a_path_runs_from_its_own_release_or_its_top() -> None:

@@ -3,7 +3,13 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from avahazard.hazard.runout_bounds import Distribution, draw_runouts, runout_bounds
+from avahazard.hazard.runout_bounds import (
+    Distribution,
+    RunoutBounds,
+    bounds_of_stops,
+    draw_runouts,
+)
+from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_curve import RunoutCurve
 from tests.hazard.conftest import JUMPS
 from tests.hazard.naive import naive_stop
@@ -29,6 +35,11 @@ def test_draws_equal_the_twin(curve: RunoutCurve, distribution: Distribution, n_
     np.testing.assert_allclose(y, stops[:, 1], rtol=1e-9, atol=1e-9)
     assert counts.sum() == len(stops)
     assert counts[1] == np.isinf(stops[:, 0]).sum()
+
+
+def runout_bounds(curve, friction, scatter, distribution, n_draws, rng) -> RunoutBounds:  # type: ignore[no-untyped-def]
+    x, y, counts = draw_runouts(curve, friction, scatter, distribution, n_draws, rng)
+    return bounds_of_stops(x, y, int(counts[NOT_RELEASED]), n_draws)
 
 
 def bounds(curve: RunoutCurve, friction: float, scatter: float, distribution: Distribution):

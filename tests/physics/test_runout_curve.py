@@ -87,7 +87,7 @@ def test_the_table_is_the_runs() -> None:
     assert table.x.shape == (3, len(MU))
     np.testing.assert_array_equal(table.left, np.isnan(table.x))
     held = table.x == cells.x[starts][:, None]
-    np.testing.assert_array_equal(table.not_released, held)
+    np.testing.assert_array_equal(table.status == NOT_RELEASED, held)
     assert table.left.any()
     assert held.any()
     coarse = tabulate(cells, starts, 4)
@@ -201,7 +201,7 @@ def test_the_derivative_is_that_of_the_runs() -> None:
     by_hand = np.diff(near.y.reshape(-1, 2), axis=1)[:, 0] / (2.0 * h)
     np.testing.assert_allclose(dy[inside], by_hand[inside], rtol=5e-3)
     assert np.isnan(dx[table.left]).all()
-    assert np.isnan(dy[table.not_released]).all()
+    assert np.isnan(dy[table.status == NOT_RELEASED]).all()
 
 
 def test_at_a_jump_the_derivative_is_that_of_its_own_side() -> None:

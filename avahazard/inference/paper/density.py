@@ -48,10 +48,6 @@ class HolyDensity:
         result: Array = self.psi(x) ** 2
         return result
 
-    def integral(self) -> float:
-        """∫ψ² over the line: Σ a_i a_j (1 + κd_ij) exp(-κd_ij), which must be 1."""
-        return _integral(self.mu, self.a, self.kappa)
-
     def extrapolated(self, x: Array) -> NDArray[np.bool_]:
         """Where x [n_points] lies outside the records, and the density is a tail by assumption."""
         x = np.asarray(x, np.float64)
@@ -111,6 +107,7 @@ def _held_out(mu: Array, fold: NDArray[np.int64], kappa: float) -> float:
 
 
 def _integral(mu: Array, a: Array, kappa: float) -> float:
+    """∫ψ² over the line: Σ a_i a_j (1 + κd_ij) exp(-κd_ij)."""
     d = kappa * np.abs(mu[:, None] - mu)
     return float(a @ ((1.0 + d) * np.exp(-d)) @ a)
 

@@ -68,13 +68,6 @@ def runout_records(
     return FitRecords(x, runout, offset, stops.ravel(), float(mu_min), float(mu_step), n_mu, bends)
 
 
-def line_records(x: NDArray[np.float64], y: NDArray[np.float64]) -> FitRecords:
-    """FitRecords of an ordinary regression y = u0 - u1 x."""
-    none = np.empty(0)
-    x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    return FitRecords(x, y, np.zeros(x.size, np.int64), none, 0.0, 1.0, 0, False)
-
-
 @kernel(inner=True, fastmath=FAST_BUT_NAN, inline="always")
 def _exp(x: float) -> float:
     """e^x for |x| < 36 to 1e-12, without a branch, so that the loop over events runs in vectors."""

@@ -9,8 +9,8 @@ import pytest
 
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.paper.metropolis import FLAT_ON_SIGMA, metropolis, walk
-from avahazard.inference.paper.runout_fit import line_records
 from tests.inference import naive
+from tests.inference.paper.regression import line_records
 from tests.inference.reference import reference_regression
 from tests.inference.worlds import MU, MU_MIN, MU_STEP, runouts
 

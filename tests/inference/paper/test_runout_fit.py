@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from avahazard.inference.model.laws import LAWS, law
-from avahazard.inference.paper.runout_fit import line_records, runout_records, squared_residuals
+from avahazard.inference.paper.runout_fit import runout_records, squared_residuals
 from avahazard.records.errors import AvahazardError
 from tests.inference import naive
+from tests.inference.paper.regression import line_records
 from tests.inference.worlds import MU, MU_MIN, MU_STEP, runouts
 
 
