@@ -14,7 +14,7 @@ from avahazard.records.drawn import Drawn
 from avahazard.records.errors import AvahazardError, RowProblem
 from avahazard.records.files.names import known_name
 from avahazard.records.forms.path import PathRow
-from avahazard.records.table import Table
+from avahazard.records.table import table_of
 from avahazard.records.terrain_crop import TerrainCrop
 
 SHAPEFILE_NAME = 10
@@ -88,16 +88,12 @@ def _drawn(layer: VectorLayer, terrain: TerrainModel, land_cover: FilePath | Non
         notes += _notes(path_id, profile, terrain)
     return Drawn(
         layer.file,
-        _table(layer.file, columns, rows),
-        _table(layer.file, POINT_COLUMNS, points),
+        table_of(layer.file, columns, rows),
+        table_of(layer.file, POINT_COLUMNS, points),
         tuple(crops),
         tuple(problems),
         tuple(notes),
     )
-
-
-def _table(file: str, header: tuple[str, ...], rows: list[tuple[int, dict[str, str]]]) -> Table:
-    return Table(file, header, tuple(n for n, _ in rows), tuple(row for _, row in rows))
 
 
 def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, str]]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from sys import intern
 
 import numpy as np
 
@@ -86,7 +87,7 @@ def build_profile(
     if len(problems) > before:
         return None
     rows = [row for _, row in points]
-    cover = tuple(row.land_cover for row in rows if row.land_cover is not None)
+    cover = tuple(intern(row.land_cover) for row in rows if row.land_cover is not None)
     return Profile(
         path_id=first.path_id,
         x_m=np.array([row.x_m for row in rows]),

@@ -48,7 +48,7 @@ def read_covariates(
     found: dict[tuple[str, int], dict[str, Covariate]] = {}
     for table in tables:
         extra = [name for name in table.header if name in kinds]
-        for line, cells in table.numbered():
+        for line, cells in table.numbered(extra):
             values: dict[str, Covariate] = {}
             for name in extra:
                 text = cells.get(name)
@@ -70,15 +70,14 @@ def _kind(tables: Sequence[Table], name: str) -> Kind:
     """A column of numbers and a few words is one of numbers with mistakes, not one of words."""
     if _means_numbers(name):
         return "number"
-    texts = [cells[name] for table in tables for cells in table.rows if name in cells]
-    n_numbers = sum(_like_a_number(text) for text in texts)
-    return "number" if 2 * n_numbers > len(texts) else "text"
+    numbers = [_like_a_number(text) for table in tables for _, text in table.values(name)]
+    return "number" if 2 * sum(numbers) > len(numbers) else "text"
 
 
 def _mixed(tables: Sequence[Table], name: str) -> Iterator[str]:
     """Say of each file that a column of words holds numbers as well."""
     for table in tables:
-        found = [(line, cells[name]) for line, cells in table.numbered() if name in cells]
+        found = [(table.lines[k], text) for k, text in table.values(name)]
         numbers = [(line, text) for line, text in found if _like_a_number(text)]
         words = [(line, text) for line, text in found if not _like_a_number(text)]
         if numbers and words:

@@ -49,14 +49,14 @@ def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> 
     profiles = []
     for table in tables:
         _note_unused(table, ProfileRow, intake)
-        # Path by path: checked rows take as much memory again as their cells.
-        points: dict[str | None, array[int]] = {}
-        for k, cells in enumerate(table.rows):
-            points.setdefault(cells.get("path_id"), array("q")).append(k)
+        # Path by path: checked rows take many times the memory of their cells.
+        points: dict[str, array[int]] = {}
+        ids = (path_id for block in table.blocks("path_id") for path_id in block)
+        for k, path_id in enumerate(ids):
+            points.setdefault(path_id, array("q")).append(k)
         for path_id, mine in points.items():
-            numbered = ((table.lines[k], table.rows[k]) for k in mine)
-            rows = list(check_rows(ProfileRow, table.file, numbered, intake.problems))
-            if path_id is None or not rows:
+            rows = list(check_rows(ProfileRow, table.file, table.at(mine), intake.problems))
+            if not path_id or not rows:
                 continue
             if not intake.claim(("profile", path_id), (table.file, rows[0][0]), "path_id", path_id):
                 continue

@@ -39,7 +39,7 @@ def _check_numbers(
     (first, last), (low, high) = meaning.limits
     unit = "m" if meaning.unit == ABOVE_SEA else meaning.unit
     unusual: list[tuple[int, str]] = []
-    for line, cells in table.numbered():
+    for line, cells in table.numbered([column]):
         if (value := _number(cells.get(column))) is None or low <= value <= high:
             continue
         if first <= value <= last:
@@ -55,7 +55,7 @@ def _check_years(table: Table, column: str, problems: list[RowProblem], notes: l
     # A day's grace: the clock may stand in another time zone.
     tomorrow = (dt.date.today() + dt.timedelta(1)).isoformat()
     unusual: list[tuple[int, str]] = []
-    for line, cells in table.numbered():
+    for line, cells in table.numbered([column]):
         text = cells.get(column, "")
         if len(text) not in (4, 10) or not text[:4].isdigit():
             continue

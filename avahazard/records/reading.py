@@ -99,4 +99,4 @@ def read_files(
 
 
 def _ids(column: str, tables: Iterable[Table]) -> set[str]:
-    return {cells[column] for table in tables for cells in table.rows if column in cells}
+    return {text for table in tables for block in table.blocks(column) for text in block if text}

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Iterator, Mapping
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 
+import numpy as np
+
+from avahazard.arrays import Ints
 from avahazard.records.errors import RowProblem
 from avahazard.records.files.dates import FIRST_DAY
 from avahazard.records.files.encoding import decode
 from avahazard.records.files.separators import split
-from avahazard.records.files.sheet import Sheet
+from avahazard.records.files.sheet import AT_ONCE, Sheet, Texts, no_header, texts
 from avahazard.records.files.workbook import is_workbook, read_sheets
 
 LONGEST_NAME = 200
@@ -19,7 +23,7 @@ LONGEST_NAME = 200
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Cells without the blanks around them; empty cells are left out of a row.
+    """Cells without the blanks around them: of each column of the header those of `lines`.
 
     `name` hints at the form, `words` say how the file was read, `separator` is that of a text
     file; `spelt` gives a column as the file has it, where that differs. `dated`, `written` and
@@ -28,8 +32,8 @@ class Table:
 
     file: str
     header: tuple[str, ...]
-    lines: tuple[int, ...]
-    rows: tuple[dict[str, str], ...]
+    lines: array[int]
+    columns: Mapping[str, Texts]
     name: str = ""
     words: tuple[str, ...] = ()
     separator: str = ","
@@ -38,9 +42,45 @@ class Table:
     first_day: dt.date = FIRST_DAY
     spelt: Mapping[str, str] = field(default_factory=dict)
 
-    def numbered(self) -> Iterator[tuple[int, dict[str, str]]]:
-        """Yield every row with its line number."""
-        return zip(self.lines, self.rows, strict=True)
+    def numbered(
+        self, columns: Sequence[str] | None = None
+    ) -> Iterator[tuple[int, dict[str, str]]]:
+        """Yield every row with its line number, or `columns` of it; empty cells are left out."""
+        for begin in range(0, len(self.lines), AT_ONCE):
+            rows = slice(begin, begin + AT_ONCE)
+            yield from self._rows(self.lines[rows], rows, columns)
+
+    def at(self, rows: Sequence[int]) -> Iterator[tuple[int, dict[str, str]]]:
+        """Yield some rows, in their order, by their numbers from 0."""
+        yield from self._rows([self.lines[k] for k in rows], np.asarray(rows, dtype=np.intp), None)
+
+    def values(self, column: str) -> Iterator[tuple[int, str]]:
+        """Yield the numbers from 0 of the rows that have a text in the column, with the text."""
+        for begin, block in enumerate(self.blocks(column)):
+            yield from ((begin * AT_ONCE + k, text) for k, text in enumerate(block) if text)
+
+    def blocks(self, column: str) -> Iterator[list[str]]:
+        """Yield the texts of a column, empty ones too, many rows at a time."""
+        if column in self.columns:
+            for begin in range(0, len(self.lines), AT_ONCE):
+                yield self.columns[column][begin : begin + AT_ONCE].tolist()
+
+    def _rows(
+        self, lines: Sequence[int], rows: slice | Ints, columns: Sequence[str] | None
+    ) -> Iterator[tuple[int, dict[str, str]]]:
+        names = self.header if columns is None else columns
+        cells = [self.columns[name][rows].tolist() for name in names]
+        for line, *row in zip(lines, *cells, strict=True):
+            yield line, {name: text for name, text in zip(names, row, strict=True) if text}
+
+
+def table_of(
+    file: str, header: Sequence[str], rows: Iterable[tuple[int, Mapping[str, str]]]
+) -> Table:
+    """A table of rows, each with its line number; cells may be left out."""
+    numbered = list(rows)
+    columns = {name: texts(row.get(name, "") for _, row in numbered) for name in header}
+    return Table(file, tuple(header), array("q", [line for line, _ in numbered]), columns)
 
 
 def read_tables(path: FilePath, problems: list[RowProblem]) -> list[Table]:
@@ -52,54 +92,32 @@ def read_tables(path: FilePath, problems: list[RowProblem]) -> list[Table]:
     if is_workbook(raw):
         sheets = read_sheets(file, raw, problems)
         if not sheets and not problems:
-            problems.append(_no_header(file))
+            problems.append(no_header(file))
     else:
         text = decode(file, raw, problems)
+        del raw
         sheet = text and split(file, *text, problems)
         sheets = [sheet] if sheet else []
-        del text
-    del raw
     return [table for sheet in sheets if (table := _table(sheet, problems))]
 
 
 def _table(sheet: Sheet, problems: list[RowProblem]) -> Table | None:
-    if not sheet.lines:
-        problems.append(_no_header(sheet.file))
-        return None
-    first, names = sheet.lines[0]
-    # Spreadsheets leave columns that hold nothing, not even a name.
-    used = [
-        k
-        for k in range(max(len(cells) for _, cells in sheet.lines))
-        if any(k < len(cells) and cells[k] for _, cells in sheet.lines)
-    ]
-    blank = {k for k in range(len(names)) if k not in used}
-    header = _header(sheet.file, first, [n for k, n in enumerate(names) if k in used], problems)
+    cells = sheet.cells
+    used = [k for k, name in enumerate(cells.names) if name or k in cells.nameless]
+    header = _header(sheet.file, cells.first, [cells.names[k] for k in used], problems)
     if not header:
         return None
-    lines: list[int] = []
-    rows: list[dict[str, str]] = []
-    sheet.lines.reverse()
-    sheet.lines.pop()
-    while sheet.lines:
-        line, cells = sheet.lines.pop()
-        here = [c for k, c in enumerate(cells) if k not in blank] if blank else list(cells)
-        while len(here) > len(header) and not here[-1]:
-            here.pop()
-        if len(here) != len(header):
-            accepted = f"{len(header)} values, as many as the header has columns"
-            if sheet.separator == ",":
-                accepted += " (a number with a decimal comma stands in quotes)"
-            problems.append(RowProblem(sheet.file, line, "", f"{len(here)} values", accepted))
-        else:
-            lines.append(line)
-            rows.append({k: v for k, v in zip(header, here, strict=True) if v})
-    column = {k: name for name, k in zip(header, used, strict=False)}
+    for line, n in cells.uneven:
+        accepted = f"{len(header)} values, as many as the header has columns"
+        if sheet.separator == ",":
+            accepted += " (a number with a decimal comma stands in quotes)"
+        problems.append(RowProblem(sheet.file, line, "", f"{n} values", accepted))
+    column = dict(zip(used, header, strict=True))
     return Table(
         sheet.file,
         header,
-        tuple(lines),
-        tuple(rows),
+        cells.lines,
+        dict(zip(header, cells.columns, strict=True)),
         sheet.name,
         sheet.words,
         sheet.separator,
@@ -113,10 +131,6 @@ def _named(
     cells: frozenset[tuple[int, int]], column: Mapping[int, str]
 ) -> frozenset[tuple[int, str]]:
     return frozenset((line, column[k]) for line, k in cells if k in column)
-
-
-def _no_header(file: str) -> RowProblem:
-    return RowProblem(file, 1, "", "", "a header row with the names of the columns")
 
 
 def _header(file: str, line: int, cells: list[str], problems: list[RowProblem]) -> tuple[str, ...]:

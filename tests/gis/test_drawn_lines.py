@@ -10,9 +10,15 @@ import shapely
 
 from avahazard.gis.drawn_lines import read_drawn
 from avahazard.records.errors import AvahazardError
+from avahazard.records.table import Table
 from tests.gis.surface import BOTTOM, CODE, NORTH, TOP, WEST, write_dem, write_lines
 
 LINE = shapely.LineString([TOP, BOTTOM])
+
+
+def rows(table: Table) -> list[dict[str, str]]:
+    """Give the cells of every row."""
+    return [row for _, row in table.numbered()]
 
 
 @pytest.fixture(scope="module")
@@ -37,10 +43,11 @@ def test_rows_carry_the_number_of_their_feature(tmp_path: Path, dem: Path) -> No
     (problem,) = drawn.problems
     assert (problem.file, problem.line, problem.column) == (str(file), 1, "geometry")
     assert set(drawn.profiles.lines) == {2}
-    assert drawn.profiles.rows[0] == {
+    first = rows(drawn.profiles)[0]
+    assert first == {
         "path_id": "P",
         "x_m": "0.000",
-        "y_m": drawn.profiles.rows[0]["y_m"],
+        "y_m": first["y_m"],
         "easting_m": "256000.000",
         "northing_m": "381850.000",
         "crs": CODE,
@@ -52,7 +59,7 @@ def test_rows_carry_the_number_of_their_feature(tmp_path: Path, dem: Path) -> No
 def test_a_name_serves_where_there_is_no_path_id(tmp_path: Path, dem: Path) -> None:
     file = write_lines(tmp_path / "lines.gpkg", [LINE], {"name": ["Long gully"]})
     (drawn,) = read_drawn([file], dem)
-    assert drawn.paths.rows == ({"path_id": "Long gully", "name": "Long gully"},)
+    assert rows(drawn.paths) == [{"path_id": "Long gully", "name": "Long gully"}]
     bare = write_lines(tmp_path / "bare.gpkg", [LINE], {"gully": ["x"]})
     with pytest.raises(AvahazardError, match="no attribute path_id, name or id") as caught:
         read_drawn([bare], dem)
@@ -73,7 +80,7 @@ def test_attributes_in_other_spellings_name_the_paths(
 ) -> None:
     file = write_lines(tmp_path / "lines.gpkg", [LINE], {column: ["7"], "Section": ["open"]})
     (drawn,) = read_drawn([file], dem)
-    assert drawn.paths.rows == ({**row, "section": "open"},)
+    assert rows(drawn.paths) == [{**row, "section": "open"}]
 
 
 def test_a_terrain_model_without_a_system_takes_that_of_the_lines_and_says_so(
@@ -84,8 +91,8 @@ def test_a_terrain_model_without_a_system_takes_that_of_the_lines_and_says_so(
     (known,) = read_drawn([file], dem)
     for crs, whose in ((None, "that of the lines"), (CODE, "that of --crs")):
         (drawn,) = read_drawn([file], bare, crs=crs)
-        assert drawn.profiles.rows[0]["crs"] == CODE
-        assert drawn.profiles.rows == known.profiles.rows
+        assert rows(drawn.profiles)[0]["crs"] == CODE
+        assert rows(drawn.profiles) == rows(known.profiles)
         assert whose in drawn.notes[0]
     (drawn,) = read_drawn([file], dem, crs="EPSG:4326")
     assert drawn.notes == ()
@@ -97,14 +104,14 @@ def test_names_that_a_shapefile_cuts_are_known(tmp_path: Path, dem: Path) -> Non
     columns = {"path_id": ["P"], "release_el": [2200.0], "observed_f": [1950], "snow_fence": ["a"]}
     file = write_lines(tmp_path / "lines.shp", [LINE], columns)
     (drawn,) = read_drawn([file], dem)
-    assert drawn.paths.rows == (
+    assert rows(drawn.paths) == [
         {
             "path_id": "P",
             "release_elevation_m": "2200",
             "observed_from": "1950",
             "snow_fence": "a",
         },
-    )
+    ]
 
 
 def test_land_cover_and_the_note_on_another_system(tmp_path: Path) -> None:
@@ -115,7 +122,7 @@ def test_land_cover_and_the_note_on_another_system(tmp_path: Path) -> None:
     forest = shapely.box(11.004, 46.98, 11.006, 46.9945)
     cover = write_lines(tmp_path / "cover.gpkg", [forest], {"land_cover": ["forest"]}, "EPSG:4326")
     (drawn,) = read_drawn([file], dem, cover)
-    words = np.array([row["land_cover"] for row in drawn.profiles.rows])
+    words = np.array([row["land_cover"] for row in rows(drawn.profiles)])
     assert set(words) == {"open", "forest"}
     assert (words == "forest").mean() == pytest.approx(0.5, abs=0.02)
     assert "EPSG:32632" in drawn.notes[0]
@@ -126,4 +133,4 @@ def test_every_file_is_read_on_the_one_model(tmp_path: Path, dem: Path) -> None:
     one = write_lines(tmp_path / "one.gpkg", [LINE], {"path_id": ["P"]})
     east = shapely.LineString([(WEST + 200, NORTH - 200), (WEST + 300, NORTH - 900)])
     two = write_lines(tmp_path / "two.gpkg", [east], {"path_id": ["Q"]})
-    assert [d.profiles.rows[0]["path_id"] for d in read_drawn([one, two], dem)] == ["P", "Q"]
+    assert [rows(d.profiles)[0]["path_id"] for d in read_drawn([one, two], dem)] == ["P", "Q"]

@@ -7,15 +7,15 @@ import pytest
 from avahazard.records.covariates import Kind, column_kinds, read_covariates
 from avahazard.records.errors import RowProblem
 from avahazard.records.path import Covariate
-from avahazard.records.table import Table
+from avahazard.records.table import table_of
 
 
 def read(
     texts: list[str], stored: dict[str, Kind] | None = None
 ) -> tuple[list[Covariate | None], list[RowProblem]]:
     """Read a column `c` beside a column of ids; an empty text is a missing value."""
-    rows = tuple({"id": str(i), **({"c": t} if t else {})} for i, t in enumerate(texts))
-    table = Table("f.csv", ("id", "c"), tuple(range(2, 2 + len(rows))), rows)
+    rows = [(2 + i, {"id": str(i), "c": text}) for i, text in enumerate(texts)]
+    table = table_of("f.csv", ["id", "c"], rows)
     problems: list[RowProblem] = []
     found = read_covariates([table], {"id"}, stored or {}, problems, [])
     return [found["f.csv", line].get("c") for line in table.lines], problems
@@ -48,7 +48,7 @@ def test_stored_kind_decides() -> None:
 
 
 def test_a_known_column_of_numbers_holds_no_words_even_where_all_are_words() -> None:
-    table = Table("f.csv", ("id", "width_m"), (2,), ({"id": "1", "width_m": "broad"},))
+    table = table_of("f.csv", ["id", "width_m"], [(2, {"id": "1", "width_m": "broad"})])
     problems: list[RowProblem] = []
     assert read_covariates([table], {"id"}, {}, problems, []) == {("f.csv", 2): {}}
     (problem,) = problems
@@ -64,8 +64,8 @@ def test_a_word_among_numbers_is_refused_and_numbers_among_words_are_told() -> N
     values, problems = read(["1", "2", "3", "wet"])
     assert values == [1.0, 2.0, 3.0, None]
     assert [(p.line, p.value) for p in problems] == [(5, "wet")]
-    rows = tuple({"id": str(i), "c": t} for i, t in enumerate(["wet", "dry", "7"]))
-    table = Table("f.csv", ("id", "c"), (2, 3, 4), rows)
+    rows = [(2 + i, {"id": str(i), "c": text}) for i, text in enumerate(["wet", "dry", "7"])]
+    table = table_of("f.csv", ["id", "c"], rows)
     notes: list[str] = []
     read_covariates([table], {"id"}, {}, [], notes)
     assert notes == ["f.csv: c is read as words: line 2 holds 'wet', line 4 7."]

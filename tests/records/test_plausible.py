@@ -9,12 +9,12 @@ import pytest
 from avahazard.records.errors import RowProblem
 from avahazard.records.forms.meanings import MEANINGS, Limits, Meaning
 from avahazard.records.plausible import check_ranges
-from avahazard.records.table import Table
+from avahazard.records.table import table_of
 
 
 def check(column: str, text: str) -> tuple[list[RowProblem], list[str]]:
     """Check a column of two rows, the first an ordinary one."""
-    table = Table("f.csv", (column,), (2, 3), ({column: "1"}, {column: text}))
+    table = table_of("f.csv", [column], [(2, {column: "1"}), (3, {column: text})])
     problems: list[RowProblem] = []
     notes: list[str] = []
     check_ranges(table, problems, notes)
@@ -87,8 +87,8 @@ def test_a_further_column_has_its_limits_from_its_meaning_alone(
 
 
 def test_what_is_meant_so_needs_no_note_and_stays_within_what_is_possible() -> None:
-    rows = ({"volume_m3": "2e13"}, {"volume_m3": "1e16"})
-    table = Table("f.csv", ("volume_m3",), (2, 3), rows)
+    rows = [(2, {"volume_m3": "2e13"}), (3, {"volume_m3": "1e16"})]
+    table = table_of("f.csv", ["volume_m3"], rows)
     problems: list[RowProblem] = []
     notes: list[str] = []
     check_ranges(table, problems, notes, unusual=True)
@@ -102,8 +102,8 @@ def test_today_is_no_date_to_come() -> None:
 
 
 def test_many_doubtful_rows_are_one_note() -> None:
-    lines = tuple(range(2, 22))
-    table = Table("f.csv", ("volume_m3",), lines, tuple({"volume_m3": "5e9"} for _ in lines))
+    rows = [(line, {"volume_m3": "5e9"}) for line in range(2, 22)]
+    table = table_of("f.csv", ["volume_m3"], rows)
     notes: list[str] = []
     check_ranges(table, [], notes)
     assert len(notes) == 1

@@ -6,7 +6,7 @@ import pytest
 
 from avahazard.records.errors import RowProblem
 from avahazard.records.recognise import recognise
-from avahazard.records.table import Table
+from avahazard.records.table import table_of
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ from avahazard.records.table import Table
 )
 def test_kind_by_header(header: str, name: str, kind: str) -> None:
     problems: list[RowProblem] = []
-    assert recognise(Table(name, tuple(header.split(",")), (), ()), problems) == kind
+    assert recognise(table_of(name, header.split(","), []), problems) == kind
     assert not problems
 
 
@@ -44,11 +44,11 @@ def test_kind_by_header(header: str, name: str, kind: str) -> None:
 )
 def test_missing_columns_are_named(header: str, name: str, columns: list[str]) -> None:
     problems: list[RowProblem] = []
-    assert recognise(Table(name, tuple(header.split(",")), (), ()), problems) is None
+    assert recognise(table_of(name, header.split(","), []), problems) is None
     assert [p.column for p in problems] == columns
 
 
 def test_events_to_predict_need_no_runout() -> None:
     problems: list[RowProblem] = []
-    table = Table("x.csv", ("event_id", "path_id"), (), ())
+    table = table_of("x.csv", ["event_id", "path_id"], [])
     assert recognise(table, problems, need_runout=False) == "events"

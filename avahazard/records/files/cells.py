@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from avahazard.records.errors import RowProblem
 from avahazard.records.files.conventions import Conventions
 from avahazard.records.files.dates import read_dates
 from avahazard.records.files.numbers import Decimal, Evidence, canonical, is_number, weigh
+from avahazard.records.files.sheet import Texts
 from avahazard.records.forms.meanings import MEANINGS
 from avahazard.records.table import Table
 
@@ -27,33 +28,46 @@ def plain_cells(table: Table, given: Conventions, problems: list[RowProblem]) ->
     The decimal sign is one in the whole file. Where the file does not show it and `given` does
     not say it, ambiguous numbers are added to `problems`, as are ambiguous dates.
     """
-    rows = list(table.rows)
+    edits: dict[str, dict[int, str]] = {}
     words = list(table.words)
-    words += _numbers(table, rows, given.decimal, problems)
-    words += _dates(table, rows, given, problems)
+    words += _numbers(table, given.decimal, edits, problems)
+    words += _dates(table, given, edits, problems)
     row_of = {line: k for k, line in enumerate(table.lines)} if table.dated else {}
     for line, column in sorted(table.dated):
         meaning = MEANINGS.get(column)
         if meaning and meaning.content in ("name", "text") and line in row_of:
-            text = rows[row_of[line]].get(column, "")
+            text = edits.get(column, {}).get(row_of[line]) or table.columns[column][row_of[line]]
             problems.append(RowProblem(table.file, line, column, text, MADE_A_DATE))
-    return replace(table, rows=tuple(rows), words=tuple(words))
+    columns = {name: _edited(cells, edits.get(name)) for name, cells in table.columns.items()}
+    return replace(table, columns=columns, words=tuple(words))
+
+
+def _edited(cells: Texts, edits: Mapping[int, str] | None) -> Texts:
+    if not edits:
+        return cells
+    edited = cells.copy()
+    for k, text in edits.items():
+        edited[k] = text
+    return edited
 
 
 def _numbers(
-    table: Table, rows: list[dict[str, str]], decimal: Decimal | None, problems: list[RowProblem]
+    table: Table,
+    decimal: Decimal | None,
+    edits: dict[str, dict[int, str]],
+    problems: list[RowProblem],
 ) -> list[str]:
-    columns = [name for name in table.header if _holds_numbers(name, rows)]
+    columns = [name for name in table.header if _holds_numbers(name, table)]
     odd = ODD if table.separator == "," else ODD_ELSEWHERE
-    if not any(odd.search("".join(_values(c, rows))) for c in columns):
+    if not any(odd.search("".join(block)) for c in columns for block in table.blocks(c)):
         return []
-    places = [
-        (k, c)
-        for c in columns
-        for k, cells in enumerate(rows)
-        if c in cells and (table.written is None or (table.lines[k], c) in table.written)
-    ]
-    texts = [rows[k][c] for k, c in places]
+    places: list[Place] = []
+    texts: list[str] = []
+    for column in columns:
+        for k, text in table.values(column):
+            if table.written is None or (table.lines[k], column) in table.written:
+                places.append((k, column))
+                texts.append(text)
     chosen = decimal or _decided(table, places, texts, weigh(texts), problems)
     if chosen is None or not places:
         return []
@@ -62,7 +76,7 @@ def _numbers(
         found = canonical(text, chosen)
         if found is not None and found != text:
             grouped = grouped or len(found) < len(text)
-            rows[k] = {**rows[k], column: found}
+            edits.setdefault(column, {})[k] = found
     words = [DECIMAL[chosen]] if table.written is None else [f"texts with {DECIMAL[chosen]}"]
     return [*words, *(["thousands in groups"] if grouped else [])]
 
@@ -109,30 +123,27 @@ def _refuse(
 
 
 def _dates(
-    table: Table, rows: list[dict[str, str]], given: Conventions, problems: list[RowProblem]
+    table: Table,
+    given: Conventions,
+    edits: dict[str, dict[int, str]],
+    problems: list[RowProblem],
 ) -> list[str]:
-    if "date" not in table.header:
-        return []
-    where = [k for k, cells in enumerate(rows) if "date" in cells]
-    texts = [rows[k]["date"] for k in where]
+    found = dict(table.values("date"))
+    where, texts = list(found), list(found.values())
     dates, faults, words = read_dates(texts, given.dates, table.first_day)
     for place, accepted in faults:
         line = table.lines[where[place]]
         problems.append(RowProblem(table.file, line, "date", texts[place], accepted))
-    for k, text, date in zip(where, texts, dates, strict=True):
-        if text != date:
-            rows[k] = {**rows[k], "date": date}
+    edits["date"] = {
+        k: date for k, text, date in zip(where, texts, dates, strict=True) if date != text
+    }
     return [words] if words else []
 
 
-def _holds_numbers(column: str, rows: Sequence[dict[str, str]]) -> bool:
+def _holds_numbers(column: str, table: Table) -> bool:
     """A known column of numbers, or one of one's own in which most values are numbers."""
     meaning = MEANINGS.get(column)
     if meaning:
         return meaning.content in ("number", "flag")
-    values = _values(column, rows)
-    return 2 * sum(map(is_number, values)) > len(values)
-
-
-def _values(column: str, rows: Sequence[dict[str, str]]) -> list[str]:
-    return [cells[column] for cells in rows if column in cells]
+    numbers = [is_number(text) for _, text in table.values(column)]
+    return 2 * sum(numbers) > len(numbers)

@@ -89,4 +89,6 @@ def read_forms(
 def _all_stored(table: Table, known: Records) -> bool:
     """Tell whether every event of the table is stored, so that its runout is."""
     stored = {event.event_id for event in known.events}
-    return bool(stored) and all(cells.get("event_id") in stored for cells in table.rows)
+    if not stored or "event_id" not in table.header:
+        return False
+    return all(stored.issuperset(block) for block in table.blocks("event_id"))

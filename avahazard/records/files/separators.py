@@ -9,7 +9,7 @@ from pathlib import PurePath
 
 from avahazard.records.errors import RowProblem
 from avahazard.records.files.names import known_name
-from avahazard.records.files.sheet import Line, Sheet
+from avahazard.records.files.sheet import Line, Sheet, no_header, packed
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 LINE = re.compile(r"[^\r\n]*(?:\r\n?|\n)|[^\r\n]+")
@@ -24,26 +24,32 @@ def split(file: str, text: str, encoding: str, problems: list[RowProblem]) -> Sh
         names = ", ".join(SEPARATORS.values())
         problems.append(RowProblem(file, 1, "", separator, f"values separated by {names}"))
         return None
-    lines: list[Line] = []
+    before = len(problems)
+    cells = packed(_filled(file, text, separator, start is not None, problems))
+    if len(problems) > before:
+        return None
+    if cells is None:
+        problems.append(no_header(file))
+        return None
+    words = (encoding, SEPARATORS[separator])
+    return Sheet(file, PurePath(file).stem, cells, words, separator)
+
+
+def _filled(
+    file: str, text: str, separator: str, skip_first: bool, problems: list[RowProblem]
+) -> Iterator[Line]:
+    """The rows that hold anything, with the line where each begins, as far as they can be read."""
     reader = csv.reader(_lines(text), delimiter=separator, strict=True)
     line = 1
-    before: tuple[str, ...] = ()
     try:
         for row in reader:
-            cells = tuple(cell.strip() for cell in row)
-            if len(cells) == len(before):
-                # What is as in the row before, such as the path, is held once.
-                cells = tuple(b if b == c else c for b, c in zip(before, cells, strict=True))
-            before = cells
-            if any(cells) and not (start and line == 1):
-                lines.append((line, cells))
+            cells = [cell.strip() for cell in row]
+            if any(cells) and not (skip_first and line == 1):
+                yield line, cells
             line = reader.line_num + 1
     except csv.Error as error:
         accepted = f"rows of values separated by {SEPARATORS[separator]}"
         problems.append(RowProblem(file, line, "", str(error), accepted))
-        return None
-    words = (encoding, SEPARATORS[separator])
-    return Sheet(file, PurePath(file).stem, lines, words, separator)
 
 
 def _separator(text: str) -> str:

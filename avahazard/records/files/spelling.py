@@ -32,7 +32,7 @@ def spell(table: Table, stored: Collection[str], problems: list[RowProblem]) -> 
     return replace(
         table,
         header=tuple(meant.values()),
-        rows=tuple({meant[k]: v for k, v in cells.items()} for cells in table.rows),
+        columns={meant[name]: cells for name, cells in table.columns.items()},
         dated=frozenset((line, meant[name]) for line, name in table.dated),
         written=table.written and frozenset((line, meant[name]) for line, name in table.written),
         words=(*table.words, f"columns: {said}"),

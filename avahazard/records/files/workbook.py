@@ -12,7 +12,7 @@ from typing import Any
 from avahazard.records.errors import RowProblem
 from avahazard.records.files.dates import FIRST_DAY
 from avahazard.records.files.numbers import is_number
-from avahazard.records.files.sheet import Line, Sheet
+from avahazard.records.files.sheet import Line, Sheet, packed
 
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 ACCEPTED = "a workbook saved as .xlsx without a password, or a text file (CSV)"
@@ -45,7 +45,7 @@ def read_sheets(file: str, raw: bytes, problems: list[RowProblem]) -> list[Sheet
         return []
     several = len(book.worksheets) > 1
     found = [_sheet(file, sheet, several, formulas, problems) for sheet in book.worksheets]
-    return [sheet for sheet in found if sheet.lines]
+    return [sheet for sheet in found if sheet is not None]
 
 
 def _load(raw: bytes, *, values: bool) -> Any:
@@ -67,7 +67,7 @@ def _sheet(
     several: bool,
     formulas: set[tuple[str, str]],
     problems: list[RowProblem],
-) -> Sheet:
+) -> Sheet | None:
     from openpyxl.utils.datetime import CALENDAR_MAC_1904  # noqa: PLC0415 (slow to import)
 
     label = f"{file}, sheet {sheet.title}" if several else file
@@ -89,15 +89,18 @@ def _sheet(
             texts.append(text)
         if any(texts):
             lines.append((row[0].row, tuple(texts)))
+    cells = packed(lines)
+    if cells is None:
+        return None
     for merged in sheet.merged_cells.ranges:
-        if lines and merged.max_row > lines[0][0]:
+        if merged.max_row > cells.first:
             accepted = "cells that are not merged: each row with values of its own"
             problems.append(RowProblem(label, merged.min_row, "", str(merged), accepted))
     name = sheet.title if several else PurePath(file).stem
     return Sheet(
         label,
         name,
-        lines,
+        cells,
         ("workbook",),
         dated=frozenset(dated),
         written=frozenset(written),
