@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
@@ -20,20 +21,7 @@ def sight_edges(
 ) -> Edges:
     """Edges of sight where stops above the highest of each path, plus a margin, are not seen."""
     assert alternative.margin is not None
-    limit = observations.limit.copy()
-    in_x = observations.kind == PLACE
-    for k in range(len(observations.columns.paths)):
-        mine = (
-            (observations.columns.path_index == k) & ~measured.left & np.isnan(observations.limit)
-        )
-        for kind, sign in ((in_x, -1.0), (~in_x, 1.0)):
-            rows = mine & kind
-            if np.any(rows):
-                height = alternative.margin / (STEEPNESS if sign < 0 else 1.0)
-                everyone = (
-                    (observations.columns.path_index == k) & kind & np.isnan(observations.limit)
-                )
-                limit[everyone] = sign * (np.max(sign * measured.observed[rows]) + height)
+    limit = estimated_limits(observations, measured, alternative.margin)
     nobody = np.zeros(len(limit), dtype=np.bool_)
     silent = alternative.tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
     place = record_moments(
@@ -58,6 +46,28 @@ def sight_edges(
         seen_sd=np.where(declared, known.seen_sd, np.sqrt(place.variance)),
         has_limit=np.where(declared, known.has_limit, estimated),
     )
+
+
+def estimated_limits(
+    observations: Observations, measured: BootstrapRecords, margin: float
+) -> Floats:
+    """Stops from which on nobody looks `[n_events]`: the declared ones, else `margin` (m) above.
+
+    Above the highest stop of the same kind of record on the path; nan where there is none.
+    """
+    path = observations.columns.path_index
+    of_a_path = (path >= 0) & np.isnan(observations.limit)
+    limit = observations.limit.copy()
+    in_x = observations.kind == PLACE
+    for kind, sign in ((in_x, -1.0), (~in_x, 1.0)):
+        highest = np.full(len(observations.columns.paths), -np.inf)
+        stopped = of_a_path & kind & ~measured.left
+        np.maximum.at(highest, path[stopped], sign * measured.observed[stopped])
+        known = of_a_path & kind
+        known[known] = np.isfinite(highest[path[known]])
+        height = margin / (STEEPNESS if sign < 0 else 1.0)
+        limit[known] = sign * (highest[path[known]] + height)
+    return limit
 
 
 def moments_of(

@@ -1,7 +1,8 @@
 """The linear system of crossed offsets, those of the largest grouping eliminated first.
 
 Two offsets of one grouping share no event, so that the largest grouping has a diagonal block;
-what is left of the others is dense, and small.
+what is left of the others is dense, and small. An offset of the largest grouping meets few of the
+others, as many as a path has winters with events: sums over it go through these alone.
 """
 
 from __future__ import annotations
@@ -33,12 +34,15 @@ def offset_system(index, rest, h, keep, precision):  # type: ignore[no-untyped-d
     for i in range(len(h)):
         if keep[i]:
             _join(index[:, i], rest, h[i], cross, inner)
-    scaled = cross.copy()
     for k in range(len(rest)):
-        scaled[k] /= bend[k]
         if rest[k] >= 0:
-            inner[rest[k], rest[k]] = bend[k]
-    inner -= np.dot(cross.T, scaled)
+            inner[rest[k], rest[k]] += bend[k]
+            continue
+        met = np.nonzero(cross[k])[0]
+        for r in met:
+            weight = cross[k, r] / bend[k]
+            for c in met:
+                inner[r, c] -= weight * cross[k, c]
     return bend, cross, np.linalg.cholesky(inner)
 
 
@@ -118,17 +122,31 @@ def variances(rest, bend, cross, root):  # type: ignore[no-untyped-def]
     result = 1.0 / bend
     if not len(root):
         return result
-    unit = np.zeros(len(root))
+    half = _inverse(root)
+    others = np.dot(half.T, half)
     for k in range(len(rest)):
         if rest[k] >= 0:
-            unit[:] = 0.0
-            unit[rest[k]] = 1.0
-            part = _lower(root, unit)
-            result[k] = np.sum(part * part)
-        else:
-            part = _lower(root, cross[k])
-            result[k] += np.sum(part * part) / (bend[k] * bend[k])
+            result[k] = others[rest[k], rest[k]]
+            continue
+        met = np.nonzero(cross[k])[0]
+        for r in met:
+            for c in met:
+                result[k] += cross[k, r] * others[r, c] * cross[k, c] / (bend[k] * bend[k])
     return result
+
+
+@kernel(inner=True)
+def _inverse(root):  # type: ignore[no-untyped-def]
+    """Inverse of a lower root, row by row."""
+    inverse = np.zeros_like(root)
+    for r in range(len(root)):
+        inverse[r, r] = 1.0
+        for c in range(r):
+            for k in range(c + 1):
+                inverse[r, k] -= root[r, c] * inverse[c, k]
+        for k in range(r + 1):
+            inverse[r, k] /= root[r, r]
+    return inverse
 
 
 @kernel

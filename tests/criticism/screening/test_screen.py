@@ -11,7 +11,7 @@ from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.model_design import base_design
-from avahazard.criticism.screening.moments_of_worlds import sight_edges
+from avahazard.criticism.screening.moments_of_worlds import estimated_limits, sight_edges
 from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screening
@@ -19,7 +19,7 @@ from avahazard.criticism.screening.tables import make_tables
 from avahazard.engine import set_engine
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.observations import ELEVATION, LEFT, PLACE, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
 from avahazard.workers import set_workers
@@ -146,6 +146,28 @@ def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
     free = seen[0.0].has_limit & np.isnan(observations.limit)
     # Higher stops need more friction.
     assert np.all(seen[100.0].seen[free] > seen[0.0].seen[free])
+
+
+def test_limits_are_those_of_each_path_and_kind_of_record() -> None:
+    rng = np.random.default_rng(11)
+    observations = studies.observations(speeds=False)
+    n = observations.n_events
+    kind = rng.choice([PLACE, ELEVATION, LEFT], n)
+    declared = np.where(rng.random(n) < 0.2, 1500.0, np.nan)
+    measured = real_world(studies.posterior(observations))
+    observations = replace(observations, kind=kind, limit=declared)
+    stops = rng.normal(1000.0, 100.0, n)
+    measured = replace(measured, observed=stops, left=rng.random(n) < 0.3)
+    wanted = declared.copy()
+    paths = observations.columns.path_index
+    for i in np.flatnonzero(np.isnan(declared) & (paths >= 0)):
+        beside = (paths == paths[i]) & np.isnan(declared) & ((kind == PLACE) == (kind[i] == PLACE))
+        known = stops[beside & ~measured.left]
+        if len(known):
+            wanted[i] = known.min() - 60.0 if kind[i] == PLACE else known.max() + 30.0
+    found = estimated_limits(observations, measured, 30.0)
+    np.testing.assert_allclose(found, wanted)
+    assert np.isfinite(found).sum() > np.isfinite(declared).sum()
 
 
 @pytest.mark.slow
