@@ -32,6 +32,11 @@ FIRST_SPREADS = (0.03, 0.1)
 to a made world falls short, and chance would look less than it is."""
 
 
+MOST_FITS = 8
+SETTLED = 0.01
+"""Nats by which a fit that begins where another ended may be likelier and count as the same."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Gains:
     """What every candidate gains on a world; groups may differ, from spreads `tau` on."""
@@ -141,14 +146,23 @@ class Gains:
     def _fit_to(
         self, moments: RecordMoments, design: Design, measured: BootstrapRecords, tau: Floats
     ) -> LaplaceFit:
-        fit: LaplaceFit = laplace_fit(
-            moments,
-            measured.left,
-            self.base.edges,
-            design,
-            self.coefficients,
-            self.log_scatter,
-            tau,
-            self.student,
-        )
-        return fit
+        """The likeliest of fits that each begin where the one before ended, until they stay there.
+
+        Where few stops are seen one alone falls short, and whatever is added would seem to gain.
+        """
+        left, edges = measured.left, self.base.edges
+        coefficients, log_scatter = self.coefficients, self.log_scatter
+        likeliest = None
+        before = -np.inf
+        for _ in range(MOST_FITS):
+            fit: LaplaceFit = laplace_fit(
+                moments, left, edges, design, coefficients, log_scatter, tau, self.student
+            )
+            if likeliest is None or fit.log_likelihood > likeliest.log_likelihood + SETTLED:
+                likeliest = fit
+            if abs(fit.log_likelihood - before) < SETTLED:
+                break
+            before = fit.log_likelihood
+            coefficients, log_scatter, tau = fit.coefficients, fit.log_scatter, fit.tau
+        assert likeliest is not None
+        return likeliest

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.criticism.screening.seen_friction import draw_seen_friction
 from avahazard.criticism.screening.speed_points import Tracks
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
@@ -19,10 +20,8 @@ from avahazard.inference.likelihood.wrong_records import wrong_ranges
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record
-from avahazard.inference.prediction.stops import draw_friction, left_by_chance, look_up
+from avahazard.inference.prediction.stops import left_by_chance, look_up
 from avahazard.physics.runout_curve import MU
-
-MAX_REDRAWS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,8 +68,8 @@ def make_world(
 ) -> BootstrapRecords:
     """Records of the same events in a world where the model at u is true.
 
-    Groups have offsets of spreads `tau` `[n_groupings]`; where a limit of sight stands, events are
-    drawn again until they are seen. With Student's tails a record is wrong here as likely as it is
+    Groups have offsets of spreads `tau` `[n_groupings]`; where a limit of sight stands, all
+    events are seen. With Student's tails a record is wrong here as likely as it is
     in truth. `broken` as in `look_up`; `square` is u² of each track, `[n_friction, n_speeds]`.
     Both are found where they are not given.
     """
@@ -79,19 +78,9 @@ def make_world(
     if np.any(plan.alone):
         own = np.sqrt(np.sum(plan.alone * tau[:, None] ** 2, axis=0))
         shift = shift + own * rng.standard_normal(len(own))
-    friction = draw_friction(posterior, u, shift, rng)
-    observed, x, left = _record(predicted, friction, broken, rng)
     edge = hidden_from(observations, predicted, in_log=False)
-    for _ in range(MAX_REDRAWS):
-        hidden = ~left & (friction > edge)
-        if not np.any(hidden):
-            break
-        again = draw_friction(posterior, u, shift, rng)
-        friction = np.where(hidden, again, friction)
-        fresh = _record(predicted, again, broken, rng)
-        observed = np.where(hidden, fresh[0], observed)
-        x = np.where(hidden, fresh[1], x)
-        left = np.where(hidden, fresh[2], left)
+    friction = draw_seen_friction(posterior, u, shift, edge, rng)
+    observed, x, left = _record(predicted, friction, broken, rng)
     if square is None:
         square = [squares(table) for table in predicted.speeds]
     tracks = _tracks(

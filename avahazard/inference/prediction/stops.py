@@ -94,12 +94,19 @@ def draw_friction(
 
     `shift` `[n_events]` is added to log friction (offsets of groups).
     """
+    location, scatter = law_at_drawn_volumes(posterior, u, shift, rng)
+    noise = draws(rng, len(location), posterior.specification.tails == "student")
+    return drawn(location, scatter * noise, posterior.layout.log_scatter)
+
+
+def law_at_drawn_volumes(
+    posterior: Posterior, u: Floats, shift: Floats, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Location and scatter of friction `[n_events]`, each at a draw of its true volume."""
     volumes = posterior.volumes(u)
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
     location, scatter = posterior.location_and_scatter(u, volume[:, None])
-    noise = draws(rng, len(volume), posterior.specification.tails == "student")
-    in_log = posterior.layout.log_scatter
-    return drawn(shifted(location[:, 0], shift, in_log), scatter[:, 0] * noise, in_log)
+    return shifted(location[:, 0], shift, posterior.layout.log_scatter), scatter[:, 0]
 
 
 def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
