@@ -50,10 +50,7 @@ def read_covariates(
         extra = [name for name in table.header if name in kinds]
         for line, cells in table.numbered(extra):
             values: dict[str, Covariate] = {}
-            for name in extra:
-                text = cells.get(name)
-                if text is None:
-                    continue
+            for name, text in cells.items():
                 if kinds[name] == "text":
                     values[name] = text
                 elif NUMBER.fullmatch(text) and abs(float(text)) <= LARGEST:
@@ -77,14 +74,14 @@ def _kind(tables: Sequence[Table], name: str) -> Kind:
 def _mixed(tables: Sequence[Table], name: str) -> Iterator[str]:
     """Say of each file that a column of words holds numbers as well."""
     for table in tables:
-        found = [(table.lines[k], text) for k, text in table.values(name)]
-        numbers = [(line, text) for line, text in found if _like_a_number(text)]
-        words = [(line, text) for line, text in found if not _like_a_number(text)]
-        if numbers and words:
-            (word_line, word), (line, number) = words[0], numbers[0]
+        found = list(table.values(name))
+        numbers = [_like_a_number(text) for _, text in found]
+        if any(numbers) and not all(numbers):
+            word_k, word = found[numbers.index(False)]
+            k, number = found[numbers.index(True)]
             yield (
-                f"{table.file}: {name} is read as words: line {word_line} holds {word!r}, "
-                f"line {line} {number}."
+                f"{table.file}: {name} is read as words: line {table.lines[word_k]} holds "
+                f"{word!r}, line {table.lines[k]} {number}."
             )
 
 

@@ -39,14 +39,14 @@ def _check_numbers(
     (first, last), (low, high) = meaning.limits
     unit = "m" if meaning.unit == ABOVE_SEA else meaning.unit
     unusual: list[tuple[int, str]] = []
-    for line, cells in table.numbered([column]):
-        if (value := _number(cells.get(column))) is None or low <= value <= high:
+    for k, text in table.values(column):
+        if (value := _number(text)) is None or low <= value <= high:
             continue
         if first <= value <= last:
-            unusual.append((line, cells[column]))
+            unusual.append((table.lines[k], text))
         elif value > 0 or first < 0 or meaning.further:  # a row's form refuses what is not over 0
             accepted = f"a number from {first:g} to {last:g} {unit}".rstrip()
-            problems.append(RowProblem(table.file, line, column, cells[column], accepted))
+            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
     if unusual:
         notes.append(_note(table, column, unusual, f"outside {low:g} to {high:g} {unit}".rstrip()))
 
@@ -55,22 +55,19 @@ def _check_years(table: Table, column: str, problems: list[RowProblem], notes: l
     # A day's grace: the clock may stand in another time zone.
     tomorrow = (dt.date.today() + dt.timedelta(1)).isoformat()
     unusual: list[tuple[int, str]] = []
-    for line, cells in table.numbered([column]):
-        text = cells.get(column, "")
+    for k, text in table.values(column):
         if len(text) not in (4, 10) or not text[:4].isdigit():
             continue
         if text > tomorrow[: len(text)]:
             accepted = "a date that is not to come"
-            problems.append(RowProblem(table.file, line, column, text, accepted))
+            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
         elif int(text[:4]) < FIRST_YEAR:
-            unusual.append((line, text))
+            unusual.append((table.lines[k], text))
     if unusual:
         notes.append(_note(table, column, unusual, f"before the year {FIRST_YEAR}"))
 
 
-def _number(text: str | None) -> float | None:
-    if text is None:
-        return None
+def _number(text: str) -> float | None:
     try:
         value = float(text)
     except ValueError:

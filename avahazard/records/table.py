@@ -6,6 +6,8 @@ import datetime as dt
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
+from operator import itemgetter
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -56,8 +58,8 @@ class Table:
 
     def values(self, column: str) -> Iterator[tuple[int, str]]:
         """Yield the numbers from 0 of the rows that have a text in the column, with the text."""
-        for begin, block in enumerate(self.blocks(column)):
-            yield from ((begin * AT_ONCE + k, text) for k, text in enumerate(block) if text)
+        for number, block in enumerate(self.blocks(column)):
+            yield from filter(itemgetter(1), enumerate(block, number * AT_ONCE))
 
     def blocks(self, column: str) -> Iterator[list[str]]:
         """Yield the texts of a column, empty ones too, many rows at a time."""
@@ -70,8 +72,11 @@ class Table:
     ) -> Iterator[tuple[int, dict[str, str]]]:
         names = self.header if columns is None else columns
         cells = [self.columns[name][rows].tolist() for name in names]
-        for line, *row in zip(lines, *cells, strict=True):
-            yield line, {name: text for name, text in zip(names, row, strict=True) if text}
+        full = not any("" in column for column in cells)
+        taken = zip(*cells, strict=True) if cells else repeat((), len(lines))
+        for line, row in zip(lines, taken, strict=True):
+            named = zip(names, row, strict=True)
+            yield line, dict(named) if full else {name: text for name, text in named if text}
 
 
 def table_of(
@@ -79,7 +84,7 @@ def table_of(
 ) -> Table:
     """A table of rows, each with its line number; cells may be left out."""
     numbered = list(rows)
-    columns = {name: texts(row.get(name, "") for _, row in numbered) for name in header}
+    columns = {name: texts([row.get(name, "") for _, row in numbered]) for name in header}
     return Table(file, tuple(header), array("q", [line for line, _ in numbered]), columns)
 
 

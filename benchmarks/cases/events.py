@@ -12,8 +12,6 @@ from benchmarks.measuring import Result
 
 N_EVENTS, TIMES, A_PATH = 2000, 10, 20
 MOST_MB = 4096
-N_WORLDS = 40
-"""One batch: how many a look takes, 40 to 199, depends on how near chance comes, not on size."""
 PROCESS = """
 import json, sys, time
 from avahazard.workflow.calibrate import calibrate
@@ -21,11 +19,7 @@ from avahazard.workflow.diagnose import diagnose_model
 calibrate(sys.argv[2], "m", draws=100)
 diagnose_model(sys.argv[2], "m", n_worlds=3)
 times = []
-n_worlds = int(sys.argv[3])
-for work in (
-    lambda: calibrate(sys.argv[1], "m"),
-    lambda: diagnose_model(sys.argv[1], "m", n_worlds=n_worlds),
-):
+for work in (lambda: calibrate(sys.argv[1], "m"), lambda: diagnose_model(sys.argv[1], "m")):
     begun = time.process_time()
     work()
     times.append(time.process_time() - begun)
@@ -36,12 +30,12 @@ print(json.dumps([*times, int(status["VmHWM"].split()[0]) / 1024]))
 
 
 def measure() -> Result:
-    """Each size in a process of its own, compiled on a small world; a batch of worlds for both."""
+    """Each size in a process of its own, compiled on a small world."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
         for n in (N_EVENTS, TIMES * N_EVENTS):
             small, database = region(folder, 4, 40 + len(found)), region(folder, n // A_PATH, n)
-            command = [sys.executable, "-c", PROCESS, database, small, str(N_WORLDS)]
+            command = [sys.executable, "-c", PROCESS, database, small]
             done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
             found.append(json.loads(done.stdout))
     few, many = found
@@ -55,6 +49,6 @@ def measure() -> Result:
         True,
         f"time of {TIMES * N_EVENTS} events over that of {N_EVENTS}",
         f"`calibrate` {many[0]:.0f} against {few[0]:.0f} s, `diagnose` {many[1]:.0f} against "
-        f"{few[1]:.0f} s; {A_PATH} events a path, nothing hidden, {N_WORLDS} made worlds. "
-        f"Peak memory {many[2]:.0f} MB (wanted: {MOST_MB}).",
+        f"{few[1]:.0f} s; {A_PATH} events a path, nothing hidden. Peak memory {many[2]:.0f} MB "
+        f"(wanted: {MOST_MB}).",
     )

@@ -64,9 +64,9 @@ def no_header(file: str) -> RowProblem:
     return RowProblem(file, 1, "", "", "a header row with the names of the columns")
 
 
-def texts(values: Iterable[str]) -> Texts:
+def texts(values: Sequence[str]) -> Texts:
     """A column of these values."""
-    return np.array(list(values), dtype=TEXT)
+    return np.array(values, dtype=TEXT)
 
 
 def packed(lines: Iterable[Line]) -> Cells | None:
@@ -85,7 +85,8 @@ def packed(lines: Iterable[Line]) -> Cells | None:
     uneven: list[tuple[int, int]] = []
     for line, cells in rows:
         n = len(cells)
-        nameless.update(k for k in empty if k < n and cells[k])
+        if empty:
+            nameless.update(k for k in empty if k < n and cells[k])
         # Spreadsheets leave columns that hold nothing, not even a name.
         while n > len(header) and not cells[n - 1]:
             n -= 1
