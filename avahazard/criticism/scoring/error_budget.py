@@ -20,6 +20,7 @@ from avahazard.inference.model.friction_scatter import draws as scatter_draws
 from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import LEFT
+from avahazard.inference.model.volumes import drawn_log_volumes
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import DRAWS_AT_ONCE, group_shift, look_up
 from avahazard.inference.prediction.table_groups import table_groups
@@ -123,7 +124,7 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
         u = model.draws[k]
         shift = group_shift(model, u, k, rng)
         volumes = posterior.volumes(u)
-        log_volume = volumes.mean + volumes.sd * volume_noise[:, d]
+        log_volume = drawn_log_volumes(volumes, volume_noise[:, d])
         location, scatter = posterior.location_and_scatter(u, np.exp(log_volume.T))
         location = shifted(location, shift[:, None], in_log)
         for v, e in np.ndindex(2, 2):

@@ -19,7 +19,7 @@ def units(posterior: Posterior) -> Floats:
     """
     law, volumes = posterior.layout.law, posterior.observations.volumes
     unit = np.ones(len(posterior.layout.slots))
-    if not law.uses_volume or not volumes.known:
+    if not law.uses_volume or not volumes.population.known:
         return unit
     volume = np.exp(volumes.mean)
     middle = law.prior_mean

@@ -84,7 +84,7 @@ def assemble(
     own: Sequence[Definition] = (),
 ) -> Posterior:
     """The posterior of a model on observations (which may be another than the facts are from)."""
-    if not observations.volumes.known and law(specification.law).uses_volume:
+    if not observations.volumes.population.known and law(specification.law).uses_volume:
         raise AvahazardError(
             f"No event has a volume, so the {specification.law} law has nothing to go by.",
             "Use --law constant.",

@@ -8,10 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import log_ndtr, ndtri_exp
 
-from avahazard.arrays import Floats, Ints
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.volume_spread import MIN_SPREAD, variance_within
 from avahazard.inference.model.stand_in import told_by_stand_in
+from avahazard.inference.model.volume_population import (
+    Population,
+    VolumeRecords,
+    population_of,
+    with_errors,
+)
 from avahazard.records.event import Event
 
 N_NODES, APART = 11, 0.65
@@ -43,29 +48,6 @@ MOST_LOG = 700.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class VolumeRecords:
-    """What is written of volumes, each `[n_events]`: `log_volume` (log m3, or nan).
-
-    `sigma` is its stated error, `path` the place of its path among the `paths`, of which the first,
-    '', is none. `told` is what something else that goes with the volume tells of it
-    (`told_by_stand_in`), where that is asked.
-    """
-
-    log_volume: Floats
-    sigma: Floats
-    path: Ints
-    paths: tuple[str, ...]
-    told: Floats | None = None
-
-    def by_path(self) -> list[Floats]:
-        """The recorded log volumes of each of the `paths`, those that are known."""
-        have = np.isfinite(self.log_volume)
-        path = self.path[have]
-        ends = np.cumsum(np.bincount(path, minlength=len(self.paths)))
-        return np.split(self.log_volume[have][np.argsort(path, kind="stable")], ends[:-1])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class VolumeNodes:
     """Quadrature over log true volume: `log_volume`, `weight` `[n_events, n_nodes]`.
 
@@ -73,12 +55,9 @@ class VolumeNodes:
 
     Given its record, it is normal with `mean` and `sd` `[n_events]`, but for the bound.
 
-    True volumes of a path are lognormal with mean `centre[path]` (log m3) and standard deviation
-    `spread`; the record adds its own error, so large records are on average overestimates and
-    are drawn towards the centre. `known` is False where no event has a volume. `records` are what
-    they are read from, `reference` those that centre and spread come from, with `factor` times
-    their stated errors. No true volume is over `largest` (m3): above it there is none of the
-    population.
+    The record adds its own error to what is drawn from the `population` of its path, so large
+    records are on average overestimates. `records` are what volumes are read from. No true volume
+    is over `largest` (m3): above it there is none of the population.
     """
 
     log_volume: Floats
@@ -86,29 +65,27 @@ class VolumeNodes:
     weight: Floats
     mean: Floats
     sd: Floats
-    centre: dict[str, float]
-    spread: float
-    known: bool
     records: VolumeRecords
-    reference: VolumeRecords
-    factor: float = 1.0
+    population: Population
     largest: float = np.inf
 
 
 def volume_nodes(
-    events: Sequence[Event], columns: EventColumns, population: VolumeNodes | None = None
+    events: Sequence[Event], columns: EventColumns, elsewhere: VolumeNodes | None = None
 ) -> VolumeNodes:
-    """Nodes for each event; one without a volume takes the whole population of its path."""
+    """Nodes for each event; one without a volume takes the whole population of its path.
+
+    The population is that of the events, or that from `elsewhere` with errors as stated.
+    """
     records = VolumeRecords(
         columns.log_volume,
         np.array([e.volume_rel_sigma for e in events]),
         np.asarray(columns.path_index, np.int64) + 1,
         ("", *columns.paths),
     )
-    if population is None:
-        return _nodes(records, records, 1.0)
-    known = None if population.factor != 1.0 else population
-    return _nodes(records, population.reference, 1.0, known)
+    if elsewhere is None:
+        return _nodes(records, population_of(records))
+    return _nodes(records, with_errors(elsewhere.population, 1.0))
 
 
 def rescaled(volumes: VolumeNodes, factor: float) -> VolumeNodes:
@@ -116,91 +93,54 @@ def rescaled(volumes: VolumeNodes, factor: float) -> VolumeNodes:
 
     The scatter of the records stays, so that what is error is not natural spread.
     """
-    return _nodes(volumes.records, volumes.reference, factor, largest=volumes.largest)
+    return _nodes(volumes.records, with_errors(volumes.population, factor), volumes.largest)
 
 
 def bounded(volumes: VolumeNodes, largest: float) -> VolumeNodes:
     """The same where no true volume is over `largest` (m3), whatever the records state."""
-    return _nodes(volumes.records, volumes.reference, volumes.factor, largest=largest)
+    return _nodes(volumes.records, volumes.population, largest)
 
 
 def told_by(volumes: VolumeNodes, stand_in: Floats) -> VolumeNodes:
     """The same where `stand_in` `[n_events]` tells of the true volumes too (`model.stand_in`)."""
     recorded = volumes.records
     told = told_by_stand_in(recorded.log_volume, stand_in, recorded.path)
-    records = replace(recorded, told=told)
-    return _nodes(records, volumes.reference, volumes.factor, volumes, volumes.largest)
+    return _nodes(replace(recorded, told=told), volumes.population, volumes.largest)
 
 
-def _nodes(
-    records: VolumeRecords,
-    reference: VolumeRecords,
-    factor: float,
-    alike: VolumeNodes | None = None,
-    largest: float = np.inf,
-) -> VolumeNodes:
-    """Nodes by the population of `reference`, which `alike` has already."""
-    recorded, sigma = records.log_volume, factor * records.sigma
-    have = np.isfinite(recorded)
-    if alike is None:
-        centres, spread, known = _population(reference, factor * reference.sigma)
-    else:
-        centres, spread, known = alike.centre, alike.spread, alike.known
-    overall = float(np.mean(list(centres.values())))
-    centre = np.array([centres.get(name, overall) for name in records.paths])[records.path]
-    spread2 = np.full(len(centre), spread**2)
-    if records.told is not None:
-        told = records.told
-        some = np.isfinite(told)
-        centre[some] += told[some]
-        # What is told is no spread any more.
-        explained = float(np.mean(told[some] ** 2)) if np.any(some) else 0.0
-        spread2[some] = max(spread**2 - explained, MIN_SPREAD**2)
-    trust = np.where(have, spread2 / (spread2 + sigma**2), 0.0)
-    mean = centre + trust * (np.where(have, recorded, centre) - centre)
-    sd = np.sqrt(spread2 * (1.0 - trust))
+def _nodes(records: VolumeRecords, population: Population, largest: float = np.inf) -> VolumeNodes:
+    """Nodes of records from this population, cut at the `largest` volume (m3) too."""
+    mean, sd = population.given(records)
+    largest = float(min(largest, np.exp(population.largest)))
     z, w = _within(mean, sd, largest)
     log_volume = np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG)
     return VolumeNodes(
         log_volume=log_volume,
         volume=np.exp(log_volume),
-        weight=np.tile(w / np.sum(w), (len(recorded), 1)),
+        weight=np.tile(w / np.sum(w), (len(mean), 1)),
         mean=np.clip(mean, -MOST_LOG, MOST_LOG),
         sd=sd,
-        centre=centres,
-        spread=spread,
-        known=known,
         records=records,
-        reference=reference,
-        factor=factor,
+        population=population,
         largest=largest,
     )
+
+
+def drawn_log_volumes(volumes: VolumeNodes, z: Floats) -> Floats:
+    """Logs of true volumes (m3) for standard normal numbers z `[..., n_events]`."""
+    if np.isfinite(volumes.largest):
+        z = ndtri_exp(_top(volumes.mean, volumes.sd, volumes.largest) + log_ndtr(z))
+    return volumes.mean + volumes.sd * z
 
 
 def _within(mean: Floats, sd: Floats, largest: float) -> tuple[Floats, Floats]:
     """Nodes z `[..., n_nodes]` of a normal that is cut at log `largest`, and their weights."""
     if np.isinf(largest):
         return NORMAL_Z, NORMAL_W
-    top = log_ndtr((np.log(largest) - mean) / np.maximum(sd, 1e-9))
+    top = _top(mean, sd, largest)
     return ndtri_exp(top[:, None] + np.log(0.5 * (CHANCE + 1.0))), CHANCE_W
 
 
-def _population(records: VolumeRecords, sigma: Floats) -> tuple[dict[str, float], float, bool]:
-    """Centres by path, drawn a little to the overall mean, and one spread, by moments.
-
-    Last, whether any volume is known.
-    """
-    recorded = records.log_volume
-    have = np.isfinite(recorded)
-    if not np.any(have):
-        return {"": float(np.log(1e4))}, MIN_SPREAD, False
-    overall = float(np.mean(recorded[have]))
-    members = dict(zip(records.paths, records.by_path(), strict=True))
-    total2 = variance_within(list(members.values()))
-    spread2 = max(total2 - float(np.mean(sigma[have] ** 2)), MIN_SPREAD**2)
-    between2 = max(float(np.var([np.mean(v) for v in members.values() if len(v)])), MIN_SPREAD**2)
-    centre = {}
-    for name, values in members.items():
-        trust = between2 / (between2 + max(total2, spread2) / len(values)) if len(values) else 0.0
-        centre[name] = overall + trust * (float(np.mean(values)) - overall if trust else 0.0)
-    return centre, float(np.sqrt(spread2)), True
+def _top(mean: Floats, sd: Floats, largest: float) -> Floats:
+    """Log of the chance of such normals to lie below log `largest`."""
+    return np.asarray(log_ndtr((np.log(largest) - mean) / np.maximum(sd, 1e-9)))

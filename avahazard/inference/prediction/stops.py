@@ -12,6 +12,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import draws, shifted
 from avahazard.inference.model.friction_scatter import friction as drawn
+from avahazard.inference.model.volumes import drawn_log_volumes
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
@@ -104,7 +105,7 @@ def law_at_drawn_volumes(
 ) -> tuple[Floats, Floats]:
     """Location and scatter of friction `[n_events]`, each at a draw of its true volume."""
     volumes = posterior.volumes(u)
-    volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(len(volumes.mean)))
+    volume = np.exp(drawn_log_volumes(volumes, rng.standard_normal(len(volumes.mean))))
     location, scatter = posterior.location_and_scatter(u, volume[:, None])
     return shifted(location[:, 0], shift, posterior.layout.log_scatter), scatter[:, 0]
 

@@ -97,7 +97,7 @@ def test_to_predict_volumes_are_read_in_the_light_of_the_past() -> None:
     )
     alone = build_observations(RECORDS)
     informed = build_observations(RECORDS, build_observations(past))
-    assert informed.volumes.centre == build_observations(past).volumes.centre
+    assert informed.volumes.population.centre == build_observations(past).volumes.population.centre
     assert informed.volumes.mean[0] > alone.volumes.mean[0] + 1.0
 
 

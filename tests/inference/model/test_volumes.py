@@ -9,8 +9,8 @@ import pytest
 from scipy.stats import truncnorm
 
 from avahazard.effects.columns import build_columns
+from avahazard.effects.volume_spread import MIN_SPREAD
 from avahazard.inference.model.volumes import (
-    MIN_SPREAD,
     VolumeNodes,
     bounded,
     even_nodes,
@@ -57,7 +57,7 @@ def test_records_are_drawn_to_the_centre_as_far_as_is_right() -> None:
     assert np.polyfit(mean, truth, 1)[0] == pytest.approx(1.0, abs=0.03)
     assert np.polyfit(recorded, truth, 1)[0] < 0.92
     assert np.std(truth - mean) == pytest.approx(nodes.sd.mean(), rel=0.04)
-    assert nodes.spread == pytest.approx(SPREAD, rel=0.05)
+    assert nodes.population.spread == pytest.approx(SPREAD, rel=0.05)
     assert np.mean((truth - mean) ** 2) < 0.85 * np.mean((truth - recorded) ** 2)
 
 
@@ -85,23 +85,24 @@ def test_nodes_bear_narrow_bells(width: float, error: float) -> None:
 def test_an_event_without_a_volume_has_the_whole_population() -> None:
     events, _ = _world(400, 2, 3)
     nodes = _nodes([*events, Event("bare", "P1"), Event("stranger", "elsewhere")])
-    assert nodes.mean[-2] == pytest.approx(nodes.centre["P1"])
-    assert nodes.sd[-2] == pytest.approx(nodes.spread)
-    centres = [nodes.centre[p] for p in ("P0", "P1", "elsewhere")]
-    assert nodes.mean[-1] == pytest.approx(nodes.centre["elsewhere"])
+    assert nodes.mean[-2] == pytest.approx(nodes.population.centre["P1"])
+    assert nodes.sd[-2] == pytest.approx(nodes.population.spread)
+    centres = [nodes.population.centre[p] for p in ("P0", "P1", "elsewhere")]
+    assert nodes.mean[-1] == pytest.approx(nodes.population.centre["elsewhere"])
     assert min(centres) <= nodes.mean[-1] <= max(centres)
 
 
 def test_few_records_pull_a_centre_less_than_many() -> None:
     rng = np.random.default_rng(4)
 
-    def event(name: str, path: str, level: float) -> Event:
-        return Event(name, path, volume_m3=float(np.exp(level + rng.standard_normal())))
+    def event(name: str, path: str, level: float, away: float) -> Event:
+        return Event(name, path, volume_m3=float(np.exp(level + away)))
 
-    common = [event(f"c{i}", f"P{i % 4}", 10.0) for i in range(200)]
+    common = [event(f"c{i}", f"P{i % 4}", 10.0, rng.standard_normal()) for i in range(200)]
     few = [Event("few", "few", volume_m3=float(np.exp(13.0)))]
-    many = [Event(f"m{i}", "many", volume_m3=float(np.exp(13.0))) for i in range(40)]
-    centre = _nodes([*common, *few, *many]).centre
+    away = rng.standard_normal(40)
+    many = [event(f"m{i}", "many", 13.0, a) for i, a in enumerate(away - away.mean())]
+    centre = _nodes([*common, *few, *many]).population.centre
     assert centre["few"] < centre["many"] < 13.05
     assert centre["many"] == pytest.approx(13.0, abs=0.1)
 
@@ -118,20 +119,23 @@ def test_exact_records_keep_their_volume() -> None:
 def test_a_population_from_elsewhere_is_used_as_it_is() -> None:
     past = _nodes(_world(300, 2, 5)[0])
     new = _nodes([Event("a", "P0", volume_m3=1e4), Event("b", "unknown")], past)
-    assert (new.centre, new.spread) == (past.centre, past.spread)
-    assert new.mean[1] == pytest.approx(np.mean(list(past.centre.values())))
+    assert (new.population.centre, new.population.spread) == (
+        past.population.centre,
+        past.population.spread,
+    )
+    assert new.mean[1] == pytest.approx(np.mean(list(past.population.centre.values())))
 
 
 def test_without_any_volume_that_is_said() -> None:
     nodes = _nodes([Event("a", "P"), Event("b", "Q")])
-    assert nodes.known is False
+    assert nodes.population.known is False
     assert np.all(np.isfinite(nodes.log_volume))
-    assert _nodes([Event("a", "P", volume_m3=5e3)]).known is True
+    assert _nodes([Event("a", "P", volume_m3=5e3)]).population.known is True
 
 
 def test_volumes_more_alike_than_their_error_keep_a_spread() -> None:
     alike = [Event(str(i), "P", volume_m3=1e4 + i) for i in range(30)]
-    assert _nodes(alike).spread == MIN_SPREAD
+    assert _nodes(alike).population.spread == MIN_SPREAD
 
 
 def test_errors_of_another_size_are_as_if_they_were_stated() -> None:
@@ -192,7 +196,7 @@ def test_a_stand_in_tells_of_true_volumes_what_is_right() -> None:
     # A volume that is not recorded is told by its length alone.
     assert without.sd[100] > nodes.sd[100] > nodes.sd[200]
     assert abs(error[100]) < 3.0 * nodes.sd[100]
-    assert nodes.known is True
+    assert nodes.population.known is True
 
 
 @pytest.mark.parametrize("length", [np.full(30, 2.0), np.full(30, np.nan)])
