@@ -162,8 +162,8 @@ class Calibration(Result):
     some were given as numbers (by parameter), `path_spread`
     where paths differ and the model does not know it, `heavier_tails` where friction scatters with
     such and the model's are normal, `prior_dominated` where the records hardly
-    narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its terrain
-    or a record contradicts itself.
+    narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its
+    terrain, a record contradicts itself or true volumes are not lognormal.
     """
 
     model: str

@@ -14,6 +14,8 @@ from avahazard.inference.model.volume_shape import VolumeShape, volume_shape
 
 NEEDED = 5.0
 """Nats by which another population must be likelier than a lognormal."""
+LEAST_SPREAD = 0.5
+"""Root mean square errors that true volumes must spread over for anything but that to be told."""
 EVENTS_AT_ONCE = 2000
 """Events whose true volumes are looked for together."""
 
@@ -101,10 +103,12 @@ def population_of(records: VolumeRecords) -> Population:
     Lognormal, but where the records speak for a largest volume, or another shape.
     """
     found = _by_moments(records, 1.0)
-    if not found.known or found.spread == MIN_SPREAD:
-        return found
     have = np.isfinite(records.log_volume)
     recorded, sigma, path = records.log_volume[have], records.sigma[have], records.path[have]
+    if not found.known or found.spread == MIN_SPREAD:
+        return found
+    if found.spread < LEAST_SPREAD * float(np.sqrt(np.mean(sigma**2))):
+        return found
     centre = found.centres(records.paths)
     away = (recorded - centre[path]) / found.spread
     largest, for_cut = largest_volume(recorded, sigma, path, centre, found.spread)

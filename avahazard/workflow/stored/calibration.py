@@ -28,6 +28,7 @@ from avahazard.results.calibration import (
 )
 from avahazard.workflow.stored.notes import prior_notes
 from avahazard.workflow.stored.record_notes import record_notes
+from avahazard.workflow.stored.volume_notes import volume_notes
 
 KDE_DRAWS, KDE_POINTS = 4000, 401
 NARROWEST = 1e-9
@@ -60,7 +61,10 @@ def calibration_result(
     dominated = prior_dominated(found.model)
     given, prior = _given_told(found), _prior_told(found.model)
     notes += prior_notes(name, given, prior, dominated)
-    of_records = record_notes(records, found.model.observations.sites)
+    of_records = (
+        *record_notes(records, found.model.observations.sites),
+        *volume_notes(found.model, name),
+    )
     notes += of_records
     spread = _path_spread(found)
     tails = _heavier_tails(found)

@@ -59,7 +59,9 @@ def _mean(nodes: VolumeNodes) -> np.ndarray:
     return np.sum(nodes.weight * nodes.log_volume, axis=1)
 
 
-@pytest.mark.parametrize(("n", "sigma"), [(40, 0.3), (240, 0.3), (240, 0.8), (2000, 0.5)])
+@pytest.mark.parametrize(
+    ("n", "sigma"), [(40, 0.3), (240, 0.3), (240, 0.8), (240, 2.5), (2000, 0.5)]
+)
 def test_lognormal_volumes_are_told_to_be(n: int, sigma: float) -> None:
     for seed in range(8):
         population = _nodes(*_lognormal_world(n, seed), sigma, seed).population

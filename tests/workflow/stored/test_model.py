@@ -130,7 +130,7 @@ def test_other_events_are_read_in_the_light_of_those_of_the_calibration(database
     new = stored.on([Event("new", "scey", runout_elevation_m=1100.0, volume_m3=None)])
     observations, prior = new.observations, stored.model.observations
     assert observations.columns.event_id == ("new",)
-    assert observations.volumes.centre == prior.volumes.centre
+    assert observations.volumes.population.centre == prior.volumes.population.centre
     np.testing.assert_array_equal(new.draws, stored.model.draws)
     assert np.isfinite(new.posterior.log_density(new.draws[0]))
 
