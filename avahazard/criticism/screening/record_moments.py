@@ -13,7 +13,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.speed_points import leaving_points, stop_points
-from avahazard.criticism.screening.stop_moments import nearest_moments, stop_moments
+from avahazard.criticism.screening.stop_moments import nearest_moments, stop_memory, stop_moments
 from avahazard.inference.likelihood.speed_errors import whitening
 from avahazard.inference.likelihood.straight_density import straight_points
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
@@ -65,6 +65,7 @@ def record_moments(  # type: ignore[no-untyped-def]
     points = np.empty(MOST_POINTS)
     logs = np.empty(MOST_POINTS)
     misfit = np.empty((2, speed_grid.square.shape[2]))
+    memory = stop_memory()
     for i in range(n):
         row = speed_grid.row[i]
         if row >= 0 and tracks.places[row] == 0:
@@ -86,7 +87,7 @@ def record_moments(  # type: ignore[no-untyped-def]
         elif row < 0:
             first = max(last_left[i], 0)
             found = stop_moments(
-                record[i], bounds[i], first, observed[i], sigma[i], log_mu, hidden_from[i]
+                record[i], bounds[i], first, observed[i], sigma[i], log_mu, hidden_from[i], memory
             )
             mean[i], variance[i], log_mass[i] = found
             continue

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
+from avahazard.inference.likelihood.exponentials import ExpMemory, exp_memory, exponentials
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.kernels import kernel
 
 REACH = 6.0
 """Errors of the record that a friction's stop may lie from it to count."""
+N_POINTS = 256
+"""Points that are summed at once; a cell within reach has 13 at most."""
 STRETCH = 16
 """Cells of the grid of frictions whose records are looked at only if one can be near."""
 
@@ -23,14 +29,32 @@ def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([np.minimum(low, after), np.maximum(high, after)], axis=2)
 
 
+class StopMemory(NamedTuple):
+    """Working memory for the points of one record: log masses, places, and widths of cells."""
+
+    log_mass: Floats
+    place: Floats
+    width: Floats
+    exp: ExpMemory
+
+
 @kernel(inner=True)
-def stop_moments(record, bounds, first, observed, sigma, log_mu, hidden_from):  # type: ignore[no-untyped-def]
+def stop_memory() -> StopMemory:
+    """Working memory for as many points as are summed at once."""
+    return StopMemory(
+        np.empty(N_POINTS), np.empty(N_POINTS), np.empty(N_POINTS), exp_memory(N_POINTS)
+    )
+
+
+@kernel(inner=True)
+def stop_moments(record, bounds, first, observed, sigma, log_mu, hidden_from, memory):  # type: ignore[no-untyped-def]
     """Mean, variance and log mass of the likelihood of a stop without speeds.
 
     The points are those of `stop_points`, summed as they come: no record is so far from them that
     their masses had to be taken as logs. From log friction `hidden_from` on there is no record.
     """
-    total, by_place, by_square, origin = 0.0, 0.0, 0.0, np.nan
+    log_mass, place, widths, exp = memory
+    sums, origin, n = (0.0, 0.0, 0.0), np.nan, 0
     scale = 1.0 / sigma
     for stretch in range(first // STRETCH, len(bounds)):
         if bounds[stretch, 0] - observed > REACH * sigma:
@@ -43,26 +67,45 @@ def stop_moments(record, bounds, first, observed, sigma, log_mu, hidden_from):  
             z0 = z1
             z1 = (record[j + 1] - observed) * scale
             width = log_mu[j + 1] - log_mu[j]
-            t_low, t_high = within_reach(z0, z1, (hidden_from - log_mu[j]) / width)
-            if t_high <= t_low:
-                continue
+            t_low, t_high = 0.0, 1.0
+            if abs(z0) > REACH or abs(z1) > REACH or hidden_from < log_mu[j + 1]:
+                t_low, t_high = within_reach(z0, z1, (hidden_from - log_mu[j]) / width)
+                if t_high <= t_low:
+                    continue
             pieces = int(abs(z1 - z0) * (t_high - t_low)) + 1
-            step = (t_high - t_low) / pieces
+            step = t_high - t_low
+            if pieces > 1:
+                step /= pieces
             if np.isnan(origin):
                 origin = log_mu[j]
+            if n + pieces > N_POINTS:
+                sums, n = _with_points(sums, log_mass, place, widths, n, exp), 0
             for p in range(pieces):
                 t = t_low + (p + 0.5) * step
                 z = z0 + t * (z1 - z0)
-                x = log_mu[j] + t * width - origin
-                mass = step * width * np.exp(-0.5 * z * z)
-                total += mass
-                by_place += mass * x
-                by_square += mass * x * x
+                log_mass[n] = -0.5 * z * z
+                place[n] = log_mu[j] + t * width - origin
+                widths[n] = step * width
+                n += 1
+    total, by_place, by_square = _with_points(sums, log_mass, place, widths, n, exp)
     if total == 0.0:
         return nearest_moments(record, observed, sigma, log_mu, hidden_from)
     by_place /= total
     variance = max(by_square / total - by_place * by_place, 1e-8)
     return origin + by_place, variance, np.log(total) - np.log(sigma) - HALF_LOG_2PI
+
+
+@kernel(inner=True)
+def _with_points(sums, log_mass, place, widths, n, exp):  # type: ignore[no-untyped-def]
+    """The sums of masses, and of these times places and their squares, with n points more."""
+    total, by_place, by_square = sums
+    exponentials(log_mass, n, exp)
+    for k in range(n):
+        mass = widths[k] * log_mass[k]
+        total += mass
+        by_place += mass * place[k]
+        by_square += mass * place[k] * place[k]
+    return total, by_place, by_square
 
 
 @kernel(inner=True)
