@@ -94,7 +94,7 @@ def alternatives_of(
         if effect.volume_scale is not None:
             read = volume_error_designs(effect, posterior, u, design)
             return [AtHand([Alternative(key, base, other, prior) for other, prior in read])]
-        return _tabulated(effect, posterior, u, design, track_scatter, runs, near)
+        return _tabulated(effect, posterior, u, design, track_scatter, runs, near, base.about)
     if setting.field == "law":
         mine = posterior.specification.law
         names = [name for name, item in LAWS.items() if name != mine and item.uses_volume]
@@ -105,7 +105,7 @@ def alternatives_of(
         slopes = scatter_slope_designs(posterior.volumes(u), design)
         return [AtHand([Alternative(key, base, other, prior) for other, prior in slopes])]
     changed = posterior.specification.put(setting, setting.value)
-    return [partial(_put, key, posterior, u, changed, design, track_scatter)]
+    return [partial(_put, key, posterior, u, changed, design, track_scatter, base.about)]
 
 
 def _put(
@@ -115,20 +115,26 @@ def _put(
     changed: Specification,
     design: Design,
     track_scatter: float,
+    about: Floats,
 ) -> list[Alternative]:
     """The model with another setting of the block."""
-    return [Alternative(key, _tables_of(posterior, u, changed, track_scatter), design, 0.0)]
+    tables = _tables_of(posterior, u, changed, track_scatter, about)
+    return [Alternative(key, tables, design, 0.0)]
 
 
 def _tables_of(
-    posterior: Posterior, u: Floats, specification: Specification, track_scatter: float
+    posterior: Posterior,
+    u: Floats,
+    specification: Specification,
+    track_scatter: float,
+    about: Floats,
 ) -> Tables:
     """Tables of the model's own effects with other settings of the block."""
     observations = posterior.observations
     values = posterior.layout.effect_values(u)
     curvature = float(specification.centrifugal)
     predicted = predict_records(observations, posterior.effects, values, curvature)
-    return make_tables(observations, predicted, observations.limit, track_scatter)
+    return make_tables(observations, predicted, observations.limit, track_scatter, about)
 
 
 def _tabulated(
@@ -139,9 +145,10 @@ def _tabulated(
     track_scatter: float,
     runs: BlockRuns,
     near: bool,
+    about: Floats,
 ) -> list[Spelled]:
     """An effect on the motion or on the record: tables for each value that is tried."""
-    told = posterior, u, design, track_scatter, runs, near
+    told = posterior, u, design, track_scatter, runs, near, about
     return [
         partial(_tabulated_at, effect, values, log_prior, *told)
         for values, log_prior in _values_tried(effect)
@@ -158,6 +165,7 @@ def _tabulated_at(
     track_scatter: float,
     runs: BlockRuns,
     near: bool,
+    about: Floats,
 ) -> list[Alternative]:
     observations = posterior.observations
     limit = observations.limit
@@ -172,7 +180,7 @@ def _tabulated_at(
     predicted = predict_records(observations, effects, all_values, curvature, runs)
     margin = float(values[0]) if effect.limit is not None else None
     shares = SPEED_SHARES if observations.speeds else (1.0,)
-    whole = make_tables(observations, predicted, limit, track_scatter)
+    whole = make_tables(observations, predicted, limit, track_scatter, about)
     tables = [with_scatter(whole, share * track_scatter) for share in shares]
     return [Alternative(effect.key, each, design, log_prior, margin) for each in tables]
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.criticism.screening.bell import bell_of, without_bell
 from avahazard.criticism.screening.speed_points import leaving_points, stop_points
 from avahazard.criticism.screening.stop_moments import nearest_moments, stop_memory, stop_moments
 from avahazard.inference.likelihood.speed_errors import whitening
@@ -40,6 +41,7 @@ def record_moments(  # type: ignore[no-untyped-def]
     bounds,
     last_left,
     hidden_from,
+    about,
     height,
     observed,
     sigma,
@@ -55,6 +57,7 @@ def record_moments(  # type: ignore[no-untyped-def]
     `height` `[n_events]` the height of fall of events without a profile (else nan),
     `last_left` `[n_events]` the last friction of the grid at which the block leaves (-1: none),
     `hidden_from` `[n_events]` the log friction from which on stops are not seen (inf: none),
+    `about` `[n_events]` the log friction about which likelihoods must be right (nan: anywhere),
     `left` `[n_events]` the events that did leave (for these the speeds alone speak), `tracks` are
     `Tracks`.
     """
@@ -85,10 +88,22 @@ def record_moments(  # type: ignore[no-untyped-def]
             count = straight_points(height[i], observed[i], sigma[i], True, True, points, logs)
             log_norm = 0.0
         elif row < 0:
-            first = max(last_left[i], 0)
+            first, bell = max(last_left[i], 0), bell_of(about[i])
             found = stop_moments(
-                record[i], bounds[i], first, observed[i], sigma[i], log_mu, hidden_from[i], memory
+                record[i],
+                bounds[i],
+                first,
+                observed[i],
+                sigma[i],
+                log_mu,
+                hidden_from[i],
+                bell,
+                memory,
             )
+            if np.isnan(found[0]):
+                found = nearest_moments(record[i], observed[i], sigma[i], log_mu, hidden_from[i])
+            else:
+                found = without_bell(found[0], found[1], found[2], about[i])
             mean[i], variance[i], log_mass[i] = found
             continue
         else:
@@ -112,18 +127,28 @@ def record_moments(  # type: ignore[no-untyped-def]
             nearest = nearest_moments(record[i], observed[i], sigma[i], log_mu, hidden_from[i])
             mean[i], variance[i], log_mass[i] = nearest
             continue
-        top = np.max(logs[:count])
-        total, first, second = 0.0, 0.0, 0.0
-        for c in range(count):
-            a = np.exp(logs[c] - top)
-            x = points[c] - points[0]
-            total += a
-            first += a * x
-            second += a * x * x
-        mean[i] = points[0] + first / total
-        variance[i] = max(second / total - (first / total) ** 2, 1e-8)
-        log_mass[i] = top + np.log(total) + log_norm
+        found = _points_moments(points[:count], logs[:count], bell_of(about[i]))
+        mean[i], variance[i], log_mass[i] = without_bell(
+            found[0], found[1], found[2] + log_norm, about[i]
+        )
     return RecordMoments(mean, variance, log_mass)
+
+
+@kernel(inner=True)
+def _points_moments(points, logs, bell):  # type: ignore[no-untyped-def]
+    """Mean, variance and log mass of points of a likelihood times the bell; changes `logs`."""
+    for c in range(len(points)):
+        logs[c] -= 0.5 * ((points[c] - bell[0]) * bell[1]) ** 2
+    top = np.max(logs)
+    total, first, second = 0.0, 0.0, 0.0
+    for c in range(len(points)):
+        a = np.exp(logs[c] - top)
+        x = points[c] - points[0]
+        total += a
+        first += a * x
+        second += a * x * x
+    variance = max(second / total - (first / total) ** 2, 1e-8)
+    return points[0] + first / total, variance, top + np.log(total)
 
 
 @kernel

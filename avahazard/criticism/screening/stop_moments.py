@@ -47,13 +47,17 @@ def stop_memory() -> StopMemory:
 
 
 @kernel(inner=True)
-def stop_moments(record, bounds, first, observed, sigma, log_mu, hidden_from, memory):  # type: ignore[no-untyped-def]
-    """Mean, variance and log mass of the likelihood of a stop without speeds.
+def stop_moments(  # type: ignore[no-untyped-def]
+    record, bounds, first, observed, sigma, log_mu, hidden_from, bell, memory
+):
+    """Mean, variance and log mass of the likelihood of a stop without speeds; nan far from any.
 
-    The points are those of `stop_points`, summed as they come: no record is so far from them that
-    their masses had to be taken as logs. From log friction `hidden_from` on there is no record.
+    It is taken times a `bell` (`bell_of`). The points are those of `stop_points`, summed as they
+    come: no record is so far from them that their masses had to be taken as logs. From log
+    friction `hidden_from` on there is no record.
     """
     log_mass, place, widths, exp = memory
+    about, per_width = bell
     sums, origin, n = (0.0, 0.0, 0.0), np.nan, 0
     scale = 1.0 / sigma
     for stretch in range(first // STRETCH, len(bounds)):
@@ -83,13 +87,15 @@ def stop_moments(record, bounds, first, observed, sigma, log_mu, hidden_from, me
             for p in range(pieces):
                 t = t_low + (p + 0.5) * step
                 z = z0 + t * (z1 - z0)
-                log_mass[n] = -0.5 * z * z
-                place[n] = log_mu[j] + t * width - origin
+                x = log_mu[j] + t * width
+                away = (x - about) * per_width
+                log_mass[n] = -0.5 * (z * z + away * away)
+                place[n] = x - origin
                 widths[n] = step * width
                 n += 1
     total, by_place, by_square = _with_points(sums, log_mass, place, widths, n, exp)
     if total == 0.0:
-        return nearest_moments(record, observed, sigma, log_mu, hidden_from)
+        return np.nan, np.nan, np.nan
     by_place /= total
     variance = max(by_square / total - by_place * by_place, 1e-8)
     return origin + by_place, variance, np.log(total) - np.log(sigma) - HALF_LOG_2PI

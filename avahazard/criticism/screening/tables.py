@@ -29,6 +29,7 @@ class Tables:
 
     `record` `[n_events, n_friction]` (float32) and its `record_bounds`, `last_left` `[n_events]`,
     `hidden_from` `[n_events]` (log friction from which on stops are above a declared limit),
+    `about` `[n_events]` (the log friction that the model itself expects, nan: none),
     `height` `[n_events]` of fall (m) where there is no profile (else nan), `sigma` `[n_events]` (m)
     of the records, edges of leaving and of sight, and speeds.
     """
@@ -37,6 +38,7 @@ class Tables:
     bounds: NDArray[np.float32]
     last_left: NDArray[np.int64]
     hidden_from: Floats
+    about: Floats
     height: Floats
     sigma: Floats
     edges: Edges
@@ -44,7 +46,11 @@ class Tables:
 
 
 def make_tables(
-    observations: Observations, predicted: Predicted, limit: Floats, track_scatter: float
+    observations: Observations,
+    predicted: Predicted,
+    limit: Floats,
+    track_scatter: float,
+    about: Floats | None = None,
 ) -> Tables:
     """Tables in the screening's form; `limit` `[n_events]` as in `build_nodes`."""
     left = predicted.status == LEFT_PROFILE
@@ -76,6 +82,7 @@ def make_tables(
         bounds=record_bounds(record),
         last_left=last_left.astype(np.int64),
         hidden_from=edge,
+        about=np.full(n, np.nan) if about is None else about,
         height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         sigma=predicted.sigma,
         edges=Edges(leave, predicted.leaving_sigma, seen, seen_sd, has_limit),

@@ -65,9 +65,10 @@ def tested_model(
     values, curvature = layout.effect_values(u), float(posterior.specification.centrifugal)
     runs = run_blocks(observations, posterior.effects, values, curvature)
     predicted = predict_records(observations, posterior.effects, values, curvature, runs)
-    base = make_tables(observations, predicted, observations.limit, track_scatter)
     design = base_design(posterior, u, spreads.plan, spreads.scale)
     coefficients = base_coordinates(posterior, u)
+    about = design.constant + design.x @ coefficients
+    base = make_tables(observations, predicted, observations.limit, track_scatter, about)
     spelled = [
         spell
         for entry in candidates

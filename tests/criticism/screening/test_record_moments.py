@@ -110,6 +110,7 @@ def test_coarser_frictions_give_the_same_bump() -> None:
             record_bounds(record),
             tables.last_left[rows] // step,
             tables.hidden_from[rows],
+            tables.about[rows],
             tables.height[rows],
             measured.observed[rows],
             observations.sigma[rows],
