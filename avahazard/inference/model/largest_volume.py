@@ -6,11 +6,10 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from scipy.special import log_ndtr
-from scipy.stats import norm
 
 from avahazard.arrays import Floats, Ints
+from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 
 TRIED = np.linspace(0.8, 1.0, 9)
 """Quantiles of the records at which a largest volume is tried; beyond, some of its distance."""
@@ -39,7 +38,7 @@ def cut_normals(centre: Floats, count: Ints, spread: float, largest: float) -> C
         return CutNormals(c, s, largest)
     for _ in range(STEPS):
         z = (largest - c) / s
-        pull = np.minimum(np.exp(norm.logpdf(z) - log_ndtr(z)), MOST_PULL)
+        pull = np.minimum(np.exp(-0.5 * z**2 - HALF_LOG_2PI - log_ndtr(z)), MOST_PULL)
         share = np.average(1.0 - z * pull - pull**2, weights=count)
         before, c = s, centre + s * pull
         s = spread / np.sqrt(max(share, WIDEST**-2))
@@ -57,6 +56,8 @@ def largest_volume(
     and `spread` of what is recorded, less its errors. The ratio is less half the log of the number
     of records, which is what a parameter costs.
     """
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 (slow to import)
+
     count = np.bincount(path, minlength=len(centre))
     told = partial(_log_likelihood, recorded, sigma, path, count, centre, spread)
     beyond = recorded.max() + spread * np.array([0.25, 0.5, 1.0, 2.0])

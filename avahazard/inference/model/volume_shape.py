@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.special import log_softmax, logsumexp
 
 from avahazard.arrays import Floats
@@ -103,6 +102,8 @@ def _chances(recorded: Floats, error: Floats, away: Floats) -> tuple[Floats, Flo
 
 def _fit(start: Floats, chance: Floats, count: Floats, penalty: Floats) -> tuple[Floats, float]:
     """Log density `[n_points]`, up to a constant, and the log marginal likelihood."""
+    from scipy.optimize import minimize  # noqa: PLC0415 (slow to import)
+
     told = partial(_loss, chance=chance, count=count, penalty=penalty)
     bend = partial(_curvature, chance=chance, count=count, penalty=penalty)
     found = minimize(told, start, jac=True, hess=bend, method="trust-exact")
