@@ -24,7 +24,10 @@ from avahazard.workflow.diagnose import diagnose_model
 calibrate(sys.argv[2], "m", draws=100)
 diagnose_model(sys.argv[2], "m", n_worlds=3)
 times = []
-for work in (lambda: calibrate(sys.argv[1], "m"), lambda: diagnose_model(sys.argv[1], "m", n_worlds=BATCH)):
+for work in (
+    lambda: calibrate(sys.argv[1], "m"),
+    lambda: diagnose_model(sys.argv[1], "m", n_worlds=BATCH),
+):
     begun = time.process_time()
     work()
     times.append(time.process_time() - begun)
@@ -54,6 +57,6 @@ def measure() -> Result:
         True,
         f"time of {TIMES * N_EVENTS} events over that of {N_EVENTS}",
         f"`calibrate` {many[0]:.0f} against {few[0]:.0f} s, `diagnose` {many[1]:.0f} against "
-        f"{few[1]:.0f} s with 40 made worlds; {A_PATH} events a path, nothing hidden. Peak memory {many[2]:.0f} MB "
-        f"(wanted: {MOST_MB}).",
+        f"{few[1]:.0f} s with 40 made worlds; {A_PATH} events a path, nothing hidden. "
+        f"Peak memory {many[2]:.0f} MB (wanted: {MOST_MB}).",
     )
