@@ -64,11 +64,11 @@ def event_values(
 
 def summed_terms(
     nodes: Nodes,
-    locations: Floats,
-    scatters: Floats,
     volume_weight: Floats,
     student: bool,
-    keep: NDArray[np.bool_] | None = None,
+    keep: NDArray[np.bool_] | None,
+    locations: Floats,
+    scatters: Floats,
 ) -> Floats:
     """Sums `[n]` of the events' log likelihoods at `[n, n_events, n_volumes]` of both."""
     keep = np.ones(locations.shape[1], dtype=np.bool_) if keep is None else keep

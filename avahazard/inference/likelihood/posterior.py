@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,8 @@ KEPT_VOLUMES = 32
 """Factors of the volumes' errors for which the volumes are kept."""
 MOST_NUMBERS = 1_000_000
 """Numbers of one array where many coordinates are taken at once."""
+EVENTS_AT_ONCE = 1000
+"""Events whose nodes stand in the cache of a processor, 1 kB each."""
 
 
 class Posterior:
@@ -177,12 +179,18 @@ class Posterior:
             given = side_by_side(self._given, *each, n_numbers=location[0].size)
             return np.array([value for value, _ in given])
         nodes = self.nodes.point(())
-
-        def summed(m: Floats, s: Floats) -> Floats:
-            return summed_terms(nodes, m[None], s[None], weight, self._student, self._keep)
-
-        values = side_by_side(summed, location, scatter, n_numbers=location[0].size)
-        return np.array([value[0] for value in values], np.float64)
+        total = np.zeros(len(u))
+        # Nodes of some events stay near the processor for all coordinates.
+        for first in range(0, len(weight), EVENTS_AT_ONCE):
+            part = slice(first, first + EVENTS_AT_ONCE)
+            some = Nodes._make(column[part] for column in nodes)
+            keep = None if self._keep is None else self._keep[part]
+            summed = partial(summed_terms, some, weight[part], self._student, keep)
+            values = side_by_side(
+                summed, location[:, None, part], scatter[:, None, part], n_numbers=weight[part].size
+            )
+            total += np.array([value[0] for value in values])
+        return total
 
     def _given(
         self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
