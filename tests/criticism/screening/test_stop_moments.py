@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,7 +54,7 @@ def test_moments_are_plain_sums(sigma: float | None) -> None:
         observations, predict_records(observations, (), {}), observations.limit, 0.0
     )
     if sigma is not None:
-        tables.sigma[:] = sigma
+        tables = replace(tables, sigma=np.full(observations.n_events, sigma))
     found = moments_of(tables, real_world(studies.posterior(observations)))
     most = 0
     some = (observations.kind != LEFT) & (tables.speeds.row < 0) & np.isnan(tables.height)

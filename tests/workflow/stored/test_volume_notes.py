@@ -45,6 +45,8 @@ def test_a_shape_of_its_own_is_told() -> None:
 def test_where_volumes_do_not_count_or_have_no_error_nothing_is_said(change) -> None:  # type: ignore[no-untyped-def]
     volumes = change(studies.observations().volumes)
     assert volume_notes(_model(volumes, "constant"), "m") == ()
-    known = replace(studies.observations(), volumes=volumes)
-    known.columns.log_volume[np.isnan(known.columns.log_volume)] = 10.0
+    observations = studies.observations()
+    all_known = np.nan_to_num(observations.columns.log_volume, nan=10.0)
+    columns = replace(observations.columns, log_volume=all_known)
+    known = replace(observations, columns=columns, volumes=volumes)
     assert volume_notes(_model(exact_volumes(known)), "m") == ()
