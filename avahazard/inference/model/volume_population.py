@@ -67,10 +67,8 @@ class Population:
         """
         recorded, sigma = records.log_volume, self.factor * records.sigma
         have = np.isfinite(recorded)
-        centre, spread2 = (
-            self.centres(records.paths)[records.path],
-            np.full(len(have), self.spread**2),
-        )
+        centre = self.centres(records.paths)[records.path]
+        spread2 = np.full(len(have), self.spread**2)
         by_shape = have & (sigma > 0.0)
         if records.told is not None:
             some = np.isfinite(records.told)
@@ -103,10 +101,10 @@ def population_of(records: VolumeRecords) -> Population:
     Lognormal, but where the records speak for a largest volume, or another shape.
     """
     found = _by_moments(records, 1.0)
-    have = np.isfinite(records.log_volume)
-    recorded, sigma, path = records.log_volume[have], records.sigma[have], records.path[have]
     if not found.known or found.spread == MIN_SPREAD:
         return found
+    have = np.isfinite(records.log_volume)
+    recorded, sigma, path = records.log_volume[have], records.sigma[have], records.path[have]
     if found.spread < LEAST_SPREAD * float(np.sqrt(np.mean(sigma**2))):
         return found
     centre = found.centres(records.paths)
