@@ -6,6 +6,7 @@ make worlds                 SIZE=10 worlds of each effect and strength, and more
 … benchmarks/worlds.py --arm snow-type   only arms with that in their name
 … benchmarks/worlds.py --traps           only arms with a trap
 … benchmarks/worlds.py --again           one world of each arm again, with today's version
+… benchmarks/worlds.py --final           the traps with seeds on which no rule was made
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
 HERE = Path(__file__).resolve().parent
 AGAIN = HERE / "worlds_again.jsonl"
+FINAL = HERE / "worlds_final.jsonl"
 sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.finished import finished  # noqa: E402
 from benchmarks.worlds.again import one_of_each  # noqa: E402
-from benchmarks.worlds.arms import plans  # noqa: E402
+from benchmarks.worlds.arms import final_traps, plans  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
 from benchmarks.worlds.page import page  # noqa: E402
 from benchmarks.worlds.trap_tables import is_trapped  # noqa: E402
@@ -35,10 +37,11 @@ def main() -> None:
     """Go through the worlds that are not in the results yet; write the page."""
     given = arguments()
     size = int(os.environ.get("SIZE", "10"))
-    results: Path = AGAIN if given.again else given.results
+    results: Path = AGAIN if given.again else FINAL if given.final else given.results
     done = {x["name"]: x for x in finished(results)}
+    made = final_traps(size) if given.final else plans(size)
     k, n = (int(v) for v in given.part.split("/"))
-    chosen = [p for p in plans(size)[k - 1 :: n] if given.arm in p.arm]
+    chosen = [p for p in made[k - 1 :: n] if given.arm in p.arm]
     if given.traps:
         chosen = [p for p in chosen if is_trapped({"arm": p.arm})]
     if given.again:
@@ -61,7 +64,9 @@ def main() -> None:
     if given.page:
         command = f"make worlds SIZE={size}"
         given.page.write_text(
-            page(finished(given.results), command, len(plans(size)), finished(AGAIN)),
+            page(
+                finished(given.results), command, len(plans(size)), finished(AGAIN), finished(FINAL)
+            ),
             encoding="utf-8",
         )
 
@@ -74,6 +79,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--arm", default="", help="only arms with this in their name")
     parser.add_argument("--traps", action="store_true", help="only arms with a trap")
     parser.add_argument("--again", action="store_true", help="one world of each arm again")
+    parser.add_argument("--final", action="store_true", help="the traps with seeds of their own")
     parser.add_argument("--made", type=int, default=199, help="made worlds for each diagnosis")
     parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")

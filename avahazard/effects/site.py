@@ -34,7 +34,7 @@ class Site:
     """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`.
 
     It is cut at `nodes` (m). What is held of its terrains, which are large, are their nodes: the
-    rest is made when it is asked for, but for those `kept`.
+    rest is made when it is asked for, but for those `kept`, if it `keeps` any.
     """
 
     path: Path
@@ -43,6 +43,7 @@ class Site:
     release_x: Floats
     profile_x: Floats
     land_cover: tuple[str, ...] | None
+    keeps: bool = True
     kept: dict[bool, Terrain] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
@@ -81,6 +82,8 @@ class Site:
 
     def keep_terrain(self, resistance: Resistance) -> None:
         """Keep the terrain of this resistance as long as the site: other values ask for it too."""
+        if not self.keeps:
+            return
         terrain = self.terrain_for(resistance)
         self.kept[terrain is not self.terrain] = terrain
 
@@ -143,7 +146,12 @@ def _terrain(site: Site, *, fine: bool) -> Terrain:
 
 
 def build_site(
-    path: Path, profile: Profile, smooth: SmoothProfile, release_x: Sequence[float]
+    path: Path,
+    profile: Profile,
+    smooth: SmoothProfile,
+    release_x: Sequence[float],
+    *,
+    keeps: bool = True,
 ) -> Site:
     """Cut the regularised profile at the releases and where the land cover changes."""
     releases = np.unique(np.asarray(release_x, dtype=float))
@@ -158,6 +166,7 @@ def build_site(
         release_x=releases,
         profile_x=profile.x_m,
         land_cover=profile.land_cover,
+        keeps=keeps,
     )
 
 

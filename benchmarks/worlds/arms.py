@@ -13,8 +13,8 @@ LARGE, SMALL = (250, 11), (120, 9)
 """Events and paths of the even and the odd worlds of an arm."""
 NULLS_PER_ARM = 5
 """Nulls of each arm for one world of an effect and strength."""
-FIRST_SEED, FIRST_TRAP_SEED = 40_000, 500_000
-"""Seeds of the worlds, a thousand for each arm; of those with a trap none was looked at before."""
+FIRST_SEED, FIRST_TRAP_SEED, FINAL_TRAP_SEED = 40_000, 500_000, 700_000
+"""Seeds of the worlds, a thousand for each arm; of the final traps none was looked at before."""
 PLAIN = Settings()
 
 
@@ -107,6 +107,15 @@ WRONG = ("turbulent-drag", "forest-drag", "snow-type", "season", "leading-edge",
 def plans(size: int) -> list[Plan]:
     """All worlds: `size` for each effect and strength, `NULLS_PER_ARM` times as many nulls of an
     arm. They come in `size` rounds of all arms, so that a run that is cut short has seen all."""
+    return _in_rounds(_all_arms(size), size)
+
+
+def final_traps(size: int) -> list[Plan]:
+    """The worlds with a trap once more, with seeds on which no rule was made."""
+    return _in_rounds(_traps(0, size, FINAL_TRAP_SEED), size)
+
+
+def _all_arms(size: int) -> list[list[Plan]]:
     arms: list[list[Plan]] = []
     for name, (effects, settings, neutral) in NULLS.items():
         arms.append(
@@ -145,7 +154,11 @@ def plans(size: int) -> list[Plan]:
         ]
     )
     arms += _effects(0.5, len(arms), size)
-    arms += _traps(len(arms), size)
+    arms += _traps(len(arms), size, FIRST_TRAP_SEED)
+    return arms
+
+
+def _in_rounds(arms: list[list[Plan]], size: int) -> list[Plan]:
     rounds = ([arm[_share(arm, k, size)] for arm in arms] for k in range(size))
     turns = (turn for parts in rounds for turn in zip_longest(*parts))
     return [world for turn in turns for world in turn if world is not None]
@@ -170,7 +183,7 @@ def _effects(strength: float, first: int, size: int) -> list[list[Plan]]:
     ]  # fmt: skip
 
 
-def _traps(first: int, size: int) -> list[list[Plan]]:
+def _traps(first: int, size: int, first_seed: int) -> list[list[Plan]]:
     """Two arms for every trap: with no effect, and with one."""
     arms = []
     for name, trap in TRAPS.items():
@@ -183,7 +196,7 @@ def _traps(first: int, size: int) -> list[list[Plan]]:
                 )
                 for k in range(n)
             ]  # fmt: skip
-            seed = FIRST_TRAP_SEED + 1000 * len(arms)
+            seed = first_seed + 1000 * len(arms)
             arms.append(
                 [
                     replace(w, n_paths=trap.n_paths or w.n_paths, seed=seed + k)

@@ -14,18 +14,18 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
+from avahazard.criticism.screening.model_tables import model_tables
 from avahazard.criticism.screening.other_designs import (
     law_design,
     scatter_slope_designs,
     volume_error_designs,
     with_columns,
 )
-from avahazard.criticism.screening.tables import Tables, make_tables, with_scatter
+from avahazard.criticism.screening.tables import Tables, with_scatter
 from avahazard.effects.effect import Definition, Effect
 from avahazard.inference.fitting.mode_search import thinned
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
-from avahazard.inference.likelihood.stops_asked import stops_asked
+from avahazard.inference.likelihood.predicted import BlockRuns
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.specification import Specification
 
@@ -118,23 +118,17 @@ def _put(
     about: Floats,
 ) -> list[Alternative]:
     """The model with another setting of the block."""
-    tables = _tables_of(posterior, u, changed, track_scatter, about)
-    return [Alternative(key, tables, design, 0.0)]
-
-
-def _tables_of(
-    posterior: Posterior,
-    u: Floats,
-    specification: Specification,
-    track_scatter: float,
-    about: Floats,
-) -> Tables:
-    """Tables of the model's own effects with other settings of the block."""
     observations = posterior.observations
-    values = posterior.layout.effect_values(u)
-    curvature = float(specification.centrifugal)
-    predicted = predict_records(observations, posterior.effects, values, curvature)
-    return make_tables(observations, predicted, observations.limit, track_scatter, about)
+    tables = model_tables(
+        observations,
+        posterior.effects,
+        posterior.layout.effect_values(u),
+        float(changed.centrifugal),
+        observations.limit,
+        track_scatter,
+        about,
+    )
+    return [Alternative(key, tables, design, 0.0)]
 
 
 def _tabulated(
@@ -173,14 +167,19 @@ def _tabulated_at(
         limit = effect.limit(observations.columns, values)
     effects = (*posterior.effects, effect)
     all_values = {**posterior.layout.effect_values(u), effect.key: values}
-    curvature = float(posterior.specification.centrifugal)
-    if effect.motion is not None:
-        asked = stops_asked(observations, effects, all_values) if near else None
-        runs = run_blocks(observations, effects, all_values, curvature, asked)
-    predicted = predict_records(observations, effects, all_values, curvature, runs)
     margin = float(values[0]) if effect.limit is not None else None
     shares = SPEED_SHARES if observations.speeds else (1.0,)
-    whole = make_tables(observations, predicted, limit, track_scatter, about)
+    whole = model_tables(
+        observations,
+        effects,
+        all_values,
+        float(posterior.specification.centrifugal),
+        limit,
+        track_scatter,
+        about,
+        None if effect.motion is not None else runs,
+        near,
+    )
     tables = [with_scatter(whole, share * track_scatter) for share in shares]
     return [Alternative(effect.key, each, design, log_prior, margin) for each in tables]
 

@@ -24,9 +24,6 @@ from avahazard.workers import ordered_map
 
 SITES_AT_ONCE = KEPT_TERRAINS // 2
 """Sites whose blocks are run together: their terrains are made once."""
-KEPT_SITES = 2000
-"""Sites whose terrains are kept where effects move the block: it runs anew for each of their values
-(0.12 MB a site; to make one again takes half as long as the runs)."""
 Values = dict[str, Floats]
 """Parameter values by effect key."""
 
@@ -128,7 +125,7 @@ def run_blocks(
     for first in range(0, len(observations.sites), SITES_AT_ONCE):
         sites = observations.sites[first : first + SITES_AT_ONCE]
         resistances = [resistance_of(site, effects, values, curvature) for site in sites]
-        if moved and first < KEPT_SITES:
+        if moved:
             for site, resistance in zip(sites, resistances, strict=True):
                 site.keep_terrain(resistance)
         cells = list(ordered_map(Site.cells, sites, resistances))
@@ -208,9 +205,11 @@ def predict_records(
     n = observations.n_events
     if not observations.sites:
         return _straight(observations, effects, values)
-    x = np.full((n, len(MU)), np.nan)
-    y = np.full((n, len(MU)), np.nan)
-    status = np.full((n, len(MU)), STOPPED, dtype=np.int8)
+    x, y = np.empty((n, len(MU))), np.empty((n, len(MU)))
+    status = np.empty((n, len(MU)), dtype=np.int8)
+    nowhere = observations.columns.path_index < 0
+    x[nowhere] = y[nowhere] = np.nan
+    status[nowhere] = STOPPED
     runs = run_blocks(observations, effects, values, curvature) if runs is None else runs
     advance = _sum_of(observations, effects, values, "advance")
     for k, site in enumerate(observations.sites):
@@ -230,9 +229,7 @@ def predict_records(
             y[ahead] = site.smooth.height(x[ahead])
     raised = raised_by(observations, effects, values)
     y += raised[:, None]
-    record = np.where(observations.kind[:, None] == PLACE, x, y)
-    straight = observations.kind == LENGTH
-    record[straight] = _lengths(observations.fall_height[straight])
+    record = _recorded(observations, x, y)
     sigma = record_sigma(observations, effects, values)
     return Predicted(
         record=record,
@@ -245,6 +242,16 @@ def predict_records(
         leaving_sigma=observations.leaving_sigma * (sigma / observations.sigma),
         raised=raised,
     )
+
+
+def _recorded(observations: Observations, x: Floats, y: Floats) -> Floats:
+    """Of places (x, y) `[n_events, n_friction]` what is recorded of each event."""
+    in_x, straight = observations.kind == PLACE, observations.kind == LENGTH
+    if in_x.all():
+        return x
+    record = np.where(in_x[:, None], x, y)
+    record[straight] = _lengths(observations.fall_height[straight])
+    return record
 
 
 def _straight(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Predicted:

@@ -28,6 +28,9 @@ ELEVATION, PLACE, LENGTH, LEFT = 0, 1, 2, 3
 """What was recorded: the elevation of the stop, its x, a runout length, or that it left."""
 MANY_PATHS = 200
 """Paths from which on it pays to give their grounds to other processes."""
+KEPT_SITES = 2000
+"""Sites that keep terrains where effects move the block: it runs anew for each of their values
+(0.12 MB a site; to make one again takes half as long as the runs)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +88,7 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     profiles = {p.path_id: p for p in records.profiles}
     used = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
     require_profiles(name for name in used if name not in profiles)
-    sites = []
+    sites: list[Site] = []
     release, elevation = np.zeros(len(events), dtype=np.int64), np.full(len(events), np.nan)
     known = {} if prior is None else {site.path.path_id: site.smooth for site in prior.sites}
     of_path: dict[str, list[int]] = {name: [] for name in used}
@@ -100,7 +103,8 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
         start = {i: _release_elevation(events[i], own) for i in mine}
         different = list(dict.fromkeys(start.values()))
         place = dict(zip(different, release_places(smooth, different), strict=True))
-        site = build_site(paths[name], profile, smooth, list(place.values()))
+        keeps = len(sites) < KEPT_SITES
+        site = build_site(paths[name], profile, smooth, list(place.values()), keeps=keeps)
         sites.append(site)
         for i in mine:
             release[i] = np.searchsorted(site.release_x, place[start[i]])
