@@ -6,19 +6,24 @@ from collections.abc import Sequence
 from typing import Any
 
 from benchmarks.worlds.arms import Plan
-from benchmarks.worlds.counts import alarm, first_alone, in_set, share
+from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, share
 from benchmarks.worlds.trap_tables import is_trapped
 
 Line = dict[str, Any]
+ALL_OF = "observation-limit x"
+"""Arms that are gone through whole."""
 
 
 def one_of_each(plans: Sequence[Plan]) -> list[Plan]:
-    """The first odd world of every arm (120 events; the first where none is odd), without traps."""
+    """The first odd world of every arm (120 events; the first where none is odd), without traps.
+
+    Of `ALL_OF` all.
+    """
     chosen: dict[str, Plan] = {}
     for plan in sorted(plans, key=lambda p: (p.index % 2 == 0, p.index)):
         if not is_trapped({"arm": plan.arm}):
             chosen.setdefault(plan.arm, plan)
-    return [p for p in plans if chosen.get(p.arm) is p]
+    return [p for p in plans if chosen.get(p.arm) is p or p.arm.startswith(ALL_OF)]
 
 
 def comparison(before: Sequence[Line], after: Sequence[Line]) -> list[str]:
@@ -29,10 +34,14 @@ def comparison(before: Sequence[Line], after: Sequence[Line]) -> list[str]:
         return ["None yet."]
     nulls = [p for p in pairs if not p[0]["true"]]
     effects = [p for p in pairs if p[0]["true"]]
+    seen = [p for p in effects if p[0].get("oracle_gain", 0.0) > SEEN]
+    unseen = [p for p in seen if p[0]["arm"].startswith(ALL_OF)]
     rows = [
         ("false alarms where nothing is missing", nulls, alarm),
         ("right effect named or in the set", effects, in_set),
         ("named alone and first", effects, first_alone),
+        (f"in the set where it gains over {SEEN:.0f} nats", seen, in_set),
+        ("… of these `observation-limit`", unseen, in_set),
         ("a wrong name alone", effects, lambda x: alarm(x) and len(x["missing"]) == 1),
     ]
     changed = [p for p in pairs if sorted(p[0]["missing"]) != sorted(p[1]["missing"])]

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from benchmarks.finished import finished
-from benchmarks.worlds.again import comparison, one_of_each
-from benchmarks.worlds.arms import plans
+from benchmarks.worlds.again import ALL_OF, comparison, one_of_each
+from benchmarks.worlds.arms import final_traps, plans
 from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named
 from benchmarks.worlds.page import page
 from benchmarks.worlds.trap_tables import interval, is_trapped
@@ -38,8 +38,10 @@ def _seen(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def test_the_page_is_written_from_these_results(lines: list[dict[str, Any]]) -> None:
-    again = finished(ROOT / "benchmarks" / "worlds_again.jsonl")
-    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)), again)
+    again, final = (
+        finished(ROOT / "benchmarks" / f"worlds_{which}.jsonl") for which in ("again", "final")
+    )
+    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)), again, final)
     assert (ROOT / "docs" / "worlds.md").read_text(encoding="utf-8") == made
 
 
@@ -90,11 +92,12 @@ def test_outside_the_catalogue_the_axis_is_named(lines: list[dict[str, Any]]) ->
     )
 
 
-def test_traps_give_no_more_false_names_than_the_level_allows(lines: list[dict[str, Any]]) -> None:
+@pytest.mark.parametrize("which", ["worlds", "worlds_final"])
+def test_traps_give_no_more_false_names_than_the_level_allows(which: str) -> None:
+    lines = finished(ROOT / "benchmarks" / f"{which}.jsonl")
     nulls = [x for x in lines if is_trapped(x) and not x["true"]]
-    if nulls:
-        # Few worlds: 5 % must not be ruled out from below.
-        assert interval(sum(map(alarm, nulls)), len(nulls))[0] <= 0.05
+    # Few worlds: 5 % must not be ruled out from below.
+    assert interval(sum(map(alarm, nulls)), len(nulls))[0] <= 0.05
 
 
 def test_intervals_of_shares_hold_their_share() -> None:
@@ -113,10 +116,22 @@ def test_worlds_come_in_turn_and_trapped_ones_have_seeds_of_their_own() -> None:
     assert len(first) == 16
 
 
+def test_final_traps_are_the_same_worlds_with_seeds_of_their_own() -> None:
+    final = final_traps(SIZE)
+    first = [p for p in plans(SIZE) if is_trapped({"arm": p.arm})]
+    assert {p.name for p in final} == {p.name for p in first}
+    assert not {p.seed for p in final} & {p.seed for p in plans(SIZE)}
+    assert len({p.seed for p in final}) == len(final)
+
+
 def test_one_world_of_each_arm_is_asked_again_and_a_changed_answer_is_told() -> None:
     chosen = one_of_each(plans(SIZE))
-    assert len({p.arm for p in chosen}) == len(chosen) >= 56
-    assert all(p.n_events == 120 for p in chosen if not p.arm.startswith("confounded"))
+    one = [p for p in chosen if not p.arm.startswith(ALL_OF)]
+    assert len({p.arm for p in one}) == len(one) >= 54
+    assert all(p.n_events == 120 for p in one if not p.arm.startswith("confounded"))
+    assert [p for p in chosen if p not in one] == [
+        p for p in plans(SIZE) if p.arm.startswith(ALL_OF)
+    ]
     line = {"name": "x #1", "true": ["season"], "neutral": [], "verdict": "adequate", "missing": []}
     told = "\n".join(comparison([{**line, "missing": ["season"]}], [{**line, "oracle_gain": 8.3}]))
     assert "- x #1: adequate, nothing named; then `season` (oracle 8)" in told
