@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.likelihood.block_runs import Values
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import below
 from avahazard.physics.resistance import Resistance
 

@@ -28,8 +28,8 @@ from avahazard.hazard.volume_friction import (
     rising_friction,
     volume_frictions,
 )
+from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import Values
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel

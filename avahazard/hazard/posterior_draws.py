@@ -8,13 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.predicted import (
-    BlockRuns,
-    Predicted,
-    Values,
-    predict_records,
-    run_blocks,
-)
+from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
+from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups

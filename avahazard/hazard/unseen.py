@@ -14,8 +14,8 @@ from avahazard.arrays import Floats
 from avahazard.effects.site import release_place
 from avahazard.hazard.avalanches import Avalanches, friction_below
 from avahazard.hazard.passing import passing_in_metres, stops
+from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import Values
 from avahazard.physics.runout_curve import inverse
 
 LEAST_SEEN = 0.05

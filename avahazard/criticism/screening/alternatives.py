@@ -24,8 +24,8 @@ from avahazard.criticism.screening.other_designs import (
 from avahazard.criticism.screening.tables import Tables, with_scatter
 from avahazard.effects.effect import Definition, Effect
 from avahazard.inference.fitting.mode_search import thinned
+from avahazard.inference.likelihood.block_runs import BlockRuns
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import BlockRuns
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.specification import Specification
 

@@ -15,12 +15,8 @@ from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.tables import Tables, make_tables
 from avahazard.effects.effect import Effect
-from avahazard.inference.likelihood.predicted import (
-    BlockRuns,
-    Values,
-    predict_records,
-    run_blocks,
-)
+from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.likelihood.record_parts import in_parts
 from avahazard.inference.likelihood.stops_asked import stops_asked
 from avahazard.inference.model.observations import Observations

@@ -18,8 +18,9 @@ from avahazard.criticism.screening.masked_pairs import effect_columns
 from avahazard.criticism.screening.model_design import base_coordinates, base_design
 from avahazard.criticism.screening.tables import make_tables
 from avahazard.effects.effect import Definition
+from avahazard.inference.likelihood.block_runs import run_blocks
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import Predicted, predict_records, run_blocks
+from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.stops_asked import sight_is_limited
 from avahazard.physics.runout_curve import RunoutCurve

@@ -5,14 +5,9 @@ from __future__ import annotations
 from copy import copy
 
 from avahazard.effects.effect import Effect
+from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
 from avahazard.inference.likelihood.keeping import make_room, within
-from avahazard.inference.likelihood.predicted import (
-    BlockRuns,
-    Predicted,
-    Values,
-    predict_records,
-    run_blocks,
-)
+from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.likelihood.stops_asked import stops_asked
 from avahazard.inference.model.observations import Observations
 from avahazard.physics.near_stops import Asked

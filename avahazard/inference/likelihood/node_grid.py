@@ -10,6 +10,7 @@ import numpy as np
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
+from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.interpolation import (
     Corners,
     interpolated,
@@ -26,7 +27,7 @@ from avahazard.inference.likelihood.nodes import (
     record_nodes,
     with_tracks,
 )
-from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.record_parts import AskedPanels, RecordParts, in_parts
 from avahazard.inference.likelihood.speed_nodes import track_nodes
 from avahazard.inference.likelihood.stops_asked import sight_is_limited

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
+from avahazard.inference.likelihood.block_runs import Values, resistance_of
 from avahazard.inference.likelihood.event_terms import (
     EventTerms,
     event_terms,
@@ -22,7 +23,7 @@ from avahazard.inference.likelihood.keeping import make_room
 from avahazard.inference.likelihood.location_scatter import location_and_scatter, pulled
 from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
-from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
+from avahazard.inference.likelihood.predicted import record_sigma
 from avahazard.inference.likelihood.side_by_side import side_by_side
 from avahazard.inference.likelihood.wrong_records import by_wrong_share, log_wrong
 from avahazard.inference.model.build_layout import build_layout

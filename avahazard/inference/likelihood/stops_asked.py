@@ -13,7 +13,8 @@ import numpy as np
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.predicted import BlockRuns, Values, predict_records
+from avahazard.inference.likelihood.block_runs import BlockRuns, Values
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.near_stops import Asked

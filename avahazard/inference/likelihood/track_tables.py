@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.block_runs import JumpedStop
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.sight import hidden_from
 from avahazard.inference.likelihood.speed_bounds import rows_left
 from avahazard.inference.model.observations import LEFT, Observations

@@ -13,8 +13,9 @@ from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.tables import LOG_MU, make_tables
 from avahazard.effects import volume_error
 from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.likelihood.block_runs import run_blocks
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import predict_records, run_blocks
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.physics.block import LEFT_PROFILE

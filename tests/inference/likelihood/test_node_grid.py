@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from avahazard.inference.likelihood import kept_runs
+from avahazard.inference.likelihood.block_runs import BlockRuns, run_blocks
 from avahazard.inference.likelihood.interpolation import packed, unpacked
 from avahazard.inference.likelihood.keeping import LEAST_KEPT, MOST_BYTES, within
 from avahazard.inference.likelihood.nodes import build_nodes
-from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.layout import regridded
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.physics.runout_curve import MU

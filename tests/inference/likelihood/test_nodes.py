@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.inference.likelihood.block_runs import JumpedStop
 from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
-from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.sight import FEW
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
 from avahazard.inference.model.speed_record import SpeedRecord, speed_record

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.inference.likelihood.block_runs import JumpedStop
 from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.nodes import build_nodes
-from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import squared
 from avahazard.inference.likelihood.speed_nodes import SPLIT, between
 from avahazard.inference.model.observations import ELEVATION, LEFT
