@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.alpha_beta import AVAFRAME, REGRESSIONS, AlphaBeta, Regression, alpha_beta
+from avahazard.hazard.beta_point import lasting_flats
 from avahazard.physics.smooth_profile import (
     SmoothProfile,
     legendre_profile,
@@ -118,6 +119,15 @@ def test_the_first_flattening_that_lasts_and_the_others_told(bench_m: float, n_p
     assert len(expected) == n_places
     assert found.beta_x == pytest.approx(expected[0], abs=0.5)
     assert found.further_beta_x == pytest.approx(expected[1:], abs=0.5)
+
+
+def test_a_flattening_lies_between_places_by_its_steepness() -> None:
+    x = np.array([0.0, 40.0, 60.0, 300.0])
+    ten = np.tan(np.radians(10.0))
+    # Over 10° by three parts, then under it by one: three quarters of the 20 m.
+    steepness = ten + np.array([0.5, 0.3, -0.1, -0.2])
+    np.testing.assert_allclose(lasting_flats(x, steepness), [40.0 + 0.75 * 20.0])
+    assert not len(lasting_flats(x[:3], steepness[:3] + 0.2))
 
 
 def test_runout_by_a_plain_search_on_a_stepped_path() -> None:

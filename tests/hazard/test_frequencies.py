@@ -59,3 +59,10 @@ def test_a_refusal_holds_no_records() -> None:
     known.add(Path("P"), (Event("e", "P", runout_x_m=1.0),))
     assert isinstance(known.refused["P"], AvahazardError)
     assert not any(isinstance(thing, Event) for thing in held(known))
+
+
+def test_any_area_of_release_over_nought_is_known() -> None:
+    known = KnownVolumes()
+    for name, area in (("small", 0.5), ("none", 0.0), ("words", "steep")):
+        known.add(Path(name, covariates={"release_area_m2": area}), (Event("e", name),))
+    assert known.areas == {"small": 0.5}

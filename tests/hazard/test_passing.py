@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,21 @@ def test_rates_past_places_are_the_sums_over_volumes(case: str) -> None:
     found = passing(avalanches).rates(x)
     np.testing.assert_allclose(found, expected, atol=2e-8 * avalanches.volumes.rate.max())
     assert np.ptp(expected) > 0.1
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_classes_that_differ_in_friction_have_rates_of_their_own(case: str) -> None:
+    avalanches = mixed(case)
+    location = avalanches.location.copy()
+    location[:, 1] += 0.1
+    assert location.shape[1] == 2
+    differ = replace(avalanches, location=location)
+    x = np.linspace(*path_ends(differ), 40)
+    naive = naive_passing_rate(differ)
+    expected = np.array([naive(np.full(N, place)) for place in x])
+    found = passing(differ).rates(x)
+    np.testing.assert_allclose(found, expected, atol=2e-8 * differ.volumes.rate.max())
+    assert np.max(np.abs(found - passing(avalanches).rates(x))) > 0.01
 
 
 @pytest.mark.parametrize("case", CASES)

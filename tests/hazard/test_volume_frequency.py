@@ -141,6 +141,7 @@ def test_a_given_threshold() -> None:
         fit_volume_frequency(region_of([known], "gpd", 1e9), "p", rng)
     with pytest.raises(AvahazardError, match="The threshold is -1"):
         region_of([known], "gpd", -1.0)
+    assert region_of([known], "gpd", 0.5).threshold_m3 == 0.5
     with pytest.raises(AvahazardError, match="has no use"):
         region_of([known], "gev", 1e4)
 

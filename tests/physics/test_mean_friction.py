@@ -12,6 +12,7 @@ from avahazard.physics.cells import Cells, build_cells
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.mean_friction import TRIED, carried, squares_to_rest
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
+from avahazard.physics.smooth_profile import legendre_profile
 from avahazard.physics.speed import speeds_along
 from tests.physics.paths import RELEASE_M, bowl, ski_jump, terrain_of
 
@@ -83,8 +84,12 @@ def test_it_is_carried_on_past_its_stop() -> None:
     assert np.min(square) < 0.0 < np.max(square[-1])
 
 
-def test_a_stop_beyond_all_frictions_takes_the_nearest() -> None:
-    terrain = terrain_of(bowl())
+def test_a_stop_beyond_all_frictions_takes_the_largest() -> None:
+    """At 72° not even the largest friction brings a block to rest."""
+    x = np.linspace(0.0, 300.0, 61)
+    terrain = terrain_of(legendre_profile(x, 2000.0 - 3.0 * x, penalty=0.0))
     cells, start = build_cells(terrain, no_resistance(terrain)), terrain.node(RELEASE_M)
-    at_once = squares_to_rest(cells, start, RELEASE_M + 1e-3, np.array([RELEASE_M + 1e-3]))
-    assert np.all(np.isfinite(at_once))
+    square = squares_to_rest(cells, start, float(cells.x[-2]), cells.x[[start + 1, -2]])
+    largest = carried(cells, start, TRIED)[[1, -2], -1]
+    np.testing.assert_allclose(square, largest)
+    assert largest[-1] > 100.0

@@ -69,3 +69,45 @@ def test_a_record_out_of_reach_is_held_by_the_nearest_friction() -> None:
     assert place[np.argmax(weight)] == pytest.approx(GRID[-2])
     _, place, weight = mass(RECORD, np.zeros(15, bool), 2000.0, 10.0, hidden=0.62)
     assert place[np.argmax(weight)] == pytest.approx(0.6)
+
+
+NONE = np.zeros(15, bool)
+
+
+@pytest.mark.parametrize(
+    ("record", "left", "observed", "gone", "hidden", "ends"),
+    [
+        # So vague that both ends of the grid count.
+        (RECORD, NONE, 700.0, False, np.inf, (True, True)),
+        # Beyond a limit of sight there is no record.
+        (RECORD, NONE, 700.0, False, 0.85, (True, False)),
+        # What left says nothing of a stop, nor a stop of what left.
+        (RECORD, GRID < 0.3, 700.0, False, np.inf, (False, True)),
+        (np.where(GRID < 0.5, np.nan, RECORD), GRID < 0.5, np.nan, True, np.inf, (True, False)),
+        # Far from one end.
+        (RECORD, NONE, 300.0, False, np.inf, (True, False)),
+    ],
+)
+def test_what_the_ends_of_the_grid_have_beyond_them(  # type: ignore[no-untyped-def]
+    record, left, observed, gone, hidden, ends
+) -> None:
+    sigma = 80.0 if observed == 300.0 else 400.0
+    place, weight, tail = np.zeros(10), np.zeros(10), np.zeros(2)
+    told = record, left, gone, observed, sigma, SPEED, GRID, hidden, 1, 0.05
+    log_mass = record_density_nodes(*told, place, weight, tail)
+    for j, counts, share in zip((0, -1), ends, tail, strict=True):
+        density = np.exp(SPEED[j])
+        if not gone:
+            z = (record[j] - observed) / sigma
+            density *= np.exp(-0.5 * z * z) / (sigma * np.sqrt(2.0 * np.pi))
+        assert share == (pytest.approx(density / np.exp(log_mass)) if counts else 0.0)
+
+
+def test_the_first_of_frictions_that_are_as_near_holds_what_no_friction_reaches() -> None:
+    flat = np.full(15, 300.0)
+    log_mass, place, _ = mass(flat, NONE, 2000.0, 10.0)
+    z = (300.0 - 2000.0) / 10.0
+    # The speeds ask for more friction: the last friction but one.
+    assert place[0] == pytest.approx(GRID[-2])
+    expected = -0.5 * z * z + SPEED[-2] - np.log(10.0 * np.sqrt(2.0 * np.pi)) + np.log(0.05)
+    assert log_mass == pytest.approx(expected)

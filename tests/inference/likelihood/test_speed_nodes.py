@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.event_terms import event_terms
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import squared
-from avahazard.inference.likelihood.speed_nodes import SPLIT, between
+from avahazard.inference.likelihood.speed_nodes import SPLIT, between, squares
 from avahazard.inference.model.observations import ELEVATION, LEFT
 from avahazard.inference.model.speed_record import speed_record
 from avahazard.physics.runout_curve import MU
@@ -123,6 +123,24 @@ def test_between_takes_fewer_parts_of_many_cells() -> None:
     here = coarse[(coarse > 0.4) & (coarse < 0.41)]
     assert np.max(np.diff(fine)) < np.min(np.diff(here))
     assert len(coarse) < len(fine) + 3 * len(MU)
+
+
+def test_squares_go_straight_below_nought_where_a_block_stops_short() -> None:
+    # u² falls evenly with friction: 9, 5, 1 and, carried on, -3; the last place is never reached.
+    speeds = np.sqrt(
+        np.array([[16.0, 9.0, 0.0], [12.0, 5.0, 0.0], [8.0, 1.0, 0.0], [4.0, 0.0, 0.0]])
+    )
+    found = squares(np.vstack([speeds, np.zeros((2, 3))]))
+    expected = [
+        [16.0, 9.0, 0.0],
+        [12.0, 5.0, 0.0],
+        [8.0, 1.0, 0.0],
+        [4.0, -3.0, 0.0],
+        # Just at rest, where it is carried on to nought itself.
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0],
+    ]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_events_without_speeds_are_untouched() -> None:

@@ -12,6 +12,7 @@ from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.volumes import VolumeNodes
 from avahazard.records.collection import Records
 from tests.inference import studies
 from tests.inference.misstated import misstated
@@ -99,3 +100,19 @@ def test_the_evidence_tells_which_errors_are_misstated(
     gains = {key: log_evidence(*_fitted(given, key)).value - plain for key in (RECORD, VOLUME)}
     for key, gain in gains.items():
         assert gain > 5.0 if key == best else gain < 3.0
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_volumes_are_as_uncertain_as_the_factor_says(factor: float) -> None:
+    model = studies.posterior(studies.observations(), VOLUME)
+    (slot,) = (s for s in model.layout.slots if s.name.startswith(VOLUME))
+    u = studies.near(model)
+    u[model.layout.places[VOLUME]] = np.log(factor) / slot.scale
+    own, told = studies.observations().volumes, model.volumes(u)
+
+    def spread(volumes: VolumeNodes) -> np.ndarray:
+        log = np.log(volumes.volume)
+        mean = np.sum(volumes.weight * log, axis=1, keepdims=True)
+        return np.sqrt(np.sum(volumes.weight * (log - mean) ** 2, axis=1))
+
+    assert np.all((spread(told) > spread(own)) == (factor > 1.0))

@@ -47,6 +47,17 @@ def test_little_else_is_asked_for() -> None:
     assert np.median(asked[0].high - asked[0].low) < 0.5 * length
 
 
+def test_what_left_asks_for_the_end_of_its_path_alone() -> None:
+    given = observations(36, 6, False)
+    i = int(np.flatnonzero(given.kind == LEFT)[0])
+    k, site = given.columns.path_index[i], given.sites[given.columns.path_index[i]]
+    alone = replace(given, kind=np.where(given.columns.path_index == k, LEFT, given.kind))
+    one = stops_asked(alone, (), {})[k]
+    length = site.smooth.x_max - site.smooth.x_min
+    assert one.low[given.release[i]] > site.smooth.x_max - 0.01 * length
+    assert one.high[given.release[i]] == pytest.approx(site.smooth.x_max)
+
+
 def test_a_record_that_no_stop_is_near_asks_for_the_nearest() -> None:
     given = observations(12, 6, False)
     i = int(np.flatnonzero(given.kind == 0)[0])
