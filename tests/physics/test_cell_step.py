@@ -58,6 +58,24 @@ def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
         assert np.isnan(w[1, 3])
 
 
+def test_a_friction_that_is_the_same_at_all_speeds_steps_as_if_it_knew_none() -> None:
+    cells = cells_of(TERRAIN, speed_factor=np.ones(len(SPEEDS)), offset=0.01)
+    most = 3.0 * FRICTION
+    told = False
+    for i in range(TERRAIN.n_cells):
+        w = before()
+        step_by_speed(
+            cells, i, most, w, 0, 1, np.empty(BATCH_SIZE), np.empty(BATCH_SIZE), BATCH_SIZE
+        )
+        m = most + 0.01
+        expected = polyval(m, cells.growth[i]) * w[0] + polyval(m, cells.drive[i])
+        np.testing.assert_allclose(w[1], expected, rtol=1e-12, atol=1e-10)
+        shorter = polyval(m, cells.drive[i, :-1])
+        told = told or bool(np.any(np.abs(polyval(m, cells.drive[i]) - shorter) > 1e-8))
+    # The last of its powers counts somewhere.
+    assert told
+
+
 @pytest.mark.parametrize("push", [None, 0.02 * SPEEDS])
 def test_blocks_at_rest_behind_the_others_may_be_left_out(push: np.ndarray | None) -> None:
     cells = cells_of(
