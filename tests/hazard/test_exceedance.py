@@ -87,6 +87,15 @@ def test_natural_and_parameters_apart() -> None:
             assert value == pytest.approx(stop(MEDIAN * np.exp(sd * z)), rel=0.03)
 
 
+def test_the_middle_is_one_draw_of_medians_whose_shares_add_up() -> None:
+    share = np.array([[0.7, 0.2, 0.1], [0.1, 0.7, 0.2], [0.2, 0.1, 0.7]])
+    volumes = EventVolumes(np.array([0.2, 0.5, 0.3]), np.log([1e4, 4e4, 8e4]), share)
+    middle = at_the_middle(avalanches_of(draws(SIGMA, 3), volumes))
+    assert middle.n_parameters == 1
+    assert middle.volumes.rate == pytest.approx([0.3])
+    np.testing.assert_allclose(middle.volumes.share, np.full((1, 3), 1.0 / 3.0))
+
+
 def test_more_rate_and_a_longer_period_go_farther() -> None:
     volumes = EventVolumes(np.array([0.05, 0.2]), np.log([VOLUME]), np.ones((2, 1)))
     avalanches = avalanches_of(draws(SIGMA, 2), volumes)

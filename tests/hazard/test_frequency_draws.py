@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from avahazard.hazard.frequency_draws import FrequencyDraws, GevDraws, ThresholdDraws
 from avahazard.hazard.gev import Gev
@@ -65,3 +66,22 @@ def test_under_the_threshold_records_are_counted() -> None:
     chance = -np.expm1(-0.5 * (0.4 + 0.6 * 0.6))
     assert THRESHOLD.log_volume(chance)[0] == 9.0
     assert THRESHOLD.log_volume(0.9)[0] == 8.0
+
+
+def test_where_avalanches_are_rarer_than_the_chance_it_is_the_smallest_of_them() -> None:
+    found = GEV.log_volume(0.9)
+    smallest = [stats.genextreme.ppf(1e-3, c, m, s) for c, m, s in zip(*gev_of(GEV), strict=True)]
+    np.testing.assert_allclose(found, smallest, rtol=1e-6)
+
+
+def gev_of(draws: GevDraws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return draws.gev.shape, draws.gev.location, draws.gev.scale
+
+
+def test_the_ends_hold_all_but_one_in_ten_thousand_over_the_threshold() -> None:
+    low, high = THRESHOLD.ends()
+    assert low == 8.0
+    # 1e-4 of a generalised Pareto, in closed form; `shape` has the sign of genextreme.
+    k = THRESHOLD.shape
+    far = 10.0 + THRESHOLD.scale * (1.0 - 1e-4**k) / k
+    assert high == pytest.approx(np.quantile(far, 0.9))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded
-from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.passing import descent, passing, path_ends
 from avahazard.hazard.share_curves import MAX_NODES, share_under, summed_share
 from avahazard.inference.model.specification import Specification
@@ -49,18 +49,23 @@ def test_rates_past_places_are_the_sums_over_volumes(case: str) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_classes_that_differ_in_friction_have_rates_of_their_own(case: str) -> None:
+@pytest.mark.parametrize("what", ["location", "scatter"])
+@pytest.mark.parametrize("first", [0, 2])
+def test_classes_that_differ_in_friction_have_rates_of_their_own(
+    case: str, what: str, first: int
+) -> None:
+    """In all draws, or in some."""
     avalanches = mixed(case)
-    location = avalanches.location.copy()
-    location[:, 1] += 0.1
-    assert location.shape[1] == 2
-    differ = replace(avalanches, location=location)
+    own = getattr(avalanches, what).copy()
+    assert own.shape[1] == 2
+    own[first:, 1] += 0.1
+    differ = replace(avalanches, **{what: own})
     x = np.linspace(*path_ends(differ), 40)
     naive = naive_passing_rate(differ)
     expected = np.array([naive(np.full(N, place)) for place in x])
     found = passing(differ).rates(x)
     np.testing.assert_allclose(found, expected, atol=2e-8 * differ.volumes.rate.max())
-    assert np.max(np.abs(found - passing(avalanches).rates(x))) > 0.01
+    assert np.max(np.abs(found - passing(avalanches).rates(x))) > 0.001
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -91,6 +96,18 @@ def test_a_share_is_read_within_1e_8(case: str) -> None:
         for nu in np.linspace(shares.low[p, 0], last, 301):
             exact = summed_share(shares, p, 0, nu)
             assert share_under(shares, p, 0, nu) == pytest.approx(exact, abs=1e-8)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_scatters_as_usual_has_curves_of_some_nodes(case: str) -> None:
+    nodes = descent(mixed(case)).shares.nodes
+    assert 20 < nodes.shape[2] <= MAX_NODES
+
+
+def test_curves_of_one_volume_go_as_far_as_its_friction() -> None:
+    nodes = descent(avalanches_of(draws(0.02, N), one_volume(1e5, N))).shares.nodes
+    # Five to each scatter, six and a half of them to each side.
+    assert 66 <= nodes.shape[2] <= 67
 
 
 def test_hardly_any_scatter_needs_no_curve() -> None:

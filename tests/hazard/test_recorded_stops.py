@@ -16,3 +16,11 @@ def test_the_map_holds_both_ends_of_the_line_and_nothing_beyond() -> None:
     assert stops.point(np.nextafter(100.0, 0.0)) is None
     assert stops.point(np.nextafter(900.0, 1e4)) is None
     assert RecordedStops().point(0.0) is None
+
+
+def test_without_records_or_coordinates_there_is_nothing() -> None:
+    nothing = RecordedStops()
+    assert {len(c) for c in (nothing.x, nothing.line_x, nothing.east, nothing.north)} == {0}
+    assert nothing.farthest() is None
+    assert nothing.point(0.0) is None
+    assert nothing.beyond(0.0) == 0

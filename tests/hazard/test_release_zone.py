@@ -62,3 +62,16 @@ def test_a_stated_zone_has_that_spread() -> None:
     drawn = zone.elevations(200)
     assert (np.mean(drawn), np.std(drawn)) == pytest.approx((2000.0, 50.0), rel=0.01)
     assert stated_zone(2000.0, 5.0) is None
+
+
+def test_few_records_have_the_moments_of_a_beta() -> None:
+    zone = release_zone(np.array([2000.0, 2030.0, 2060.0, 2070.0, 2120.0]), 2500.0)
+    assert zone is not None
+    # They reach one spacing of 30 m past both ends: 1970 to 2150 m.
+    assert (zone.low_m, zone.high_m) == (1970.0, 2150.0)
+    share = np.array([30.0, 60.0, 90.0, 100.0, 150.0]) / 180.0
+    mean, variance = np.mean(share), np.sum((share - np.mean(share)) ** 2) / 4.0
+    # Mean and variance of Beta(a, b).
+    a, b = zone.a, zone.b
+    assert a / (a + b) == pytest.approx(mean)
+    assert a * b / ((a + b) ** 2 * (a + b + 1.0)) == pytest.approx(variance)

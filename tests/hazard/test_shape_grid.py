@@ -109,3 +109,18 @@ def test_other_paths_narrow_the_prior_but_not_to_a_point() -> None:
     assert float(scales @ (LOG_SCALES - mean) ** 2) ** 0.5 == pytest.approx(0.2, abs=0.05)
     centre = float(shapes @ SHAPES)
     assert float(shapes @ (SHAPES - centre) ** 2) ** 0.5 == pytest.approx(0.1, abs=0.04)
+
+
+@pytest.mark.parametrize("error", [0.0, 0.5])
+def test_the_prior_is_flat_in_the_log_of_the_scale_with_which_records_spread(error: float) -> None:
+    found = shape_prior(0.2, 0.15, error)
+    # Errors add to the variance: they count as scales of this shape.
+    in_scales = error / stats.genextreme.std(SHAPES[10])
+    whole = 0.5 * np.log(np.exp(2.0 * LOG_SCALES) + in_scales**2)
+    by_hand = np.gradient(whole, LOG_SCALES)
+    row = np.exp(found[:, 10] - found[-1, 10])
+    np.testing.assert_allclose(row[1:-1] / row[-2], (by_hand / by_hand[-2])[1:-1], rtol=0.02)
+    if not error:
+        normal = -0.5 * ((SHAPES - 0.2) / 0.15) ** 2
+        np.testing.assert_allclose(np.diff(found[5]), np.diff(normal), atol=1e-9)
+        np.testing.assert_array_equal(found, shape_prior())

@@ -72,6 +72,16 @@ def test_a_rate_of_all_avalanches_stays(drawn) -> None:
         assert with_unseen(given, np.array([limit])) is given
 
 
+def test_some_draws_may_have_a_limit_and_others_none(drawn) -> None:
+    k, x = drawn
+    given = on_record(k, x > 0.0)
+    groups = replace(given, tables=given.tables * 2, group=np.array([0, 1, 0, 1]))
+    limit = height(float(np.quantile(x[np.isfinite(x)], 0.35)))
+    found = with_unseen(groups, np.array([limit, np.nan])).volumes.rate
+    np.testing.assert_allclose(found[1::2], given.volumes.rate[1::2])
+    assert np.all(found[::2] > 1.2 * given.volumes.rate[::2])
+
+
 def test_what_is_hardly_ever_seen_does_not_blow_up(drawn) -> None:
     k, x = drawn
     given = on_record(k, x > 0.0)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -206,3 +208,32 @@ def test_what_lies_at_the_threshold_is_not_over_it() -> None:
     known = record("p", np.array([9.0, 10.0, 11.5]), 30)
     assert region_of([known], "gpd").sample("p") == pytest.approx([1.5])
     assert region_of([known], "gpd", float(np.exp(9.0))).sample("p") == pytest.approx([1.0, 2.5])
+
+
+def test_a_year_has_avalanches_by_jeffreys_rule() -> None:
+    rng = np.random.default_rng(5)
+    known = record("p", TRUTH.rvs(9, random_state=rng), 30)
+    draws = fitted([known], rng).draws
+    # Beta(9 + 1/2, 21 + 1/2).
+    assert np.mean(draws.chance) == pytest.approx(9.5 / 31.0, abs=0.01)
+    assert np.var(draws.chance) == pytest.approx(9.5 * 21.5 / (31.0**2 * 32.0), rel=0.15)
+
+
+def test_volumes_of_records_are_those_that_were_seen() -> None:
+    rng = np.random.default_rng(5)
+    fit = fitted([record("p", TRUTH.rvs(9, random_state=rng), 30)], rng)
+    assert fit.source == "records"
+    assert fit.volumes().seen_only
+    assert not replace(fit, source="table").volumes().seen_only
+
+
+def test_maxima_never_spread_more_than_all_volumes() -> None:
+    rng = np.random.default_rng(5)
+    maxima = TRUTH.rvs(12, random_state=rng)
+    known = record("p", maxima, 30)
+    # All volumes are alike but for one: their spread is less than that of the maxima.
+    volumes = np.append(np.full(40, 9.0), 9.5)
+    alike = replace(known, log_volumes=volumes, volumes_sigma=np.zeros(41))
+    assert region_of([alike])._of_maxima == 1.0
+    twice = replace(known, log_volumes=maxima.mean() + 2.0 * (maxima - maxima.mean()))
+    assert region_of([twice])._of_maxima == pytest.approx(0.5)

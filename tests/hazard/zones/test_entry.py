@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.event_volumes import one_volume
-from avahazard.hazard.zones.entry import N_PLACES, path_zones
+from avahazard.hazard.zones.entry import N_PLACES, _notes, path_zones
 from avahazard.hazard.zones.limits import FRENCH
 from avahazard.results.zones import Density, ZonedPath
 from tests.hazard.parabola import draws, path
@@ -48,3 +48,11 @@ def test_pressure_is_that_of_the_speed_and_rarer_means_more(zoned: ZonedPath) ->
             assert here.pressure_kpa.q50 == pytest.approx(0.3 * here.speed_m_s.q50**2)
     assert zoned.designs[0].design.runout_x_m.q50 < zoned.designs[1].design.runout_x_m.q50
     assert zoned.zones[1].to_x_m == pytest.approx(zoned.designs[0].design.runout_x_m.q50)
+
+
+def test_avalanches_that_stay_at_their_release_are_told() -> None:
+    few, many = _notes("p", 0.01, []), _notes("p", 0.4, [30.0, 100.0])
+    assert few == ()
+    far, held = many
+    assert far.startswith("p: T = 30, 100 ")
+    assert held.startswith("p: 40% ")

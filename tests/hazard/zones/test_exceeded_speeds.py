@@ -9,7 +9,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.hazard.avalanches import annual_rate
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
 from avahazard.hazard.exceedance import exceeded_runout
-from avahazard.hazard.zones.exceeded_speeds import _rate_over, exceeded_speeds
+from avahazard.hazard.zones.exceeded_speeds import _behind, _rate_over, exceeded_speeds
 from avahazard.inference.model.specification import Specification
 from tests.hazard.zones.parabola import (
     RATES,
@@ -115,6 +115,18 @@ def test_the_front_brings_the_speed_of_the_block_behind_it() -> None:
     expected = np.sqrt(np.interp(behind, X, block_speeds(0.7 * np.exp(-0.2))[0] ** 2))
     moving = (behind > 100.0) & (expected > 8.0)
     assert found[moving] == pytest.approx(expected[moving], abs=0.5)
+
+
+@pytest.mark.parametrize("distance", [0.0, 1.0, 40.0])
+def test_what_is_behind_is_so_far_along_the_path(distance: float) -> None:
+    (site,) = observations(2450.0).sites
+    x = np.linspace(200.0, 2000.0, 7)
+    behind = _behind(site, x, distance)
+    terrain = site.terrain
+    found = np.interp(x, terrain.x, terrain.s) - np.interp(behind, terrain.x, terrain.s)
+    np.testing.assert_allclose(found, distance, atol=1e-9)
+    # Above the top it goes on.
+    assert _behind(site, np.array([terrain.x[0]]), 30.0) == pytest.approx(terrain.x[0] - 30.0)
 
 
 def test_beyond_its_curve_a_rate_is_that_of_the_last_node() -> None:

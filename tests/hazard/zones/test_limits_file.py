@@ -77,3 +77,18 @@ def test_one_message_that_says_where(old: str, new: str, message: str) -> None:
     with pytest.raises(AvahazardError, match=message) as caught:
         read_limits("own.toml", GOOD.replace(old, new, 1))
     assert caught.value.hint
+
+
+def test_the_limits_of_two_countries() -> None:
+    def told(limits: Limits) -> dict[str, list[tuple[float, float]]]:
+        return {
+            zone.name: [(rule.return_period_years, rule.pressure_kpa_min) for rule in zone.rules]
+            for zone in limits.zones
+        }
+
+    assert told(SWISS) == {"red": [(300.0, 30.0), (30.0, 0.0)], "blue": [(300.0, 0.0)]}
+    assert told(FRENCH) == {
+        "red": [(100.0, 30.0)],
+        "blue": [(100.0, 0.0)],
+        "yellow": [(300.0, 0.0)],
+    }
