@@ -64,6 +64,15 @@ def test_the_penalty_is_where_the_restricted_likelihood_is_largest() -> None:
         assert naive_likelihood(x, y, sigma, factor * found.penalty) > best
 
 
+def test_few_points_have_the_finest_error_and_the_penalty_of_it() -> None:
+    x = np.sort(np.random.default_rng(1).uniform(0.0, 1000.0, 12))
+    y = ground(x, 10.0, 250.0)
+    found = point_error(x, y)
+    assert found.source == "assumed"
+    assert np.all(found.sigma == FINEST_M)
+    assert found.penalty == point_error(x, y, found.sigma).penalty
+
+
 def test_an_estimated_error_is_where_the_likelihood_is_largest_in_both() -> None:
     rng = np.random.default_rng(2)
     x = np.sort(rng.uniform(0.0, 1000.0, 60))

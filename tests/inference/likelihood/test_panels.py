@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood.panels import A_PANEL, panel_nodes
+from avahazard.inference.likelihood.panels import A_PANEL, n_panels, panel_nodes, panel_width
 
 
 @pytest.mark.parametrize("panels", [6, 7, 11])
@@ -20,3 +20,14 @@ def test_no_mass_is_lost_and_three_moments_are_kept(panels: int) -> None:
         for power in (1, 2, 3):
             expected = np.sum(masses * points**power) / masses.sum()
             assert np.sum(weight * place**power) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("in_log", [True, False])
+def test_panels_are_counted_by_spread_and_reach_wherever_they_lie(in_log: bool) -> None:
+    width = panel_width(in_log)
+    weight = np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.25, 0.5, 0.25]])
+    apart = width * np.array([[-0.1, 0.1, 50.0], [-2.0, 2.0, 50.0], [-3.0, 0.0, 3.0]])
+    counts = [n_panels(middle + apart, weight, in_log) for middle in (-0.7, 0.0, 3.0)]
+    np.testing.assert_array_equal(counts[0], counts[1])
+    np.testing.assert_array_equal(counts[0], counts[2])
+    assert counts[0][0] == 1 < counts[0][1] <= counts[0][2]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.likelihood.stops_asked import FAR, stops_asked
+from avahazard.inference.likelihood.stops_asked import FAR, _within, stops_asked
 from avahazard.inference.model.observations import LEFT, LENGTH
 from tests.inference.studies import observations, posterior
 
@@ -56,6 +56,19 @@ def test_what_left_asks_for_the_end_of_its_path_alone() -> None:
     length = site.smooth.x_max - site.smooth.x_min
     assert one.low[given.release[i]] > site.smooth.x_max - 0.01 * length
     assert one.high[given.release[i]] == pytest.approx(site.smooth.x_max)
+
+
+def test_places_between_which_a_record_lies_are_near_it_however_small_its_error() -> None:
+    z = np.array(
+        [
+            [-100.0, -50.0, 40.0, 90.0],  # between two places
+            [-100.0, -8.0, 40.0, 8.0],  # there and back
+            [100.0, 60.0, 20.0, np.nan],  # near none: the nearest
+        ]
+    )
+    first, last = _within(z)
+    assert first.tolist() == [1, 0, 2]
+    assert last.tolist() == [2, 3, 2]
 
 
 def test_a_record_that_no_stop_is_near_asks_for_the_nearest() -> None:
