@@ -29,8 +29,8 @@ UNCOMPILED = (
     )),
     *(f"tests/inference/likelihood/test_{name}.py" for name in (
         "density_sums", "event_terms", "exponentials", "gauss_quadrature", "group_offsets",
-        "interpolation", "nodes", "panels", "record_density", "speed_bounds", "speed_errors",
-        "speed_nodes", "straight_density",
+        "interpolation", "nodes", "offset_system", "panels", "record_density",
+        "speed_bounds", "speed_errors", "speed_nodes", "straight_density",
     )),
     *(f"tests/hazard/test_{name}.py" for name in (
         "exceedance", "passing", "runout_bounds", "shape_grid",
