@@ -224,7 +224,7 @@ def test_volumes_of_records_are_those_that_were_seen() -> None:
     fit = fitted([record("p", TRUTH.rvs(9, random_state=rng), 30)], rng)
     assert fit.source == "records"
     assert fit.volumes().seen_only
-    assert not replace(fit, source="table").volumes().seen_only
+    assert not replace(fit, source="given").volumes().seen_only
 
 
 def test_maxima_never_spread_more_than_all_volumes() -> None:
@@ -237,3 +237,11 @@ def test_maxima_never_spread_more_than_all_volumes() -> None:
     assert region_of([alike])._of_maxima == 1.0
     twice = replace(known, log_volumes=maxima.mean() + 2.0 * (maxima - maxima.mean()))
     assert region_of([twice])._of_maxima == pytest.approx(0.5)
+
+
+def test_the_method_tells_records_years_and_what_was_left_out() -> None:
+    rng = np.random.default_rng(5)
+    known = replace(record("p", TRUTH.rvs(9, random_state=rng), 30), n_left_out=3)
+    method = fitted([known], rng).method
+    assert "; 9 records over a test (1971 to 2000): 0.3 a year; " in method
+    assert method.endswith("; 3 undated or outside these years left out")

@@ -83,6 +83,21 @@ def test_the_error_of_the_records_is_taken_from_their_spread() -> None:
     np.testing.assert_allclose(without_record_error(exact)[0].log_maxima, exact[0].log_maxima)
 
 
+def test_two_volumes_of_a_path_tell_of_their_spread_and_one_does_not() -> None:
+    def of(name: str, *log_volumes: float) -> VolumeRecord:
+        values, sigma = np.array(log_volumes), np.full(len(log_volumes), 0.5)
+        n = len(values)
+        return VolumeRecord(name, 1900, 1999, "", n, n, 0, values, sigma, values, sigma)
+
+    pair, alone = of("pair", 9.0, 11.0), of("alone", 10.0)
+    # Their variance is 2, of which 0.25 is error.
+    freed, same = without_record_error([pair, alone])
+    shrunk = np.sqrt(1.75 / 2.0)
+    np.testing.assert_allclose(freed.log_volumes, [10.0 - shrunk, 10.0 + shrunk])
+    np.testing.assert_allclose(same.log_volumes, [10.0])
+    assert without_record_error([alone])[0] is alone
+
+
 def test_span_of_the_records_without_observed_years() -> None:
     record = volume_record(Path("p"), EVENTS)
     assert (record.first_year, record.last_year) == (1950, 1962)

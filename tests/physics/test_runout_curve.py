@@ -76,6 +76,9 @@ def test_frictions_are_counted_in_steps_of_the_grid() -> None:
     for m, step in zip(mu, steps, strict=True):
         assert piece_at.py_func(rows, friction_grid(MU), m)[1] == pytest.approx(step, abs=1e-9)
     assert friction_grid(MU)[1:4] == (MU[EVEN][0], MU[EVEN][-1], EVEN.start)
+    even = np.linspace(0.2, 0.9, 8)
+    assert friction_grid(even)[1:4] == (0.2, 0.9, 0)
+    assert friction_grid(even).per_step == pytest.approx(10.0)
 
 
 def test_the_table_is_the_runs() -> None:

@@ -55,6 +55,15 @@ def test_short_grids_use_all_their_points() -> None:
         assert along(line_weights((1.0, 2.0, 4.0), value), three**2) == pytest.approx(value**2)
 
 
+def test_between_three_points_nothing_lies_beyond_its_neighbours() -> None:
+    values = np.array([0.0, 1.0, 1.05])
+    for value in np.linspace(1.0, 3.0, 41):
+        line = line_weights((1.0, 2.0, 3.0), value)
+        found = float(along(line, values[line.first : line.first + len(line.linear)]))
+        low, high = (0.0, 1.0) if value <= 2.0 else (1.0, 1.05)
+        assert low <= found <= high
+
+
 @pytest.mark.parametrize("k", [0, 5])
 @pytest.mark.parametrize("value", [0.3, 0.9, 1.5, 3.0, 5.0])
 def test_a_point_far_off_lifts_nothing_between_others(k: int, value: float) -> None:
