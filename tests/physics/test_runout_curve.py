@@ -113,6 +113,18 @@ def test_cells_are_broken_as_the_twin_says() -> None:
     np.testing.assert_array_equal(curves.jumps, broken & inside)
 
 
+def test_frictions_count_in_steps_of_an_uneven_grid() -> None:
+    grid, rows = friction_grid(UNEVEN), pieces(random_curves(1)[0])[0]
+    for k in range(len(UNEVEN) - 1):
+        for share in (0.0, 0.3, 0.9):
+            mu = (1.0 - share) * UNEVEN[k] + share * UNEVEN[k + 1]
+            assert piece_at.py_func(rows, grid, mu)[1] == pytest.approx(k + share, abs=1e-9)
+    below, above = (piece_at.py_func(rows, grid, mu) for mu in (0.0, 5.0))
+    assert below[0] == 0
+    assert below[1] < 0.0
+    assert above[0] == len(rows) - 1
+
+
 def test_what_is_looked_up_is_the_twins() -> None:
     curves = random_curves(8)
     mu = np.random.default_rng(1).uniform(0.01, 0.85, (8, 300))

@@ -104,6 +104,15 @@ def test_between_keeps_the_frictions_of_the_table() -> None:
     assert not np.any(track.left[track.grid > 0.4226])
 
 
+@pytest.mark.parametrize("good", [0, 1, len(MU) - 2])
+def test_between_goes_to_the_ends_of_the_table(good: int) -> None:
+    bound = np.full(len(MU) - 1, -1e3)
+    bound[good] = 0.0
+    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, bound, True)
+    assert track.grid[0] == MU[max(good - 1, 0)]
+    assert track.grid[-1] == MU[min(good + 2, len(MU) - 1)]
+
+
 def test_between_is_even_where_f_jumps() -> None:
     bound = np.where((MU[1:] > 0.4) & (MU[1:] < 0.45), 0.0, -1e3)
     cell = int(np.flatnonzero(MU > 0.42)[0])

@@ -60,3 +60,16 @@ def test_sums_take_fewer_points_to_the_same_end(height: float, length: float, si
     assert found[1][:3] == pytest.approx(found[0][:3], rel=1e-8)
     # A bump cut off at its steep end keeps its points.
     assert (found[1][3] < found[0][3]) == (length - REACH * sigma > min(height / 3.0, length / 2.0))
+
+
+@pytest.mark.parametrize(("height", "length", "sigma"), CASES)
+def test_beyond_all_frictions_a_block_goes_nowhere(
+    height: float, length: float, sigma: float
+) -> None:
+    place, weight, tail = np.zeros(N_NODES), np.zeros(N_NODES), np.full(2, np.nan)
+    log_scale, _ = straight_density_nodes(height, length, sigma, True, 1, place, weight, tail)
+    assert tail[0] == 0.0
+    # The density of this record for a length of nought.
+    share = norm.pdf(length, 0.0, sigma) / np.exp(log_scale)
+    assert tail[1] == (pytest.approx(share) if share > 1e-9 else 0.0)
+    assert (tail[1] > 0.0) == (length < 6.0 * sigma)
