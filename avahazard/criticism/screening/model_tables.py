@@ -17,13 +17,10 @@ from avahazard.criticism.screening.tables import Tables, make_tables
 from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.likelihood.record_parts import in_parts
+from avahazard.inference.likelihood.record_parts import EVENTS_AT_ONCE, in_parts
 from avahazard.inference.likelihood.stops_asked import stops_asked
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.part_of import part_of, whole_paths
-
-EVENTS_AT_ONCE = 500
-"""Events of a part: what the block would leave of them takes 8 MB."""
 
 
 def model_tables(

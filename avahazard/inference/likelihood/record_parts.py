@@ -22,8 +22,8 @@ from avahazard.inference.likelihood.nodes import Nodes, needed_panels, record_no
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.part_of import part_of, whole_paths
 
-EVENTS_AT_ONCE = 2000
-"""Events of a part: their tables take some 60 MB."""
+MANY_EVENTS, EVENTS_AT_ONCE = 2000, 500
+"""Events from which on they come in parts, and those of a part: their tables take some 15 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,5 +109,5 @@ class RecordParts:
 
 def in_parts(observations: Observations) -> bool:
     """Whether the events are many, on profiles and without speeds."""
-    many = observations.n_events > EVENTS_AT_ONCE
+    many = observations.n_events > MANY_EVENTS
     return many and len(observations.sites) > 1 and not observations.speeds

@@ -59,7 +59,7 @@ def test_tables_in_parts_are_those_of_all_at_once(
     runs = run_blocks(observations, (), {}) if effect.motion is None else None
     told = observations, (effect,), values, 1.0, limit, 0.0, about, runs, near
     whole = model_tables(*told)
-    monkeypatch.setattr(record_parts, "EVENTS_AT_ONCE", 10)
+    monkeypatch.setattr(record_parts, "MANY_EVENTS", 10)
     monkeypatch.setattr(module, "EVENTS_AT_ONCE", 10)
     parts = model_tables(*told)
     for name in COLUMNS:

@@ -51,6 +51,7 @@ def test_nodes_in_parts_are_those_of_all_at_once(
     effects: tuple[str, ...], sight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = posterior(sight(), *effects)
+    monkeypatch.setattr(record_parts, "MANY_EVENTS", 4)
     monkeypatch.setattr(record_parts, "EVENTS_AT_ONCE", 4)
     parts = posterior(sight(), *effects)
     assert parts.nodes._parts is not None
@@ -97,6 +98,7 @@ def test_parts_are_whole_paths_and_all_events() -> None:
 
 
 def test_tables_of_more_paths_take_no_more_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(record_parts, "MANY_EVENTS", 40)
     monkeypatch.setattr(record_parts, "EVENTS_AT_ONCE", 40)
     few, many = (_peak_of_nodes(n) for n in (41, 164))
     assert many < 2.0 * few
@@ -124,6 +126,7 @@ def _peak_of_nodes(n: int) -> int:
 def test_runs_that_serve_other_values_are_made_once(
     effect: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(record_parts, "MANY_EVENTS", 4)
     monkeypatch.setattr(record_parts, "EVENTS_AT_ONCE", 4)
     grid = posterior(mixed(), effect).nodes
     grid._of_point((1,))
