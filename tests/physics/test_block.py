@@ -141,6 +141,29 @@ def test_counter_slope_stops_what_reaches_it() -> None:
     np.testing.assert_allclose(stops.x[0], 1600.0 * (1.0 - mu), atol=1e-3)
 
 
+def test_a_crest_within_a_cell_holds_what_barely_fails_to_cross_it() -> None:
+    """Both ends of the cell would be passed at speed; the energy line meets the ground between."""
+    hill = profile_of(lambda x: 900.0 - 0.2 * x + 60.0 * np.cos(x / 150.0), 1300.0)
+    release = 300.0
+    terrain = terrain_of(hill, release)
+    cells = cells_of(terrain, curvature=0.0)
+    start = np.array([terrain.node(release)])
+
+    def mean_slope(x):
+        return (hill.height(np.array([release]))[0] - hill.height(x)) / (x - release)
+
+    at_nodes = mean_slope(terrain.x[start[0] + 1 :])
+    fine = np.linspace(700.0, 1000.0, 300_001)
+    crossing = np.min(mean_slope(fine))  # the friction that just crosses
+    ends = np.min(at_nodes[np.abs(terrain.x[start[0] + 1 :] - 850.0) < 150.0])
+    assert ends - crossing > 1e-6
+    mu = crossing + (ends - crossing) * np.array([-0.1, 0.1, 0.3, 0.6, 0.9])
+    stops = run(cells, start, mu)
+    assert stops.x[0, 0] > 1000.0 or stops.status[0, 0] == LEFT_PROFILE
+    expected = [fine[mean_slope(fine) <= m][0] for m in mu[1:]]
+    np.testing.assert_allclose(stops.x[0, 1:], expected, atol=0.01)
+
+
 def test_fast_blocks_leave_the_ground_at_the_edge() -> None:
     stops = run_from(JUMP)
     flies = np.isfinite(stops.lift_off_x[0])
