@@ -14,13 +14,14 @@ from avahazard.physics.terrain import build_terrain
 from tests.physics.paths import cells_of, ski_jump
 
 TERRAIN = build_terrain(ski_jump())
-RNG = np.random.default_rng(2)
-FRICTION = RNG.uniform(0.1, 1.3, BATCH_SIZE)
+FRICTION = np.random.default_rng(2).uniform(0.1, 1.3, BATCH_SIZE)
 
 
-def before() -> np.ndarray:
+def before(cell: int) -> np.ndarray:
+    """Speeds before a cell; the same whatever other tests run."""
+    rng = np.random.default_rng([2, cell])
     w = np.empty((2, BATCH_SIZE))
-    w[0] = RNG.uniform(0.0, 3000.0, BATCH_SIZE) * (RNG.uniform(size=BATCH_SIZE) > 0.2)
+    w[0] = rng.uniform(0.0, 3000.0, BATCH_SIZE) * (rng.uniform(size=BATCH_SIZE) > 0.2)
     w[0, 3] = np.nan
     return w
 
@@ -29,7 +30,7 @@ def test_step_is_growth_times_w_plus_drive() -> None:
     cells = cells_of(TERRAIN, factor=0.9, offset=0.05, drag=0.003)
     seen = set()
     for i in range(TERRAIN.n_cells):
-        w = before()
+        w = before(i)
         low, high = step(cells, i, FRICTION, w, 0, 1)
         m = 0.9 * FRICTION + 0.05
         expected = polyval(m, cells.growth[i]) * w[0] + polyval(m, cells.drive[i])
@@ -44,7 +45,7 @@ def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
     factor, push = 0.5 + 0.5 / (1.0 + SPEEDS / 9.0), 0.02 * SPEEDS
     cells = cells_of(TERRAIN, speed_factor=factor, speed_constant=push, offset=0.01)
     for i in range(0, TERRAIN.n_cells, 7):
-        w = before()
+        w = before(i)
         held, push_of = np.empty(BATCH_SIZE), np.empty(BATCH_SIZE)
         step_by_speed(cells, i, FRICTION, w, 0, 1, held, push_of, BATCH_SIZE)
         w1 = w[0].copy()
@@ -54,7 +55,7 @@ def test_step_by_speed_takes_resistance_at_the_mean_w() -> None:
             w1 = polyval(m, cells.growth[i]) * w[0] + polyval(m, cells.drive[i])
             w1 -= 2.0 * np.interp(u, SPEEDS, push) * cells.length[i]
         fast = w[0] > 800.0  # where three rounds suffice
-        np.testing.assert_allclose(w[1][fast], w1[fast], rtol=1e-4)
+        np.testing.assert_allclose(w[1][fast], w1[fast], rtol=2e-4)
         assert np.isnan(w[1, 3])
 
 
@@ -63,7 +64,7 @@ def test_a_friction_that_is_the_same_at_all_speeds_steps_as_if_it_knew_none() ->
     most = 3.0 * FRICTION
     told = False
     for i in range(TERRAIN.n_cells):
-        w = before()
+        w = before(i)
         step_by_speed(
             cells, i, most, w, 0, 1, np.empty(BATCH_SIZE), np.empty(BATCH_SIZE), BATCH_SIZE
         )
@@ -81,7 +82,7 @@ def test_blocks_at_rest_behind_the_others_may_be_left_out(push: np.ndarray | Non
     cells = cells_of(
         TERRAIN, speed_factor=0.5 + 0.5 / (1.0 + SPEEDS / 9.0), speed_constant=push, offset=0.01
     )
-    w = before()
+    w = before(5)
     w[0, LANES - 2 :] = np.nan
     n_first = first_of_batch(w, 0)
     assert n_first == LANES
