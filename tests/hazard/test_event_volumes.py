@@ -25,3 +25,11 @@ def test_more_nodes_have_no_share() -> None:
     found = with_volumes(one_volume(1e4, 2, 0.3), np.log([1e3, 1e4, 1e5]))
     np.testing.assert_allclose(np.exp(found.log_volume), [1e3, 1e4, 1e5])
     assert found.share.tolist() == [[0.0, 1.0, 0.0]] * 2
+
+
+def test_where_nothing_comes_all_volumes_share_alike() -> None:
+    rate = np.array([0.0, 0.4])
+    found = event_volumes(rate, lambda v: np.zeros((2, len(v))), 8.0, 9.0)
+    n = len(found.log_volume)
+    assert found.share[0] == pytest.approx(np.full(n, 1.0 / n))
+    assert found.share[1] == pytest.approx(np.eye(n)[0])

@@ -124,3 +124,26 @@ def test_the_prior_is_flat_in_the_log_of_the_scale_with_which_records_spread(err
         normal = -0.5 * ((SHAPES - 0.2) / 0.15) ** 2
         np.testing.assert_allclose(np.diff(found[5]), np.diff(normal), atol=1e-9)
         np.testing.assert_array_equal(found, shape_prior())
+
+
+@pytest.mark.parametrize("cell", [(20, 0, 5), (40, 13, 16), (30, 26, 27)])
+def test_draws_of_one_cell_lie_evenly_within_it(cell: tuple[int, int, int]) -> None:
+    sample = np.array([8.0, 9.0, 9.5, 11.0])
+    i, k, m = cell
+    likelihood = np.full((len(LOG_SCALES), len(SHAPES), len(DEVIATIONS)), -np.inf)
+    likelihood[cell] = 0.0
+    prior = np.zeros((len(LOG_SCALES), len(SHAPES)))
+    gev = gev_draws(sample, prior, likelihood, 20_000, np.random.default_rng(4))
+    # The mean of the GEV lies DEVIATIONS standard errors from the sample's.
+    width = np.diff(DEVIATIONS)[0] * SPREAD / np.sqrt(len(sample))
+    mean = sample.mean() + DEVIATIONS[m] * SPREAD / np.sqrt(len(sample)) * gev.scale
+    off = (gev.location - mean) / gev.scale + MEAN_OFFSET[k]
+    assert off.mean() == pytest.approx(0.0, abs=0.02 * width)
+    assert off.std() == pytest.approx(width / np.sqrt(12.0), rel=0.02)
+    assert np.ptp(off) <= width * (1.0 + 1e-9)
+    for values, grid, at in ((np.log(gev.scale), LOG_SCALES, i), (gev.shape, SHAPES, k)):
+        assert np.abs(values - grid[at]).max() <= 0.5 * np.diff(grid)[0] * (1.0 + 1e-9)
+
+
+def test_means_are_sought_within_five_standard_errors() -> None:
+    assert (DEVIATIONS[0], DEVIATIONS[-1]) == (-5.0, 5.0)

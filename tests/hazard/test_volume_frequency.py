@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.hazard.frequency_draws import ThresholdDraws
 from avahazard.hazard.shape_grid import gev_likelihood, over_locations
 from avahazard.hazard.volume_frequency import (
     ReturnLevel,
@@ -245,3 +246,20 @@ def test_the_method_tells_records_years_and_what_was_left_out() -> None:
     method = fitted([known], rng).method
     assert "; 9 records over a test (1971 to 2000): 0.3 a year; " in method
     assert method.endswith("; 3 undated or outside these years left out")
+
+
+@pytest.mark.parametrize("n_below", [0, 7])
+def test_shares_over_a_threshold_follow_jeffreys_rule(n_below: int) -> None:
+    rng = np.random.default_rng(8)
+    volumes = np.concatenate([np.linspace(8.0, 8.9, n_below), np.linspace(9.1, 11.0, 9)])
+    known = record("p", volumes, 40)
+    region = region_of([known], "gpd", float(np.exp(9.0)))
+    draws = fit_volume_frequency(region, "p", rng, 20_000).draws
+    assert isinstance(draws, ThresholdDraws)
+    assert draws.weight.shape == (len(draws.share_over), n_below)
+    if n_below:
+        assert draws.weight.sum(axis=1) == pytest.approx(1.0)
+        assert np.mean(draws.share_over) == pytest.approx(9.5 / 17.0, abs=0.01)
+        assert np.var(draws.share_over) == pytest.approx(9.5 * 7.5 / (17.0**2 * 18.0), rel=0.15)
+    else:
+        np.testing.assert_array_equal(draws.share_over, 1.0)

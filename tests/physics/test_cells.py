@@ -84,3 +84,17 @@ def test_no_resistance_is_neutral() -> None:
     assert np.all(base.factor == 1.0)
     for field in (base.offset, base.constant, base.drag):
         np.testing.assert_array_equal(field, np.zeros(TERRAIN.n_cells))
+
+
+def test_a_cell_that_steepens_in_part_may_dip() -> None:
+    wavy = profile_of(lambda x: 500.0 - 0.3 * x + 20.0 * np.cos(x / 90.0), 800.0)
+    terrain = build_terrain(wavy)
+    cells = cells_of(terrain)
+    partly = 0
+    for i in range(terrain.n_cells):
+        slope = wavy.derivatives(np.linspace(terrain.x[i], terrain.x[i + 1], 200))[1]
+        steepens = np.diff(-slope) > 0.0
+        if 0.2 < steepens.mean() < 0.8:
+            assert cells.dip[i] > 0.0
+            partly += 1
+    assert partly > 0

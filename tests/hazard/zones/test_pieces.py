@@ -89,3 +89,9 @@ def test_density_has_its_mean_and_spread() -> None:
     assert draw_densities(250.0, 0.0, 3, np.random.default_rng(1)) == pytest.approx([250.0] * 3)
     speed = np.array([[[10.0, 0.0]]])
     assert pressure_kpa(np.array([300.0]), speed)[0, 0].tolist() == [30.0, 0.0]
+
+
+def test_french_red_begins_at_thirty_kilopascals() -> None:
+    # 30 kPa of 100 are left at 70 % of the way.
+    found = ends(FRENCH, {100.0: flow(500.0, 100.0), 300.0: flow(700.0, 100.0)})
+    assert found[0] == ("red", 100.0, pytest.approx(100.0 + 0.7 * 400.0))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from avahazard.inference.likelihood import block_runs
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.likelihood.stops_asked import FAR, _within, stops_asked
 from avahazard.inference.model.observations import LEFT, LENGTH
@@ -79,3 +80,18 @@ def test_a_record_that_no_stop_is_near_asks_for_the_nearest() -> None:
     one = stops_asked(replace(given, observed=observed), (), {})[given.columns.path_index[i]]
     # Higher than all the path: its top.
     assert one.low[given.release[i]] <= given.sites[0].smooth.x_min + 20.0
+
+
+@pytest.mark.parametrize("near", [False, True])
+def test_sites_are_run_in_groups_as_if_all_at_once(
+    monkeypatch: pytest.MonkeyPatch, near: bool
+) -> None:
+    given = observations()
+    asked = stops_asked(given, (), {}) if near else None
+    together = block_runs.run_blocks(given, (), {}, 1.0, asked)
+    monkeypatch.setattr(block_runs, "SITES_AT_ONCE", 2)
+    apart = block_runs.run_blocks(given, (), {}, 1.0, asked)
+    assert len(given.sites) > 2
+    assert len(apart.tables) == len(together.tables) == len(given.sites)
+    for one, other in zip(apart.tables, together.tables, strict=True):
+        np.testing.assert_array_equal(one.x, other.x)
