@@ -31,3 +31,12 @@ def test_panels_are_counted_by_spread_and_reach_wherever_they_lie(in_log: bool) 
     np.testing.assert_array_equal(counts[0], counts[1])
     np.testing.assert_array_equal(counts[0], counts[2])
     assert counts[0][0] == 1 < counts[0][1] <= counts[0][2]
+
+
+def test_a_panel_of_points_without_mass_has_a_place() -> None:
+    points, masses = np.linspace(0.0, 1.2, 25), np.ones(25)
+    masses[9:16] = 0.0
+    place, weight = np.full(A_PANEL * 6, np.nan), np.full(A_PANEL * 6, np.nan)
+    panel_nodes(points, masses, 6, place, weight)
+    assert np.isfinite(place).all()
+    assert np.sum(weight * place) == pytest.approx(np.average(points, weights=masses))

@@ -41,10 +41,12 @@ def test_no_cell_that_counts_is_passed_over(seed: int) -> None:
     speeds = part(np.sort(rng.uniform(0.0, 8.0, (n, 1)), axis=0)[::-1])
     cell, jumped = int(rng.integers(n)), np.array([1.5])
     observed, error = float(rng.uniform(0.0, 900.0)), 25.0
-    found = cell_bounds(speeds, cell, jumped, ONE_SPEED, record, left, False, observed, error)
+    constant = (-30.0, 0.0, 30.0)[seed % 3]  # the density at its highest is exp(-constant)
+    told = (*ONE_SPEED[:2], constant)
+    found = cell_bounds(speeds, cell, jumped, told, record, left, False, observed, error)
     square = speeds[:, 0] ** 2
     square[cell] = 1.5
-    ends = -0.5 * (10.0 - square) ** 2
+    ends = -0.5 * (10.0 - square) ** 2 - constant
     z = (record - observed) / error
     miss = np.where(z[1:] * z[:-1] > 0.0, np.minimum(abs(z[1:]), abs(z[:-1])), 0.0)
     whole = np.maximum(ends[1:], ends[:-1]) - 0.5 * miss**2

@@ -9,6 +9,7 @@ from scipy import stats
 from avahazard.inference.likelihood.speed_errors import (
     drawn_speeds,
     inverse_root,
+    speed_log_density,
     squared,
     whitening,
 )
@@ -49,7 +50,10 @@ def test_whitened_misfits_give_the_density(scatter: float) -> None:
     covariance = scatter**2 * one.spread + np.diag(dense_error())
     law = stats.multivariate_normal(square, covariance)
     jacobian = np.sum(np.log(np.sqrt(dense_error()) / SIGMA))
-    assert found == pytest.approx(law.logpdf(SPEED**2 - SIGMA**2) + jacobian, rel=1e-10)
+    expected = law.logpdf(SPEED**2 - SIGMA**2) + jacobian
+    assert found == pytest.approx(expected, rel=1e-10)
+    rows = speed_log_density(np.vstack([measured, square]), (measured, whiten, constant))
+    assert rows == pytest.approx([-constant, expected], rel=1e-10)
 
 
 def test_the_inverse_root_is_that_of_the_library() -> None:
