@@ -12,7 +12,7 @@ from avahazard.physics.contact import bend_inside, step_with_contact
 from avahazard.physics.smooth_profile import spline_profile
 from avahazard.physics.terrain import build_terrain
 from tests.physics import naive
-from tests.physics.paths import cells_of, read_profiles, ski_jump
+from tests.physics.paths import bowl, cells_of, read_profiles, ski_jump
 
 
 def follow(profile, terrain, i, mu, w, n=4000, **resistance):
@@ -80,8 +80,8 @@ def bends(cells, i, places, out):
         out[k] = bend_inside(cells, i, places[k])
 
 
-def test_the_bend_within_a_cell_is_that_of_the_ground() -> None:
-    profile = ski_jump()
+@pytest.mark.parametrize("profile", [ski_jump(), bowl()], ids=["jump", "bowl"])
+def test_the_bend_within_a_cell_is_that_of_the_ground(profile) -> None:
     terrain = build_terrain(profile)
     cells = cells_of(terrain)
     share = np.linspace(0.0, 1.0, 9)
