@@ -116,7 +116,7 @@ def draw_stops(
     return x[:n], y[:n], counts
 
 
-@kernel
+@kernel(borrows=True)
 def _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     for p in range(len(location)):
@@ -131,7 +131,7 @@ def _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, count
     return i
 
 
-@kernel
+@kernel(borrows=True)
 def _draw_normal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0
