@@ -7,6 +7,7 @@ make worlds                 SIZE=10 worlds of each effect and strength, and more
 … benchmarks/worlds.py --traps           only arms with a trap
 … benchmarks/worlds.py --again           one world of each arm again, with today's version
 … benchmarks/worlds.py --final           the traps with seeds on which no rule was made
+… benchmarks/worlds.py --further         more nulls of these, where over 5 % were named falsely
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.finished import finished  # noqa: E402
 from benchmarks.worlds.again import one_of_each  # noqa: E402
-from benchmarks.worlds.arms import final_traps, plans  # noqa: E402
+from benchmarks.worlds.arms import final_traps, further_nulls, plans  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
 from benchmarks.worlds.page import page  # noqa: E402
 from benchmarks.worlds.trap_tables import is_trapped  # noqa: E402
@@ -37,9 +38,13 @@ def main() -> None:
     """Go through the worlds that are not in the results yet; write the page."""
     given = arguments()
     size = int(os.environ.get("SIZE", "10"))
-    results: Path = AGAIN if given.again else FINAL if given.final else given.results
+    results: Path = AGAIN if given.again else given.results
+    if given.final or given.further:
+        results = FINAL
     done = {x["name"]: x for x in finished(results)}
     made = final_traps(size) if given.final else plans(size)
+    if given.further:
+        made = further_nulls()
     k, n = (int(v) for v in given.part.split("/"))
     chosen = [p for p in made[k - 1 :: n] if given.arm in p.arm]
     if given.traps:
@@ -80,6 +85,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--traps", action="store_true", help="only arms with a trap")
     parser.add_argument("--again", action="store_true", help="one world of each arm again")
     parser.add_argument("--final", action="store_true", help="the traps with seeds of their own")
+    parser.add_argument("--further", action="store_true", help="more nulls of two of these")
     parser.add_argument("--made", type=int, default=199, help="made worlds for each diagnosis")
     parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")

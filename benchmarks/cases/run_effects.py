@@ -26,7 +26,7 @@ RATIO, HALF_SPEED = 0.6, 10.0
 
 def measure() -> Result:
     """With drag and forest, friction by itself."""
-    return against_solver(1.0, 490_000.0, 10.0)
+    return against_solver(1.0, 400_000.0, 10.0)
 
 
 def against_solver(ratio: float, target: float, allowed_m: float) -> Result:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
+from math import ceil
 
 from avahazard.synth.effects import CATALOGUE
 from avahazard.synth.settings import Settings
@@ -15,6 +16,8 @@ NULLS_PER_ARM = 5
 """Nulls of each arm for one world of an effect and strength."""
 FIRST_SEED, FIRST_TRAP_SEED, FINAL_TRAP_SEED = 40_000, 500_000, 700_000
 """Seeds of the worlds, a thousand for each arm; of the final traps none was looked at before."""
+FURTHER, FURTHER_AFTER, N_FURTHER = ("volume errors", "declared limits"), 50, 100
+"""Traps of whose final 50 nulls 4 were named falsely, and how many more of each are made."""
 PLAIN = Settings()
 
 
@@ -113,6 +116,15 @@ def plans(size: int) -> list[Plan]:
 def final_traps(size: int) -> list[Plan]:
     """The worlds with a trap once more, with seeds on which no rule was made."""
     return _in_rounds(_traps(0, size, FINAL_TRAP_SEED), size)
+
+
+def further_nulls() -> list[Plan]:
+    """More nulls of the traps in which more than 5 % of the final ones were named falsely."""
+    n = FURTHER_AFTER + N_FURTHER
+    arms = _traps(0, ceil(n / TRAP_NULLS), FINAL_TRAP_SEED)
+    wanted = {f"null: {trap}" for trap in FURTHER}
+    more = [arm[FURTHER_AFTER:n] for arm in arms if arm[0].arm in wanted]
+    return [world for turn in zip(*more, strict=True) for world in turn]
 
 
 def _all_arms(size: int) -> list[list[Plan]]:

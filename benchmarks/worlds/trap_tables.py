@@ -45,13 +45,10 @@ def trap_tables(lines: Sequence[Line]) -> list[str]:
         "|---|---|---|---|---|---|",
     ]
     for trap in TRAPS:
-        rows.append(
-            _row(
-                trap,
-                [x for x in nulls if x["arm"] == null_arm(trap)],
-                [x for x in found if x["arm"] == effect_arm(trap)],
-            )
-        )
+        of_nulls = [x for x in nulls if x["arm"] == null_arm(trap)]
+        of_found = [x for x in found if x["arm"] == effect_arm(trap)]
+        if of_nulls or of_found:
+            rows.append(_row(trap, of_nulls, of_found))
     rows.append(_row("all", nulls, found))
     told = [
         f"- {x['name']}: `{x['verdict']}`, {', '.join(x['missing']) or 'nothing'}"
