@@ -38,13 +38,14 @@ def main() -> None:
     """Go through the worlds that are not in the results yet; write the page."""
     given = arguments()
     size = int(os.environ.get("SIZE", "10"))
-    results: Path = AGAIN if given.again else given.results
-    if given.final or given.further:
-        results = FINAL
+    results, made = given.results, plans(size)
+    if given.again:
+        results = AGAIN
+    elif given.final:
+        results, made = FINAL, final_traps(size)
+    elif given.further:
+        results, made = FINAL, further_nulls()
     done = {x["name"]: x for x in finished(results)}
-    made = final_traps(size) if given.final else plans(size)
-    if given.further:
-        made = further_nulls()
     k, n = (int(v) for v in given.part.split("/"))
     chosen = [p for p in made[k - 1 :: n] if given.arm in p.arm]
     if given.traps:

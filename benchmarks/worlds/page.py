@@ -7,9 +7,9 @@ from statistics import median
 from typing import Any
 
 from benchmarks.worlds.again import comparison
-from benchmarks.worlds.arms import FURTHER, N_FURTHER, further_nulls
 from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named, share
-from benchmarks.worlds.trap_tables import interval, is_trapped, null_arm, trap_tables
+from benchmarks.worlds.fresh_traps import fresh_traps
+from benchmarks.worlds.trap_tables import is_trapped, trap_tables
 
 Line = dict[str, Any]
 
@@ -42,20 +42,6 @@ CHANGED = (
 )
 
 
-FINAL = (
-    "Written by `SIZE=20 benchmarks/worlds.py --final`, by one version, that of 24 November, after",
-    "all of the above; no rule was changed since. Nothing of these worlds was looked at before.",
-    "The first 365 of the 630 were looked at before the others ran, which changed nothing.",
-)
-
-
-FURTHER_TOLD = (
-    "In two of these traps 4 of 50 nulls are named falsely, which is more than 5 %, and may be",
-    f"chance. So {N_FURTHER} more of each were run with the same version (`benchmarks/worlds.py",
-    "--further`), as was settled before any of them was made:",
-)
-
-
 def page(
     lines: Sequence[Line],
     command: str,
@@ -66,8 +52,6 @@ def page(
     """The page: traps, `final` with seeds of their own, what must hold, `again` what today's
     version says, then every arm."""
     trapped = [x for x in lines if is_trapped(x)]
-    names = {plan.name for plan in further_nulls()}
-    further = [x for x in final if x["name"] in names]
     n_all, lines = len(lines), [x for x in lines if not is_trapped(x)]
     nulls = [x for x in lines if not x["true"] and x["arm"].startswith("null")]
     alone = [x for x in lines if x["true"] and ":" not in x["arm"].replace("covariate:", "")]
@@ -86,15 +70,7 @@ def page(
         "",
         "## Traps, with seeds on which no rule was made",
         "",
-        *FINAL,
-        "",
-        *trap_tables([x for x in final if x not in further]),
-        "",
-        *FURTHER_TOLD,
-        "",
-        *trap_tables(further),
-        "",
-        *_together(final),
+        *fresh_traps(final),
         "",
         "## What must hold",
         "",
@@ -141,16 +117,6 @@ def page(
         "",
     ]
     return "\n".join(parts)
-
-
-def _together(final: Sequence[Line]) -> list[str]:
-    """All fresh nulls of the traps of which more were run."""
-    told = []
-    for trap in FURTHER:
-        nulls = [x for x in final if x["arm"] == null_arm(trap)]
-        low, high = interval(sum(map(alarm, nulls)), len(nulls))
-        told.append(f"{trap} {share(nulls, alarm)}, {100 * low:.0f} to {100 * high:.0f} %")
-    return [f"With the 50 before them: {'; '.join(told)}."]
 
 
 def _traps(lines: list[Line]) -> list[str]:
