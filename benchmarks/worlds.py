@@ -6,8 +6,8 @@ make worlds                 SIZE=10 worlds of each effect and strength, and more
 … benchmarks/worlds.py --arm snow-type   only arms with that in their name
 … benchmarks/worlds.py --traps           only arms with a trap
 … benchmarks/worlds.py --again           one world of each arm again, with today's version
-… benchmarks/worlds.py --final           the traps with seeds on which no rule was made
-… benchmarks/worlds.py --further         more nulls of these, where over 5 % were named falsely
+… benchmarks/worlds.py --final           traps, limits of sight: seeds on which no rule was made
+… benchmarks/worlds.py --further         more nulls of these, in the trap that is the hardest
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.finished import finished  # noqa: E402
 from benchmarks.worlds.again import one_of_each  # noqa: E402
-from benchmarks.worlds.arms import final_traps, further_nulls, plans  # noqa: E402
+from benchmarks.worlds.arms import final_worlds, further_nulls, plans  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
 from benchmarks.worlds.page import page  # noqa: E402
 from benchmarks.worlds.trap_tables import is_trapped  # noqa: E402
@@ -42,7 +42,7 @@ def main() -> None:
     if given.again:
         results = AGAIN
     elif given.final:
-        results, made = FINAL, final_traps(size)
+        results, made = FINAL, final_worlds(size)
     elif given.further:
         results, made = FINAL, further_nulls()
     done = {x["name"]: x for x in finished(results)}

@@ -14,10 +14,13 @@ LARGE, SMALL = (250, 11), (120, 9)
 """Events and paths of the even and the odd worlds of an arm."""
 NULLS_PER_ARM = 5
 """Nulls of each arm for one world of an effect and strength."""
-FIRST_SEED, FIRST_TRAP_SEED, FINAL_TRAP_SEED = 40_000, 500_000, 700_000
-"""Seeds of the worlds, a thousand for each arm; of the final traps none was looked at before."""
-FURTHER, FURTHER_AFTER, N_FURTHER = ("volume errors", "declared limits"), 50, 100
-"""Traps of whose final 50 nulls 4 were named falsely, and how many more of each are made."""
+FIRST_SEED, FIRST_TRAP_SEED, FINAL_SEED = 40_000, 500_000, 800_000
+"""Seeds of the worlds, a thousand for each arm; of the final ones none was looked at before."""
+FURTHER, FURTHER_AFTER, N_FURTHER = "volume errors", 50, 100
+"""The trap in which an earlier version named 11 of 150 nulls falsely, and how many more are made
+than of the others."""
+FINAL_EFFECT = "observation-limit"
+"""An effect that is made with the final seeds too."""
 PLAIN = Settings()
 
 
@@ -113,18 +116,22 @@ def plans(size: int) -> list[Plan]:
     return _in_rounds(_all_arms(size), size)
 
 
-def final_traps(size: int) -> list[Plan]:
-    """The worlds with a trap once more, with seeds on which no rule was made."""
-    return _in_rounds(_traps(0, size, FINAL_TRAP_SEED), size)
+def final_worlds(size: int) -> list[Plan]:
+    """The worlds with a trap, and of `FINAL_EFFECT`, with seeds on which no rule was made."""
+    arms = _traps(0, size, FINAL_SEED)
+    for strength in (1.0, 0.5):
+        arm = next(a for a in _effects(strength, 0, size) if a[0].true == (FINAL_EFFECT,))
+        seed = FINAL_SEED + 1000 * len(arms)
+        arms.append([replace(world, seed=seed + k) for k, world in enumerate(arm)])
+    return _in_rounds(arms, size)
 
 
 def further_nulls() -> list[Plan]:
-    """More nulls of the traps in which more than 5 % of the final ones were named falsely."""
+    """More nulls of the trap `FURTHER`, with the final seeds."""
     n = FURTHER_AFTER + N_FURTHER
-    arms = _traps(0, ceil(n / TRAP_NULLS), FINAL_TRAP_SEED)
-    wanted = {f"null: {trap}" for trap in FURTHER}
-    more = [arm[FURTHER_AFTER:n] for arm in arms if arm[0].arm in wanted]
-    return [world for turn in zip(*more, strict=True) for world in turn]
+    arms = _traps(0, ceil(n / TRAP_NULLS), FINAL_SEED)
+    (arm,) = (arm for arm in arms if arm[0].arm == f"null: {FURTHER}")
+    return arm[FURTHER_AFTER:n]
 
 
 def _all_arms(size: int) -> list[list[Plan]]:

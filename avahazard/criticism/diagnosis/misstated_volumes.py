@@ -11,7 +11,7 @@ from scipy.stats import pearsonr
 
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit, refit
-from avahazard.criticism.diagnosis.verdict import groups_earn_their_name, least_evidence
+from avahazard.criticism.diagnosis.verdict import MARGIN, groups_earn_their_name
 from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
@@ -42,23 +42,23 @@ def by_misstated_volumes(
     Errors larger than stated bend the law towards the mean volume and scatter friction most where
     it is steepest: another law, and another scatter, do the same. And a column that goes with the
     volume (a deposit's length) then tells more of it than the records do, and friction seems to go
-    by the column. So such leaders must earn their evidence where the errors may be misstated too.
+    by the column. So such leaders must earn their evidence where the errors may be misstated too;
+    the smooth of a column that of a cause, as there is a cause that it would stand for.
     None where it does, or is another kind.
     """
     definition = find_definition(leader, own)
     key = _errors_of_volumes(observations, screening)
     if key is None or key in base.specification.effects:
         return None
-    needed = least_evidence(definition)
     if definition.changes is not None and definition.changes.field in OF_THE_VOLUME:
-        gain = _gain_of_volume(observations, own, base, fits, leader, key, needed)
-        return None if gain > needed else key
+        gain = _gain_of_volume(observations, own, base, fits, leader, key)
+        return None if gain > MARGIN else key
     stand_in = stand_in_for_volume(observations.columns, definition)
     if stand_in is None:
         return None
     told = replace(observations, volumes=told_by(observations.volumes, stand_in))
     beside = _with(told, own, fits[leader], key).evidence - _with(told, own, base, key).evidence
-    return None if beside > needed else key
+    return None if beside > MARGIN else key
 
 
 def _gain_of_volume(
@@ -68,20 +68,19 @@ def _gain_of_volume(
     fits: Mapping[str, Refit],
     leader: str,
     key: str,
-    needed: float,
 ) -> float:
     """Evidence (nats) of a law or a scatter beside the effect `key` on the volumes' errors.
 
     How far records of large volumes are overstated hangs on the largest volume that there is, which
     nobody knows: where it lies under many records, friction stops falling with what is recorded,
     as in a law with a limit. So the evidence of either is the mean over some such volumes, where
-    it is over the `needed` without.
+    it is over `MARGIN` without.
     """
     first = fits[leader]
     alone = fits.get(key) or _with(observations, own, base, key)
     both = _with(observations, own, first, key)
     without, beside = [alone.evidence], [both.evidence]
-    if beside[0] - without[0] <= needed:
+    if beside[0] - without[0] <= MARGIN:
         return beside[0] - without[0]
     recorded = observations.columns.log_volume
     for share in OVERSTATED:

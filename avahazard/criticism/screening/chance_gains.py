@@ -27,10 +27,14 @@ PART = 10
 
 
 class Beside(NamedTuple):
-    """What groupings `[n_groupings]`, and the best pair of candidates, gain on one world."""
+    """What groupings `[n_groupings]`, and the best pair of candidates, gain on one world.
+
+    `limit` is what limits of sight gain there where nothing is fitted anew (`limit_by_chance`).
+    """
 
     of_groupings: Floats
     pair: Paired | None
+    limit: float
 
 
 class _World(NamedTuple):
@@ -145,4 +149,5 @@ def _looked_at(
     ]
     reference = tested.gains.reference(records)
     pair = tested.gains.of_pair(records, reference)
-    return _World(records, reference, Beside(np.array(of_groupings, np.float64), pair))
+    limit = tested.gains.of_limit_by_chance(records, reference) if tested.gains.asks_sight else 0.0
+    return _World(records, reference, Beside(np.array(of_groupings, np.float64), pair, limit))

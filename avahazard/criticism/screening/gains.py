@@ -12,6 +12,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
 from avahazard.criticism.screening.laplace_fit import Design, LaplaceFit, laplace_fit
+from avahazard.criticism.screening.limit_by_chance import limit_by_chance
 from avahazard.criticism.screening.masked_pairs import (
     EffectColumns,
     Paired,
@@ -51,6 +52,7 @@ class Gains:
     student: bool
     observations: Observations
     columns: EffectColumns
+    asks_sight: bool
 
     def of_candidates(
         self,
@@ -111,7 +113,7 @@ class Gains:
             start[:shared] = reference.coefficients[:shared]
         edges = alternative.tables.edges
         if alternative.margin is not None:
-            edges = sight_edges(alternative, measured, self.observations)
+            edges = sight_edges(alternative.tables, alternative.margin, measured, self.observations)
         found: LaplaceFit = laplace_fit(
             moments,
             measured.left,
@@ -123,6 +125,13 @@ class Gains:
             self.student,
         )
         return found
+
+    def of_limit_by_chance(self, measured: BootstrapRecords, reference: Reference) -> float:
+        """What limits at the highest stops of one world gain at the fit of the model itself."""
+        moments, fit = reference
+        known = self.base.edges
+        edges = sight_edges(self.base, 0.0, measured, self.observations)
+        return limit_by_chance(edges, known, self.design, fit, moments.variance, self.student)
 
     def of_pair(self, measured: BootstrapRecords, reference: Reference) -> Paired | None:
         """The pair of effects on friction that gains most over either alone, on one world."""

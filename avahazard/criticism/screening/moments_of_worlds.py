@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.parametric_bootstrap import BootstrapRecords
 from avahazard.criticism.screening.record_moments import NOTHING, RecordMoments, record_moments
@@ -17,29 +16,28 @@ STEEPNESS = 0.5
 
 
 def sight_edges(
-    alternative: Alternative, measured: BootstrapRecords, observations: Observations
+    tables: Tables, margin: float, measured: BootstrapRecords, observations: Observations
 ) -> Edges:
-    """Edges of sight where stops above the highest of each path, plus a margin, are not seen."""
-    assert alternative.margin is not None
-    limit = estimated_limits(observations, measured, alternative.margin)
+    """Edges of sight where stops `margin` (m) above the highest of each path are not seen."""
+    limit = estimated_limits(observations, measured, margin)
     nobody = np.zeros(len(limit), dtype=np.bool_)
-    silent = alternative.tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
+    silent = tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
     place = record_moments(
-        alternative.tables.record,
-        alternative.tables.bounds,
-        alternative.tables.last_left,
+        tables.record,
+        tables.bounds,
+        tables.last_left,
         np.full(len(limit), np.inf),
         np.full(len(limit), np.nan),
-        alternative.tables.height,
+        tables.height,
         np.nan_to_num(limit),
-        alternative.tables.sigma,
+        tables.sigma,
         nobody,
         LOG_MU,
         silent,
         measured.tracks,
         NOTHING,
     )
-    known = alternative.tables.edges
+    known = tables.edges
     declared = np.isfinite(observations.limit)
     estimated = np.isfinite(limit) & ~declared & (observations.columns.path_index >= 0)
     return known._replace(

@@ -77,7 +77,8 @@ def _judged(
     groups = np.array([each.of_groupings for each in beside])
     plan = tested.spreads.plan
     told = [(k, group_level(lasts)) for k, lasts in zip(plan.keys, plan.lasting, strict=True)]
-    found = judge(candidates, gains[0], gains[1:], told, groups[0], groups[1:], expected)
+    limit = np.array([each.limit for each in beside])
+    found = judge(candidates, gains, limit, told, groups, expected)
     pair = beside[0].pair
     if pair is None:
         return found

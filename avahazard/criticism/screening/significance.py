@@ -16,6 +16,7 @@ from scipy import stats
 
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.levels import EXPECTED_SHARE, LEVEL, SIGHT_LEVEL
+from avahazard.criticism.screening.limit_by_chance import SHARE
 from avahazard.effects.effect import Definition
 
 MIN_POSITIVE = 15
@@ -106,29 +107,32 @@ class Screening:
 
 def judge(
     candidates: Sequence[Definition],
-    real: Floats,
-    null: Floats,
+    gains: Floats,
+    limit: Floats,
     groups: Sequence[tuple[str, float]],
-    real_groups: Floats,
-    null_groups: Floats,
+    group_gains: Floats,
     expected: Sequence[str] = (),
 ) -> Screening:
-    """All candidates by what they gained on the records and on made worlds.
+    """All candidates by what they gained on the records, which come first, and on made worlds.
 
     Candidates `expected` before anybody looked are a family of their own, with two thirds of the
     level; the others have the rest of it, and all of it once every expected one is significant (the
     fallback procedure, Wiens 2003). What says which avalanches are seen is tested by itself, at
-    `SIGHT_LEVEL`. p-values are divided by their share of `LEVEL`, against which all are held.
+    `SIGHT_LEVEL`, less a share of the `limit` `[1 + n_worlds]` that is chance (`limit_by_chance`).
+    p-values are divided by their share of `LEVEL`, against which all are held.
 
-    `real` `[n_candidates]`, `null` `[n_worlds, n_candidates]`, and the same of effects
-    on `groups`, by key and level.
+    `gains` `[1 + n_worlds, n_candidates]`, and `group_gains` of effects on `groups`, by key and
+    level.
     """
+    real, null = gains[0], gains[1:]
     n_worlds = len(null)
-    surprise = np.column_stack([_surprise(null[:, k], null[:, k]) for k in range(len(real))])
-    sight = np.array([c.says_what_is_seen and c.key not in expected for c in candidates], np.bool_)
+    seen = np.array([c.says_what_is_seen for c in candidates], np.bool_)
+    tested = gains - SHARE * np.outer(limit, seen)
+    surprise = np.column_stack([_surprise(t[1:], t[1:]) for t in tested.T])
+    sight = seen & np.array([c.key not in expected for c in candidates], np.bool_)
     others = surprise[:, ~sight]
     largest = others.max(axis=1) if others.shape[1] else np.zeros(n_worlds)
-    own = [float(_surprise(null[:, k], real[k : k + 1])[0]) for k in range(len(real))]
+    own = [float(_surprise(t[1:], t[:1])[0]) for t in tested.T]
     families = _family_wise(surprise, own, [c.key in expected for c in candidates], sight)
     result = []
     for k, entry in enumerate(candidates):
@@ -140,8 +144,8 @@ def judge(
     return Screening(
         candidates=tuple(result),
         groups=tuple(
-            GroupTest(key, float(gain), float(np.exp(-_surprise(null, np.array([gain]))[0])), level)
-            for (key, level), gain, null in zip(groups, real_groups, null_groups.T, strict=True)
+            GroupTest(key, float(g[0]), float(np.exp(-_surprise(g[1:], g[:1])[0])), level)
+            for (key, level), g in zip(groups, group_gains.T, strict=True)
         ),
         critical_gain=_critical_gain(largest),
         n_worlds=n_worlds,

@@ -91,6 +91,7 @@ def tested_model(
         posterior.specification.tails == "student",
         observations,
         columns,
+        any(entry.says_what_is_seen for entry in candidates),
     )
     without = tuple(
         base_design(posterior, u, spreads.plan.without((key,)), np.delete(spreads.scale, g))

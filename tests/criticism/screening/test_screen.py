@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.refits import refit, without_groups
-from avahazard.criticism.screening.alternatives import Alternative
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.held_alternatives import HeldAlternatives
-from avahazard.criticism.screening.model_design import base_design
 from avahazard.criticism.screening.moments_of_worlds import estimated_limits, sight_edges
 from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.screen import screen
@@ -136,12 +134,10 @@ def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
     model = studies.posterior(observations)
     predicted = predict_records(observations, (), {})
     tables = make_tables(observations, predicted, observations.limit, 0.0)
-    design = base_design(model, studies.near(model), model.plan, np.empty(0))
     measured = real_world(model)
     seen = {}
     for margin in (0.0, 100.0):
-        alternative = Alternative("observation-limit", tables, design, 0.0, margin)
-        seen[margin] = sight_edges(alternative, measured, observations)
+        seen[margin] = sight_edges(tables, margin, measured, observations)
     assert np.all(seen[0.0].has_limit == (observations.columns.path_index >= 0))
     free = seen[0.0].has_limit & np.isnan(observations.limit)
     # Higher stops need more friction.

@@ -17,8 +17,8 @@ KEYS = [entry.key for entry in ENTRIES]
 
 
 def judged(real: np.ndarray, null: np.ndarray, expected: Sequence[str] = ()) -> dict[str, Screened]:
-    none = np.empty((len(null), 0))
-    found = judge(ENTRIES, real, null, (), np.empty(0), none, expected)
+    gains = np.vstack([real, null])
+    found = judge(ENTRIES, gains, np.zeros(len(gains)), (), np.empty((len(gains), 0)), expected)
     return {c.key: c for c in found.candidates}
 
 
@@ -67,8 +67,8 @@ def test_what_is_seen_is_tested_by_itself() -> None:
     entries = [*ENTRIES, definition("observation-limit")]
     null = np.column_stack([gains(rng, 199), rng.gamma(9.0, 1.0, 199)])
     real = np.append(gains(rng, 1)[0] * 0.1, 20.0)
-    none = np.empty((199, 0))
-    found = judge(entries, real, null, (), np.empty(0), none)
+    none = np.empty((200, 0))
+    found = judge(entries, np.vstack([real, null]), np.zeros(200), (), none)
     sight = next(c for c in found.candidates if c.key == "observation-limit")
     rank = (1.0 + np.sum(null[:, -1] >= 20.0)) / 200.0
     assert sight.p_family == pytest.approx(rank * LEVEL / SIGHT_LEVEL)
@@ -79,6 +79,25 @@ def test_what_is_seen_is_tested_by_itself() -> None:
     for c in found.candidates:
         if c.key != "observation-limit":
             assert c.p_family == alone[c.key].p_family
+
+
+def test_what_a_limit_gains_by_chance_counts_by_half() -> None:
+    """A gain like any other is plain where little of it is chance, and none where all may be."""
+    rng = np.random.default_rng(6)
+    chance = rng.gamma(9.0, 1.0, 199)
+    null = (chance + rng.gamma(1.0, 1.0, 199))[:, None]
+    entries, none = [definition("observation-limit")], np.empty((200, 0))
+    found = {}
+    for limit in (3.0, 14.0):
+        gains = np.vstack([[14.0], null])
+        (found[limit],) = judge(entries, gains, np.append(limit, chance), (), none).candidates
+    left = null[:, 0] - 0.5 * chance
+    for limit, sight in found.items():
+        rank = (1.0 + np.sum(left >= 14.0 - 0.5 * limit)) / 200.0
+        assert sight.p_family == pytest.approx(min(rank * LEVEL / SIGHT_LEVEL, 1.0))
+        assert sight.gain == 14.0
+        assert sight.null_mean == pytest.approx(float(np.mean(null)))
+    assert found[3.0].p_family <= LEVEL < found[14.0].p_family
 
 
 def test_the_levels_of_all_that_is_tested_add_up_to_five_percent() -> None:
@@ -93,8 +112,8 @@ def test_groups_are_held_against_levels_of_their_own() -> None:
     null = gains(rng, 199)
     groups = [("path-effect", group_level(True)), ("winter-effect", group_level(False))]
     # p about 0.002 each.
-    gain = np.full(2, 4.8)
-    found = judge(ENTRIES, null[0], null, groups, gain, gains(rng, 199)[:, :2])
+    gain = np.vstack([np.full(2, 4.8), gains(rng, 199)[:, :2]])
+    found = judge(ENTRIES, null[[0, *range(199)]], np.zeros(200), groups, gain)
     path, winter = found.groups
     assert path.p_value <= path.level
     assert winter.p_value > winter.level
