@@ -13,11 +13,12 @@ Line = dict[str, Any]
 
 FINAL = (
     "Written by `SIZE=20 benchmarks/worlds.py --final` and `--further`, by one version, that of 25",
-    "November, after all of the above; no rule was changed since. Nothing of these worlds was looked",
-    f"at before. The {N_FURTHER} more nulls of {FURTHER} were settled beforehand: an earlier version,",
-    "on other fresh seeds, had named 13 of 450 nulls falsely (3 %) and found all of 163 effects, but",
-    "named 11 of 150 nulls of that trap (7 %). Three of these 11 were smooths of a deposit's length,",
-    "which led to a rule: it must lead by 3 nats where errors of volumes may be misstated.",
+    "November, after all of the above; no rule was changed since. Nothing of these worlds was",
+    f"looked at before. {N_FURTHER} more nulls of {FURTHER} were settled beforehand: an earlier",
+    "version, on other fresh seeds, had named 13 of 450 nulls falsely (3 %) and found all of 163",
+    "effects, but named 11 of 150 nulls of that trap (7 %). Three of these 11 were smooths of a",
+    "deposit's length, which led to a rule: such a smooth must lead by 3 nats where errors of",
+    "volumes may be misstated.",
 )
 
 
@@ -37,13 +38,13 @@ def _found(lines: Sequence[Line]) -> list[str]:
     seen = [x for x in lines if x.get("oracle_gain", 0.0) > SEEN]
     if not seen:
         return [f"None yet of `{FINAL_EFFECT}`."]
-    low, high = interval(sum(map(in_set, seen)), len(seen))
     others = [x for x in lines if x not in seen]
     missed = [f"{x['name']} (oracle {x['oracle_gain']:.0f})" for x in seen if not in_set(x)]
+    low, high = (round(100.0 * v) for v in interval(sum(map(in_set, seen)), len(seen)))
+    wrong = share(lines, lambda x: alarm(x) and len(x["missing"]) == 1)
     return [
-        f"`{FINAL_EFFECT}`, undeclared, of full and half strength: in the set in {share(seen, in_set)}",
-        f"where an oracle gains over {SEEN:.0f} nats ({100 * low:.0f} to {100 * high:.0f} %), alone in",
-        f"{share(seen, first_alone)}; where it gains less in {share(others, in_set)}. Something else",
-        f"alone in {share(lines, lambda x: alarm(x) and len(x['missing']) == 1)}.",
-        f"Missed: {', '.join(missed) or 'none'}.",
+        f"`{FINAL_EFFECT}`, undeclared, of full and half strength, where an oracle gains over",
+        f"{SEEN:.0f} nats: in the set in {share(seen, in_set)}, {low} to {high} %; alone in",
+        f"{share(seen, first_alone)}. Where it gains less, in {share(others, in_set)}. Something",
+        f"else alone in {wrong}. Missed: {', '.join(missed) or 'none'}.",
     ]

@@ -41,6 +41,7 @@ def fit(evidence: float) -> Any:
         (FRONT, 21.0, 20.0, ERROR),
         (FRONT, 24.0, 20.0, None),
         ("covariate:deposit_length_m", 19.0, 20.0, ERROR),
+        ("covariate:deposit_length_m", 22.5, 20.0, ERROR),
         ("covariate:deposit_length_m", 24.0, 20.0, None),
         ("covariate:volume_m3", 19.0, 20.0, None),
     ],
