@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from statistics import median
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Result(NamedTuple):
@@ -63,3 +66,23 @@ def processes(
 
     a, b, inverse = alternate(lambda: process(ours), lambda: process(theirs), rounds)
     return a, b, 1.0 / inverse
+
+
+def alone(code: str, *arguments: str) -> Any:
+    """What code prints as JSON, in a process of its own: nothing else is in its memory."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        cwd=Path(__file__).resolve().parents[1],
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    return json.loads(done.stdout)
+
+
+def peak_mb() -> float:
+    """Peak memory (MB) of this process so far.
+
+    Not `ru_maxrss`, in which a new process keeps the peak of the one that started it.
+    """
+    status = Path("/proc/self/status").read_text(encoding="utf-8")
+    return int(dict(line.split(":", 1) for line in status.splitlines())["VmHWM"].split()[0]) / 1024

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import resource
 import tempfile
 from pathlib import Path
 
@@ -11,24 +10,29 @@ import numpy as np
 
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
-from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.import_files import import_files
-from benchmarks.cases.made_region import cpu_seconds
-from benchmarks.measuring import Result
+from benchmarks.measuring import Result, alone
 
 SLIDES = Path(__file__).resolve().parents[3] / "shared/data/submarine-slides/events.csv"
 TIMES, MOVED = 24, 0.1
 """Each slide stands so often, all but once with H, L and V moved by so much (sd of the log)."""
-LIMIT_S = 300.0
+LIMIT_S, LIMIT_MB = 300.0, 1024
+PROCESS = """
+import json, sys, time
+from avahazard.workflow.diagnose import diagnose_model
+from benchmarks.measuring import peak_mb
+diagnose_model(sys.argv[2], "m", n_worlds=3)
+begun = time.process_time()
+diagnose_model(sys.argv[1], "m")
+print(json.dumps([time.process_time() - begun, peak_mb()]))
+"""
 
 
 def measure() -> Result:
     """CPU seconds of the whole use case, once compiled on the slides themselves."""
     with tempfile.TemporaryDirectory() as folder:
         small, large = _database(folder, 1), _database(folder, TIMES)
-        diagnose_model(small, "m", n_worlds=3)  # compiles
-        ours = cpu_seconds(lambda: diagnose_model(large, "m"))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        ours, peak = alone(PROCESS, large, small)
     return Result(
         ours / LIMIT_S,
         ours,
@@ -38,7 +42,8 @@ def measure() -> Result:
         True,
         "time of a diagnosis over five minutes",
         f"558 slides of the sea floor, {TIMES} times over, moved by {100 * MOVED:.0f} %: power "
-        f"law, 199 worlds at most. Peak memory {peak:.0f} MB. Theirs is the limit.",
+        f"law, 199 worlds at most. Peak memory {peak:.0f} MB (wanted: {LIMIT_MB}). Theirs is the "
+        "limit.",
     )
 
 

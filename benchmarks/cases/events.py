@@ -6,13 +6,10 @@ chance plainly does as well is itself chance.
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 import tempfile
 
 from benchmarks.cases.made_region import region
-from benchmarks.measuring import Result
+from benchmarks.measuring import Result, alone
 
 N_EVENTS, TIMES, A_PATH = 2000, 10, 20
 MOST_MB = 4096
@@ -21,6 +18,7 @@ import json, sys, time
 from avahazard.criticism.screening.screen import BATCH
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
+from benchmarks.measuring import peak_mb
 calibrate(sys.argv[2], "m", draws=100)
 diagnose_model(sys.argv[2], "m", n_worlds=3)
 times = []
@@ -31,9 +29,7 @@ for work in (
     begun = time.process_time()
     work()
     times.append(time.process_time() - begun)
-# Not `ru_maxrss`, in which a new process keeps the peak of the one that started it.
-status = dict(line.split(":", 1) for line in open("/proc/self/status"))
-print(json.dumps([*times, int(status["VmHWM"].split()[0]) / 1024]))
+print(json.dumps([*times, peak_mb()]))
 """
 
 
@@ -43,9 +39,7 @@ def measure() -> Result:
     with tempfile.TemporaryDirectory() as folder:
         for n in (N_EVENTS, TIMES * N_EVENTS):
             small, database = region(folder, 4, 40 + len(found)), region(folder, n // A_PATH, n)
-            command = [sys.executable, "-c", PROCESS, database, small]
-            done = subprocess.run(command, stdout=subprocess.PIPE, check=True)
-            found.append(json.loads(done.stdout))
+            found.append(alone(PROCESS, database, small))
     few, many = found
     ours, theirs = sum(many[:2]), sum(few[:2])
     return Result(

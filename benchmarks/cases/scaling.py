@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 import tempfile
 
 from avahazard.workflow.calibrate import calibrate
 from benchmarks.cases.made_region import region
-from benchmarks.measuring import Result
+from benchmarks.measuring import Result, alone
 
 N_PATHS, TIMES, RECORDS = 1000, 10, 3
 MOST_MEMORY = 1.2
 PROCESS = """
 import json, sys, time
 from avahazard.workflow.hazard import HazardQuestion, run_hazard
+from benchmarks.measuring import peak_mb
 run_hazard(sys.argv[1], "m", HazardQuestion([100.0], paths=[sys.argv[2]]))
 begun = time.process_time()
 run_hazard(sys.argv[1], "m", HazardQuestion([100.0]))
-# Not `ru_maxrss`, in which a new process keeps the peak of the one that started it.
-status = dict(line.split(":", 1) for line in open("/proc/self/status"))
-peak = int(status["VmHWM"].split()[0])
-print(json.dumps([time.process_time() - begun, peak / 1024]))
+print(json.dumps([time.process_time() - begun, peak_mb()]))
 """
 
 
@@ -34,10 +29,7 @@ def measure() -> Result:
             database = region(folder, n, RECORDS * n)
             names = [f"P{k:02d}" for k in range(1, 21)]
             calibrate(database, "m", paths=names, draws=1000)
-            command = [sys.executable, "-c", PROCESS, database, names[0]]
-            found[n] = json.loads(
-                subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout
-            )
+            found[n] = alone(PROCESS, database, names[0])
     (few_s, few_mb), (many_s, many_mb) = found.values()
     memory = many_mb / few_mb
     return Result(
