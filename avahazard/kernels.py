@@ -37,7 +37,8 @@ def kernel(
     `flags` are more of numba's (`@kernel(forceinline=True)`) or replace these. An `inner` one is
     called by other kernels alone: ways in from Python and from C take long to compile. One that
     `borrows` makes no array: else each look at an array of a tuple counts who holds it, twice by
-    a locked instruction of some 20 cycles.
+    a locked instruction of some 20 cycles. It is never given a generator from Python, which it
+    would hold for ever.
     """
     if function is None:
         return lambda later: kernel(later, inner=inner, borrows=borrows, **flags)

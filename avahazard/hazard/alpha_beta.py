@@ -113,21 +113,22 @@ def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) 
     """
     n = max(int(np.ceil((smooth.x_max - release_x) / STEP_M)), 1)
     x = np.linspace(release_x, smooth.x_max, n + 1)
-    y, gradient, _ = smooth.derivatives(x)
-    release_y = float(y[0])
     if regression.first_step:
+        y = smooth.height(x)
         place = first_flat_step(smooth, release_x)
         places = np.array([] if place is None else [place])
     else:
+        y, gradient, _ = smooth.derivatives(x)
         places = lasting_flats(x, -gradient)
+    release_y = float(y[0])
     if not len(places):
         return AlphaBeta(regression, "no_beta_point", release_x, release_y)
     beta_x = float(places[0])
-    beta_deg = float(_angle(smooth, release_x, release_y, np.array([beta_x]))[0])
+    beta_deg = float(_angle(beta_x - release_x, release_y - smooth.height(beta_x)))
     alpha_deg = regression.slope * beta_deg + regression.intercept_deg
     alpha_deg += _of_parabola(smooth, release_x, regression)
     # From the release itself there is no line to a place.
-    angle = _angle(smooth, release_x, release_y, x[1:])
+    angle = _angle(x[1:] - release_x, release_y - y[1:])
     runout, low, high = (
         _reach(x[1:], angle, beta_x, alpha_deg + shift * regression.sd_deg)
         for shift in (0.0, 1.0, -1.0)
@@ -152,15 +153,17 @@ def _of_parabola(smooth: SmoothProfile, release_x: float, regression: Regression
     if regression.bend == regression.drop == 0.0:
         return 0.0
     x, y = avaframe_points(smooth, release_x)
-    parabola = np.polynomial.Polynomial.fit(x - release_x, y, 2).convert()
-    on_it = parabola(x - release_x)
-    second = float(parabola.deriv(2)(0.0))
-    return regression.bend * second + regression.drop * float(on_it.max() - on_it.min())
+    # In coordinates of -1 to 1, in which the three terms stay apart.
+    half = 0.5 * float(x[-1] - x[0])
+    terms = np.vander((x - x[0]) / half - 1.0, 3)
+    coefficients = np.linalg.lstsq(terms, y, rcond=None)[0]
+    second = 2.0 * float(coefficients[0]) / half**2
+    return regression.bend * second + regression.drop * float(np.ptp(terms @ coefficients))
 
 
-def _angle(smooth: SmoothProfile, release_x: float, release_y: float, x: Floats) -> Floats:
-    """Angle (degrees) under which places at x are seen below the release."""
-    return np.asarray(np.degrees(np.arctan2(release_y - smooth.height(x), x - release_x)))
+def _angle(along: Floats | float, fall: Floats) -> Floats:
+    """Angle (degrees) under which places so far along and below (m) are seen from the release."""
+    return np.asarray(np.degrees(np.arctan2(fall, along)))
 
 
 def _reach(x: Floats, angle: Floats, beta_x: float, alpha_deg: float) -> float | None:

@@ -41,10 +41,10 @@ def first_flat_step(smooth: SmoothProfile, release_x: float) -> float | None:
     more = round(AVAFRAME_FLAT_M / AVAFRAME_STEP_M)
     if flat.all():
         return None
-    for j in range(int(np.argmin(flat)), len(flat) - more):
-        if flat[j : j + 1 + more].all():
-            return float(x[j + 1])
-    return None
+    first = int(np.argmin(flat))
+    lasting = np.convolve(flat[first:], np.ones(1 + more), "valid") > more
+    found = np.flatnonzero(lasting)
+    return float(x[first + found[0] + 1]) if len(found) else None
 
 
 def avaframe_points(smooth: SmoothProfile, release_x: float) -> tuple[Floats, Floats]:

@@ -110,13 +110,24 @@ def draw_stops(
     """
     ends = np.arange(1, len(location) + 1) * n_draws // len(location)
     x, y = np.empty(n_draws), np.empty(n_draws)
-    kernel = _draw_lognormal if in_log else _draw_normal
+    kernel = _lognormal_stops if in_log else _normal_stops
     counts = np.zeros(3, dtype=np.int64)
     n = kernel(rng, *curves, of, location, scatter, ends, x, y, counts)
     return x[:n], y[:n], counts
 
 
-@kernel(borrows=True)
+# A kernel that borrows never lets go of a generator that comes from Python: these two do.
+@kernel
+def _lognormal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
+    return _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, counts)
+
+
+@kernel
+def _normal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
+    return _draw_normal(rng, rows, status, grid, of, location, sd, ends, x, y, counts)
+
+
+@kernel(inner=True, borrows=True)
 def _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     for p in range(len(location)):
@@ -131,7 +142,7 @@ def _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, count
     return i
 
 
-@kernel(borrows=True)
+@kernel(inner=True, borrows=True)
 def _draw_normal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0

@@ -14,6 +14,7 @@ from scipy.interpolate import BSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded, solve_banded
 
 from avahazard.arrays import Floats
+from avahazard.kernels import kernel
 
 BLOCK_M = 100.0
 """Length of the block, the wavelength of which it feels half."""
@@ -73,14 +74,7 @@ def ground_posterior(
     """
     n = max(4, ceil(KNOTS_A_BLOCK * (x[-1] - x[0]) / block_m))
     step = float(x[-1] - x[0]) / n
-    interval = np.minimum(((x - x[0]) / step).astype(int), n - 1)
-    powers = ((x - x[0]) / step - interval)[:, None] ** np.arange(4)
-    values = powers @ PIECES.T / sigma[:, None]
-    normal, right = np.zeros((4, n + 3)), np.zeros(n + 3)
-    for i in range(4):
-        np.add.at(right, interval + i, values[:, i] * y / sigma)
-        for j in range(i, 4):
-            np.add.at(normal, (3 - (j - i), interval + j), values[:, i] * values[:, j])
+    normal, right = _normal_equations(x, y, sigma, step, n)
     # ∫ u^i u^j du, and the same of second derivatives.
     k = np.arange(4)
     squares = 1.0 / (k[:, None] + k + 1.0)
@@ -95,6 +89,25 @@ def ground_posterior(
         felt=cholesky_banded(gram + (block_m / (2.0 * np.pi)) ** 4 * bending),
         gram=gram,
     )
+
+
+@kernel
+def _normal_equations(x: Floats, y: Floats, sigma: Floats, step: float, n: int):  # type: ignore[no-untyped-def]
+    """Upper bands `[4, n + 3]` and right side `[n + 3]` of least squares weighted by 1/σ²."""
+    normal, right = np.zeros((4, n + 3)), np.zeros(n + 3)
+    value = np.empty(4)
+    for k in range(len(x)):
+        place = (x[k] - x[0]) / step
+        interval = min(int(place), n - 1)
+        u = place - interval
+        for i in range(4):
+            a = PIECES[i]
+            value[i] = (a[0] + u * (a[1] + u * (a[2] + u * a[3]))) / sigma[k]
+        for i in range(4):
+            right[interval + i] += value[i] * y[k] / sigma[k]
+            for j in range(i, 4):
+                normal[3 - (j - i), interval + j] += value[i] * value[j]
+    return normal, right
 
 
 def _assembled(element: Floats, n: int) -> Floats:

@@ -8,14 +8,14 @@ level and slope: their likelihood is the restricted one (REML), with a band of f
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
+from avahazard.physics.band_forms import band_forms
 
 Source = Literal["given", "estimated", "assumed"]
 
@@ -27,8 +27,8 @@ DIFFERENCES = 4
 """Order of the differences that bound the error from above."""
 VARIANCE_OF_DIFFERENCES = 5.26
 """n times the relative variance of the squared error by fourth differences: 2 Σ ρ²."""
-N_WAVELENGTHS, N_SECTIONS = 40, 14
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+N_WAVELENGTHS, N_INSIDE = 48, 16
+"""Wavelengths tried, and then between the neighbours of the best: three passes, and one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,18 +52,24 @@ def point_error(x: Floats, y: Floats, sigma: Floats | None = None) -> PointError
     as a bound: Hall, Kay & Titterington 1990).
     """
     if sigma is not None:
-        return PointError(sigma, "given", _best(x, y, sigma)[0])
+        return PointError(sigma, "given", _penalty(x, y, sigma))
     ones = np.ones(len(x))
     if len(x) < FEWEST_POINTS:
         sigma = FINEST_M * ones
-        return PointError(sigma, "assumed", _best(x, y, sigma)[0])
-    penalty, error = _best(x, y, None)
+        return PointError(sigma, "assumed", _penalty(x, y, sigma))
+    smoothing = Smoothing(x, y, ones)
+    penalty, error = smoothing.best()
     differences, relative = difference_error(x, y)
     known = min(error, differences) if differences < (1.0 - 2.0 * relative) * error else error
     known = max(known, FINEST_M)
     if known != error:
-        penalty = _best(x, y, known * ones)[0]
+        penalty, _ = smoothing.best(known)
     return PointError(known * ones, "estimated", penalty)
+
+
+def _penalty(x: Floats, y: Floats, sigma: Floats) -> float:
+    """The penalty of the largest restricted likelihood, given the errors `[n_points]` (m)."""
+    return 1.0 if len(x) < 3 else Smoothing(x, y, sigma).best(1.0)[0]
 
 
 def difference_error(x: Floats, y: Floats) -> tuple[float, float]:
@@ -71,87 +77,87 @@ def difference_error(x: Floats, y: Floats) -> tuple[float, float]:
 
     Such differences are nought on any cubic; what ground adds makes it too large.
     """
-    n = len(x) - DIFFERENCES
-    place = np.arange(n)[:, None] + np.arange(DIFFERENCES + 1)
-    apart = x[place][:, :, None] - x[place][:, None, :]
-    # Scaled by the width of each window, so that no product runs out of range.
-    apart /= (x[DIFFERENCES:] - x[:-DIFFERENCES])[:, None, None]
-    apart[:, np.arange(DIFFERENCES + 1), np.arange(DIFFERENCES + 1)] = 1.0
-    weight = 1.0 / np.prod(apart, axis=2)
-    scaled = np.sum(weight * y[place], axis=1) / np.sqrt(np.sum(weight**2, axis=1))
-    error = float(np.sqrt(np.mean(scaled**2)))
-    return error, 0.5 * float(np.sqrt(VARIANCE_OF_DIFFERENCES / n))
-
-
-def _best(x: Floats, y: Floats, sigma: Floats | None) -> tuple[float, float]:
-    """The penalty of the largest restricted likelihood, and the common error where none is given.
-
-    Searched over the wavelength that evenly spaced points would keep half of: from half their
-    spacing, where the spline goes through the points, to four times the path, a straight line.
-    """
-    if len(x) < 3:
-        return 1.0, FINEST_M
-    given = np.ones(len(x)) if sigma is None else sigma
-    errors, ground, z = _contrasts(x, y, given)
-    length = float(x[-1] - x[0])
-    density = float(np.sum(1.0 / given**2)) / length
-    tiny = 1e-18 * float(np.ptp(y)) ** 2 + 1e-18
-
-    def at(log_wavelength: float) -> tuple[float, float, float]:
-        """Minus the log likelihood, penalty, error."""
-        penalty = density * (np.exp(log_wavelength) / (2.0 * np.pi)) ** 4
-        determinant, square = band_form(errors + ground / penalty, z)
-        if sigma is not None:
-            return 0.5 * (determinant + square), penalty, 1.0
-        variance = square / len(z) + tiny
-        return 0.5 * (determinant + len(z) * np.log(variance)), penalty, np.sqrt(variance)
-
-    grid = np.linspace(np.log(0.5 * length / (len(x) - 1)), np.log(4.0 * length), N_WAVELENGTHS)
-    k = int(np.argmin([at(w)[0] for w in grid]))
-    low, high = float(grid[max(k - 1, 0)]), float(grid[min(k + 1, N_WAVELENGTHS - 1)])
-    _, penalty, error = at(golden_section(lambda w: at(w)[0], low, high))
-    # With a common error σ the penalty beside Σ (y - f)² is σ²/τ².
-    return (float(penalty / error**2), float(error)) if sigma is None else (float(penalty), 1.0)
-
-
-def golden_section(cost: Callable[[float], float], low: float, high: float) -> float:
-    """Where `cost` is least between two places, to a thousandth of their distance."""
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_left, at_right = cost(left), cost(right)
-    for _ in range(N_SECTIONS):
-        if at_left < at_right:
-            high, right, at_right = right, left, at_left
-            left = high - GOLDEN * (high - low)
-            at_left = cost(left)
-        else:
-            low, left, at_left = left, right, at_right
-            right = low + GOLDEN * (high - low)
-            at_right = cost(right)
-    return 0.5 * (low + high)
+    error = float(np.sqrt(_mean_square_difference(x, y)))
+    return error, 0.5 * float(np.sqrt(VARIANCE_OF_DIFFERENCES / (len(x) - DIFFERENCES)))
 
 
 @kernel
-def band_form(band, z):  # type: ignore[no-untyped-def]
-    """log |C| and z' C⁻¹ z of a covariance C of band five; inf and 0 where it is not positive.
+def _mean_square_difference(x: Floats, y: Floats) -> float:
+    """Mean square of the fourth differences, each over the sum of squares of its weights."""
+    n = len(x) - DIFFERENCES
+    total = 0.0
+    for i in range(n):
+        # Scaled by the width of each window, so that no product runs out of range.
+        width = x[i + DIFFERENCES] - x[i]
+        difference, squares = 0.0, 0.0
+        for j in range(i, i + DIFFERENCES + 1):
+            apart = 1.0
+            for k in range(i, i + DIFFERENCES + 1):
+                if k != j:
+                    apart *= (x[j] - x[k]) / width
+            difference += y[j] / apart
+            squares += 1.0 / (apart * apart)
+        total += difference * difference / squares
+    return total / n
 
-    `band` `[3, n]` holds its upper diagonals as LAPACK keeps them, `z` is `[n]`. C = L D L', which
-    one pass down the diagonal gives: LAPACK calls two routines for each of its rows.
+
+class Smoothing:
+    """How likely penalties are, by the restricted likelihood of points with errors `sigma` (m).
+
+    Sought over the wavelength that evenly spaced points would keep half of: from half their
+    spacing, where the spline goes through the points, to four times the path, a straight line.
     """
-    determinant, square = 0.0, 0.0
-    d1, d2 = 1.0, 1.0  # D one and two rows above
-    w1, w2 = 0.0, 0.0  # L⁻¹ z there
-    beside = 0.0  # L one row above, beside its diagonal
-    for i in range(len(z)):
-        far = band[0, i] / d2 if i > 1 else 0.0
-        near = (band[1, i] - far * d2 * beside) / d1 if i > 0 else 0.0
-        d = band[2, i] - near * near * d1 - far * far * d2
-        if not d > 0.0:
-            return np.inf, 0.0
-        w = z[i] - near * w1 - far * w2
-        determinant += np.log(d)
-        square += w * w / d
-        d2, d1, w2, w1, beside = d1, d, w1, w, near
-    return determinant, square
+
+    def __init__(self, x: Floats, y: Floats, sigma: Floats) -> None:
+        self._contrasts = _contrasts(x, y, sigma)
+        length = float(x[-1] - x[0])
+        self._density = float(np.sum(1.0 / sigma**2)) / length
+        self._tiny = 1e-18 * float(np.ptp(y)) ** 2 + 1e-18
+        ends = np.log(0.5 * length / (len(x) - 1)), np.log(4.0 * length)
+        self._grid = np.linspace(*ends, N_WAVELENGTHS)
+        self._on_grid = self._forms(self._grid)
+
+    def best(self, times: float | None = None) -> tuple[float, float]:
+        """The penalty of the largest likelihood, and what all errors are to be multiplied with.
+
+        That is `times`, or what the likelihood says where it is None.
+        """
+        k = int(np.argmin(self._costs(self._on_grid, times)))
+        ends = self._grid[max(k - 1, 0)], self._grid[min(k + 1, N_WAVELENGTHS - 1)]
+        inside = np.linspace(*ends, N_INSIDE)
+        least = lowest(inside, self._costs(self._forms(inside), times))
+        if times is None:
+            times = float(np.sqrt(self._variance(self._forms(np.array([least]))[1, 0])))
+        # The penalty of errors as they were, beside Σ ((y - f) / σ)²; of larger ones it is less.
+        return self._penalty(least) / times**2, times
+
+    def _penalty(self, log_wavelength: Floats | float) -> Any:
+        return self._density * (np.exp(log_wavelength) / (2.0 * np.pi)) ** 4
+
+    def _forms(self, log_wavelength: Floats) -> Floats:
+        return np.asarray(band_forms(*self._contrasts, 1.0 / self._penalty(log_wavelength)))
+
+    def _variance(self, square: Any) -> Any:
+        return square / len(self._contrasts[2]) + self._tiny
+
+    def _costs(self, forms: Floats, times: float | None) -> Floats:
+        """Minus the log likelihoods up to a constant, by `band_forms` `[2, n]`."""
+        determinant, square = forms
+        if times is None:
+            n = len(self._contrasts[2])
+            return 0.5 * (determinant + n * np.log(self._variance(square)))
+        return 0.5 * (determinant + square / times**2)
+
+
+def lowest(x: Floats, cost: Floats) -> float:
+    """Where costs `[n]` at even steps of x `[n]` are least: the vertex through the least three."""
+    k = int(np.argmin(cost))
+    if not 0 < k < len(x) - 1:
+        return float(x[k])
+    before, here, after = cost[k - 1 : k + 2]
+    bend = before - 2.0 * here + after
+    share = 0.5 * (before - after) / bend if 0.0 < bend < np.inf else 0.0
+    return float(x[k] + share * (x[k + 1] - x[k]))
 
 
 def _contrasts(x: Floats, y: Floats, sigma: Floats) -> tuple[Floats, Floats, Floats]:

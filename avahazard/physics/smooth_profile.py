@@ -15,6 +15,7 @@ from scipy.interpolate import BSpline
 from avahazard.arrays import Floats
 from avahazard.physics.ground_spline import GroundPosterior, block_length, ground_posterior
 from avahazard.physics.point_error import PointError, Source, point_error
+from avahazard.physics.polynomial_misfit import least_misfit
 
 Method = Literal["auto", "legendre", "spline"]
 
@@ -25,6 +26,8 @@ KEPT = 32
 """Paths, those asked last, of which it is kept what can be made again from their ground."""
 POINTS_A_TERM = 2
 """With fewer points for each of its terms a polynomial cannot show that it misses them."""
+SLACK = 1e-3
+"""By so much the least misfit, in squares, may be in error."""
 
 
 class GroundPoints(NamedTuple):
@@ -128,13 +131,12 @@ def smooth_profile(
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     error = point_error(x, y, sigma)
     spline = _spline(x, y, error, block_length(float(x[-1] - x[0])))
-    if method == "spline":
+    if method == "spline" or (method == "auto" and not _may_be_polynomial(x, y, error.sigma)):
         return spline
     polynomial = legendre_profile(x, y)
     deviation = polynomial.height(x) - y
-    enough = len(x) >= POINTS_A_TERM * (DEGREE + 1)
     within = float(np.mean((deviation / error.sigma) ** 2)) <= 1.0
-    if method == "auto" and not (enough and within):
+    if method == "auto" and not within:
         return spline
     return replace(
         polynomial,
@@ -143,6 +145,12 @@ def smooth_profile(
         sigma_source=spline.sigma_source,
         points=spline.points,
     )
+
+
+def _may_be_polynomial(x: Floats, y: Floats, sigma: Floats) -> bool:
+    """Whether a polynomial may be within the error: on most paths none is, and it is not made."""
+    enough = len(x) >= POINTS_A_TERM * (DEGREE + 1)
+    return enough and least_misfit(x, y, sigma, DEGREE) <= 1.0 + SLACK
 
 
 def legendre_profile(

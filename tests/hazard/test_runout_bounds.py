@@ -1,3 +1,4 @@
+import sys
 from statistics import NormalDist
 
 import numpy as np
@@ -35,6 +36,14 @@ def test_draws_equal_the_twin(curve: RunoutCurve, distribution: Distribution, n_
     np.testing.assert_allclose(y, stops[:, 1], rtol=1e-9, atol=1e-9)
     assert counts.sum() == len(stops)
     assert counts[1] == np.isinf(stops[:, 0]).sum()
+
+
+@pytest.mark.parametrize("distribution", ["lognormal", "normal"])
+def test_the_generator_is_let_go(curve: RunoutCurve, distribution: Distribution) -> None:
+    rng = np.random.default_rng(9)
+    before = sys.getrefcount(rng)
+    draw_runouts(curve, np.array([0.4]), np.array([0.1]), distribution, 10, rng)
+    assert sys.getrefcount(rng) == before
 
 
 def runout_bounds(curve, friction, scatter, distribution, n_draws, rng) -> RunoutBounds:  # type: ignore[no-untyped-def]

@@ -5,9 +5,8 @@ import pytest
 
 from avahazard.physics.point_error import (
     FINEST_M,
-    band_form,
     difference_error,
-    golden_section,
+    lowest,
     point_error,
 )
 
@@ -31,26 +30,24 @@ def naive_likelihood(x, y, sigma, penalty) -> float:
     return 0.5 * (np.linalg.slogdet(v)[1] + z @ np.linalg.solve(v, z))
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 40])
-def test_the_form_of_a_band_is_that_of_the_whole_matrix(n: int) -> None:
-    rng = np.random.default_rng(n)
-    band = rng.uniform(-1.0, 1.0, (3, n))
-    band[2] += 5.0
-    whole = sum((np.diag(band[2 - k, k:], k) for k in range(min(3, n))), np.zeros((n, n)))
-    whole = whole + np.triu(whole, 1).T
-    z = rng.standard_normal(n)
-    determinant, square = band_form(band, z)
-    assert determinant == pytest.approx(np.linalg.slogdet(whole)[1])
-    assert square == pytest.approx(z @ np.linalg.solve(whole, z))
-    band[2, n // 2] = -9.0
-    assert band_form(band, z) == (np.inf, 0.0)
+def test_the_vertex_of_a_parabola_is_its_lowest_place() -> None:
+    x = np.linspace(1.0, 4.0, 16)
+    assert lowest(x, 3.0 * (x - 2.34) ** 2 - 5.0) == pytest.approx(2.34)
 
 
-def test_the_least_of_a_bowl_is_found_with_few_looks() -> None:
-    asked = []
-    found = golden_section(lambda x: asked.append(x) or (x - 2.34) ** 2, 1.0, 4.0)  # type: ignore[func-returns-value]
-    assert found == pytest.approx(2.34, abs=3e-3)
-    assert len(asked) == 16
+@pytest.mark.parametrize(
+    ("cost", "expected"),
+    [
+        ([0.0, 1.0, 2.0, 3.0], 0.0),
+        ([3.0, 2.0, 1.0, 0.0], 3.0),
+        ([np.inf, 1.0, 2.0, 3.0], 1.0),
+        ([1.0, 1.0, 1.0, 1.0], 0.0),
+    ],
+)
+def test_at_an_end_or_where_nothing_bends_it_is_the_place_itself(
+    cost: list[float], expected: float
+) -> None:
+    assert lowest(np.arange(4.0), np.array(cost)) == expected
 
 
 def test_the_penalty_is_where_the_restricted_likelihood_is_largest() -> None:

@@ -68,26 +68,41 @@ def line_weights(grid: tuple[float, ...], value: float) -> Line:
     return Line(first, cell, linear, bends, pulls)
 
 
-def _second_difference(x: Floats) -> Floats:
-    """Weights `[3]` of the second divided difference at three points."""
-    gaps = x[:, None] - x + np.eye(3)
-    return np.asarray(1.0 / np.prod(gaps, axis=1))
+def _second_difference(x: Floats) -> tuple[float, float, float]:
+    """Weights of the second divided difference at three points."""
+    a, b, c = x.tolist()
+    return 1.0 / ((a - b) * (a - c)), 1.0 / ((b - a) * (b - c)), 1.0 / ((c - a) * (c - b))
 
 
 def along(line: Line, values: Floats) -> Floats:
     """Values `[n_points, …]` at the points of a line, interpolated: `[…]`."""
-    one, other = np.tensordot(line.bends, values, 1)
-    most = MOST_BENT * np.minimum(np.abs(one), np.abs(other))
-    bent = line.pulls[0] * np.clip(one, -most, most) + line.pulls[1] * np.clip(other, -most, most)
-    found = np.asarray(np.tensordot(line.linear, values, 1) + bent)
-    if len(values) < 3:
-        return found
-    left, right = values[line.cell], values[line.cell + 1]
-    within = np.asarray(np.clip(found, np.minimum(left, right), np.maximum(left, right)))
-    if not 0 < line.cell < len(values) - 2:
-        return within
-    turns = (left - values[line.cell - 1]) * (values[line.cell + 2] - right) < 0.0
-    return np.asarray(np.where(turns, found, within))
+    flat = np.ascontiguousarray(values).reshape(len(values), -1)
+    return np.asarray(_along(line, flat).reshape(values.shape[1:]))
+
+
+@kernel
+def _along(line: Line, values: Floats) -> Floats:
+    """The same of values `[n_points, n]`: `[n]`."""
+    n_points, n = values.shape
+    cell = line.cell
+    inside = 0 < cell < n_points - 2
+    found = np.empty(n)
+    for i in range(n):
+        straight, one, other = 0.0, 0.0, 0.0
+        for k in range(n_points):
+            straight += line.linear[k] * values[k, i]
+            one += line.bends[0, k] * values[k, i]
+            other += line.bends[1, k] * values[k, i]
+        most = MOST_BENT * min(abs(one), abs(other))
+        one, other = min(max(one, -most), most), min(max(other, -most), most)
+        found[i] = straight + line.pulls[0] * one + line.pulls[1] * other
+        if n_points < 3:
+            continue
+        left, right = values[cell, i], values[cell + 1, i]
+        turns = inside and (left - values[cell - 1, i]) * (values[cell + 2, i] - right) < 0.0
+        if not turns:
+            found[i] = min(max(found[i], min(left, right)), max(left, right))
+    return found
 
 
 def packed(nodes: Nodes, in_sight: bool) -> Nodes:
