@@ -144,6 +144,8 @@ def test_events_without_a_profile(database: str, write: Write) -> None:
     assert "No path has a profile" in content.lacking["rows"]
     assert "zones" not in content.lacking
     assert 'id="figure-predicted-length"' in render(content)
+    told = write_report(database, "r", write("report.html", "")).lacking
+    assert sum("No path has a profile" in words for words in told) == 1
 
 
 def test_one_path_with_events_that_left_it_and_bounds_beyond(database: str, write: Write) -> None:
