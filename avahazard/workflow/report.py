@@ -65,4 +65,5 @@ def write_report(
         n_paths=len(content.paths),
         n_events=len(content.events),
         lacking=tuple(dict.fromkeys(content.lacking.values())),
+        notes=content.of_model,
     )
