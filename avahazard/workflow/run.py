@@ -42,7 +42,7 @@ def run_project(
     if project.database is not None:
         named = project.database
         database = named if "://" in named else str(folder / named)
-    run = ProjectState(project, folder, database, report)
+    run = ProjectState(project, folder, database, report, written=file.stat().st_mtime)
     step, told = _import(run)
     steps, notes = [step], list(told)
     model, made = "", []

@@ -88,6 +88,18 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
         assert [model.name for model in list_models(session)] == ["base", "base-2"]
 
 
+def test_the_page_is_made_again_for_another_title(folder: Path) -> None:
+    file, page = folder / "avahazard.toml", folder / "page.html"
+    text = SMALL.replace('"zones", "report"', '"zones", "hazard", "export"')
+    text = text.replace("[export]", '[report]\nfile = "page.html"\n[export]')
+    file.write_text(text)
+    assert states(ran(folder))["report"] == "done"
+    assert states(ran(folder))["report"] == "up to date"
+    file.write_text(f'{text}[project]\ntitle = "Under the Aiguille"\n')
+    assert states(ran(folder))["report"] == "done"
+    assert "Under the Aiguille" in page.read_text(encoding="utf-8")
+
+
 def test_another_prior_is_another_model(folder: Path) -> None:
     """Records of other paths stand for the law of the few of one path."""
     file = folder / "avahazard.toml"

@@ -91,8 +91,11 @@ def _found(run: ProjectState, kind: RunKind, model: str) -> list[dict[str, Any]]
 
 
 def _outdated(run: ProjectState, file: FilePath) -> bool:
-    """Whether the file is missing, older than the database, or something new was found."""
-    if run.fresh or not file.is_file():
+    """Whether the file is missing, older than what it stands on, or something new was found.
+
+    It stands on the database, and on the file of the project, which has its title and language.
+    """
+    if run.fresh or not file.is_file() or run.written > file.stat().st_mtime:
         return True
     database = FilePath(run.database)
     return database.is_file() and database.stat().st_mtime > file.stat().st_mtime
