@@ -27,8 +27,17 @@ def show_calibration(console: Console, model: Calibration) -> None:
         for name, p in parameters.items()
     ]
     made = table(_title(model), COLUMNS, rows)
-    # Units are folded before names are.
-    made.columns[0].no_wrap = max(map(len, parameters), default=0) <= LONGEST_NAME
+    # Units are folded before names are, but no word of theirs; and numbers never: half of 3.4e-06
+    # is another number.
+    for column in made.columns[1:-1]:
+        column.no_wrap = True
+    name = max(map(len, parameters), default=0)
+    numbers = sum(
+        max(map(len, values), default=0) for values in list(zip(*rows, strict=True))[1:-1]
+    )
+    word = max((len(word) for row in rows for word in row[-1].split()), default=0)
+    fits = name + numbers + word + 2 * len(COLUMNS) <= console.width
+    made.columns[0].no_wrap = name <= LONGEST_NAME and fits
     console.print(made)
     given = model.given_priors or {}
     if given:
@@ -42,7 +51,7 @@ def show_calibration(console: Console, model: Calibration) -> None:
     console.print(
         f"{'Converged' if checks.converged else 'Not converged'}: R-hat "
         f"{_digits(checks.rhat_max)}, effective sample size at least "
-        f"{number(round(checks.ess_bulk_min))}."
+        f"{number(round(checks.ess_min))}."
     )
 
 

@@ -32,12 +32,15 @@ def check_places(intake: Intake, known: Records) -> None:
 
     Refuse events too whose values contradict each other.
 
-    Stored records are checked again where their path has another profile now.
+    Stored records are checked again where their path has another profile or release now.
     """
     new = intake.records
     profiles = {p.path_id: p for p in (*known.profiles, *new.profiles) if _is_possible(p)}
     paths = {p.path_id: p for p in (*known.paths, *new.paths)}
     changed = {p.path_id for p in new.profiles}
+    released = {p.path_id: p.release_elevation_m for p in known.paths}
+    # A path that is new has no stored events.
+    moved = {p.path_id for p in new.paths if p.release_elevation_m != released.get(p.path_id)}
     read_paths = {p.path_id for p in new.paths}
     read_events = {e.event_id for e in new.events}
     stored_events = [e for e in known.events if e.event_id not in read_events]
@@ -50,7 +53,7 @@ def check_places(intake: Intake, known: Records) -> None:
             continue
         if fault := release_fault(path, profile):
             intake.refuse(("path", path.path_id), *fault)
-    for event in (*new.events, *(e for e in stored_events if e.path_id in changed)):
+    for event in (*new.events, *(e for e in stored_events if e.path_id in changed | moved)):
         profile = profiles.get(event.path_id or "")
         if profile is None:
             continue

@@ -76,11 +76,15 @@ def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> 
 def gather_events(
     tables: Sequence[Table], known: Records, intake: Intake, need_runout: bool
 ) -> list[Event]:
-    """Return the events, on a path where the row names one, else on their straight line."""
+    """Return the events, on a path where the row names one, else on their straight line.
+
+    What the file has no column for is that of the stored event of the same id; but where no runout
+    is needed the events are new ones, whatever they are called.
+    """
     stored = column_kinds(event.covariates for event in known.events)
     columns = EventRow.model_fields.keys() | StraightRow.model_fields.keys()
     covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
-    old = {event.event_id: event for event in known.events}
+    old = {event.event_id: event for event in known.events} if need_runout else {}
     events = []
     for table in tables:
         given = need_runout and bool(PLACES & set(table.header))

@@ -42,9 +42,10 @@ class Intake:
         return True
 
     def refuse(self, key: Key, column: str, value: object, accepted: str) -> None:
-        """Add a problem at the row of the record `key`."""
+        """Add a problem at the row of the record `key`, or at the stored one, by its name."""
         text = f"{value:g}" if isinstance(value, float) else str(value)
-        file, line = self.origins.get(key, ("the database", 0))
+        kind = {"speed": "a speed of event"}.get(str(key[0]), key[0])
+        file, line = self.origins.get(key, (f"the database, {kind} {key[1]}", 0))
         self.problems.append(RowProblem(file, line, column, text, accepted))
 
 

@@ -52,6 +52,11 @@ class Convergence(Result):
     divergent_or_stuck_chains: int
     converged: bool
 
+    @property
+    def ess_min(self) -> float:
+        """The smallest effective sample size, of the bulk and of the tails."""
+        return min(self.ess_bulk_min, self.ess_tail_min)
+
 
 @dataclass(frozen=True, slots=True)
 class PathSpread(Result):

@@ -115,7 +115,7 @@ class Import(Result):
 
 @dataclass(frozen=True, slots=True)
 class WrittenReport(Result):
-    """A report that was written; `lacking` says what is missing from it."""
+    """A report that was written; `lacking` is missing from it, `notes` are on the model."""
 
     model: str
     file: str
@@ -123,6 +123,7 @@ class WrittenReport(Result):
     n_paths: int
     n_events: int
     lacking: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -129,6 +129,12 @@ def latest_run(session: Session, kind: RunKind, model: str) -> int | None:
     )
 
 
+def latest_key(session: Session, kind: RunKind, model: str) -> str | None:
+    """The key of all that the latest run hangs on, None without a run."""
+    run = latest_run(session, kind, model)
+    return None if run is None else session.get_one(PathRunTable, run).key
+
+
 def latest_documents(session: Session, kind: RunKind, model: str) -> list[dict[str, Any]] | None:
     """All documents of the latest run, without the paths that failed; None without a run."""
     run = latest_run(session, kind, model)

@@ -57,11 +57,16 @@ def hazard_of_path(unit: HazardUnit, task: PathTask) -> PathAnswer:
     at = [scenario.any_volume_m3 for scenario in scenarios]
     path = unit.model.path(task.records, task.path_id, rate, at, seed=unit.seed)
     rows = path_rows(path, scenarios, unit.n_draws, unit.seed)
-    asked = dict.fromkeys(s.volume_m3 for s in scenarios if s.volume_m3 is not None)
+    asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
+    beyond: dict[float | None, list[str]] = {}
     if unit.model.volume_matters:
-        for volume in asked:
-            notes += extrapolation(unit.model.fitted, task.path_id, volume).notes()
-    return PathAnswer([replace(row, notes=(*row.notes, *unit.notes)) for row in rows], tuple(notes))
+        fitted = unit.model.fitted
+        beyond = {v: extrapolation(fitted, task.path_id, v).sentences() for v in asked}
+    told = [
+        replace(row, notes=(*row.notes, *beyond.get(row.volume_m3, ()), *unit.notes))
+        for row in rows
+    ]
+    return PathAnswer(told, tuple(notes))
 
 
 def _scenarios(

@@ -64,5 +64,6 @@ def write_report(
         bytes=len(text),
         n_paths=len(content.paths),
         n_events=len(content.events),
-        lacking=tuple(content.lacking.values()),
+        lacking=tuple(dict.fromkeys(content.lacking.values())),
+        notes=content.of_model,
     )

@@ -27,6 +27,7 @@ from avahazard.workflow.report_events import event_views, unknown_columns
 from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import path_views
 from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
+from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 
 UNTITLED = Cover()
@@ -114,6 +115,7 @@ def gather(
         diagnosis=diagnoses.get(name),
         rows=rows,
         records_changed=stored.records_changed,
+        of_model=notes_of_fit(stored),
         calibrated_paths=stored.paths,
         effect_sha256=model.effect_sha256,
         physics={entry.key: entry.meaning for entry in stored.definitions},

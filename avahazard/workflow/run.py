@@ -11,12 +11,15 @@ from pathlib import Path as FilePath
 from avahazard.records.files.conventions import Conventions
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.project import ProjectRun, Step
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.project.answers import project_answers
 from avahazard.workflow.project.file import read_project
 from avahazard.workflow.project.models import project_models
 from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState
+from avahazard.workflow.stored.notes import notes_of
 
 
 def run_project(
@@ -39,7 +42,7 @@ def run_project(
     if project.database is not None:
         named = project.database
         database = named if "://" in named else str(folder / named)
-    run = ProjectState(project, folder, database, report)
+    run = ProjectState(project, folder, database, report, written=file.stat().st_mtime)
     step, told = _import(run)
     steps, notes = [step], list(told)
     model, made = "", []
@@ -49,7 +52,11 @@ def run_project(
         steps.append(step)
         notes += of_notes
         made += files
-    return ProjectRun(str(file), database, model, Rows(steps), tuple(made), tuple(notes))
+    with reading(database) as session:
+        # Also where every step is up to date.
+        notes += notes_of(session, model, load_records(session))
+    each_once = tuple(dict.fromkeys(notes))
+    return ProjectRun(str(file), database, model, Rows(steps), tuple(made), each_once)
 
 
 def _import(run: ProjectState) -> tuple[Step, tuple[str, ...]]:

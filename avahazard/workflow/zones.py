@@ -69,8 +69,10 @@ def zones(
         )
     source = source or VolumeSource()
     periods = tuple(sorted({*return_periods, *wanted.return_periods}))
+    of_all = (*wanted.notes, *_notes(stored))
     unit = ZonesUnit(
         applied_model(stored),
+        of_all,
         volume_frequencies(stored.survey.volumes, seed, source),
         wanted,
         periods,
@@ -95,7 +97,8 @@ def zones(
         notes.insert(0, went_on(run))
     if plot is not None:
         _draw(plot, database, entries, f"Zones by {name}, limits '{wanted.name}'")
-    return Zones(Rows(entries), (*notes, *wanted.notes, *_notes(stored, entries)))
+    of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
+    return Zones(Rows(entries), (*notes, *of_paths, *of_all))
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:
@@ -142,8 +145,9 @@ def _check(density: float, density_sd: float, return_periods: Sequence[float]) -
             )
 
 
-def _notes(stored: RegionFit, entries: Sequence[ZonedPath]) -> list[str]:
-    notes = [note for entry in entries for note in entry.notes]
+def _notes(stored: RegionFit) -> list[str]:
+    """What goes with the zones of every path by a model."""
+    notes = []
     if not any(entry.limits_speed for entry in stored.definitions):
         mend = " or ".join(e.key for e in catalogue().values() if e.limits_speed)
         notes.append(

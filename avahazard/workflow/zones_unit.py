@@ -14,9 +14,13 @@ from avahazard.workflow.stored.path_hazard import AppliedModel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ZonesUnit:
-    """What the zones of every path take: the model, and what is asked (`path_zones`)."""
+    """What the zones of every path take: the model, and what is asked (`path_zones`).
+
+    `notes` go with all of them.
+    """
 
     model: AppliedModel
+    notes: tuple[str, ...]
     frequencies: Frequencies
     limits: Limits
     periods: tuple[float, ...]
@@ -33,4 +37,4 @@ def zones_of_path(unit: ZonesUnit, task: PathTask) -> PathAnswer:
     path = unit.model.path(task.records, task.path_id, volumes, seed=unit.seed)
     far = {period for period in unit.periods if frequencies.extrapolated(task.path_id, period)}
     entry = path_zones(path, unit.limits, unit.periods, unit.density, far, unit.seed)
-    return PathAnswer([entry])
+    return PathAnswer([replace(entry, notes=(*entry.notes, *unit.notes))])

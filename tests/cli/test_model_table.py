@@ -45,7 +45,7 @@ def test_values_have_the_digits_that_are_known() -> None:
 def test_what_the_model_is_and_how_it_went() -> None:
     model = ("m", "exponential", "marginal", "normal", "scatter by volume", "Student's")
     effects = ("without centrifugal", "season", "path-effect")
-    run = ("12 events", "4 chains", "100 draws", "seed 7", "31%", "Converged", 1.002, 812)
+    run = ("12 events", "4 chains", "100 draws", "seed 7", "31%", "Converged", 1.002, 800)
     assert untold(_text(MODEL), *model, *effects, *run) == []
 
 
@@ -73,6 +73,18 @@ def test_the_units_of_season_fold_once() -> None:
     assert lines[at + 1] == "days)2"
     assert lines[at + 2].startswith("path:le-tour-de-l-eglise-b")
     assert max(map(len, lines)) <= 80
+
+
+def test_numbers_are_never_folded() -> None:
+    """Half of 3.95e-06 at the end of a line reads as another number."""
+    n = ParameterSummary(3.95e-6, 6.34e-7, 2.92e-6, 5.05e-6, 3.78e-6, "1/m3")
+    slope = ParameterSummary(0.032, 0.07, -0.089, 0.143, 0.036, "log friction per spread")
+    for name in ("covariate:temp_c.slope", "covariate:temperature_c.bend_1"):
+        lines = _text(replace(MODEL, parameters={"n": n, name: slope})).splitlines()
+        values = next(line.split() for line in lines if line.startswith(" n "))
+        assert set(values[1:6]) == {"3.95e-06", "6.34e-07", "2.92e-06", "5.05e-06", "3.78e-06"}
+        assert any(line.rstrip().endswith("spread") for line in lines)
+        assert max(map(len, lines)) <= 80
 
 
 def test_given_priors_are_told_with_their_units() -> None:

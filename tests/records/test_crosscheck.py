@@ -41,8 +41,21 @@ def test_stored_records_are_checked_on_a_new_profile(length_m: float, fault: boo
     known = Records((Path("P"),), (profile(1000.0),), (STOP,), (SPEED,))
     intake = Intake(records=Records(profiles=(profile(length_m),)))
     check_places(intake, known)
-    expected = [("the database", "runout_x_m"), ("the database", "x_m")]
+    expected = [
+        ("the database, event e", "runout_x_m"),
+        ("the database, a speed of event e", "x_m"),
+    ]
     assert faults(intake) == (expected if fault else [])
+
+
+@pytest.mark.parametrize(
+    ("release_m", "fault"), [(900.0, False), (500.0, True), (None, False), (650.0, False)]
+)
+def test_stored_stops_are_checked_below_a_new_release(release_m: float | None, fault: bool) -> None:
+    known = Records((Path("P", release_elevation_m=650.0),), (profile(1000.0),), (STOP,))
+    intake = Intake(records=Records((Path("P", release_elevation_m=release_m),)))
+    check_places(intake, known)
+    assert faults(intake) == ([("the database, event e", "runout_x_m")] if fault else [])
 
 
 def test_a_row_that_replaces_a_stored_one_stands_for_it() -> None:

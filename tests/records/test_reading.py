@@ -244,7 +244,7 @@ def test_a_new_profile_is_held_against_stored_events(write: Write) -> None:
     shorter = write("profiles.csv", PROFILE.replace("P,500,550", "P,500,620"))
     (problem,) = problems(shorter, known=known)
     assert (problem.file, problem.column, problem.value) == (
-        "the database",
+        "the database, event a",
         "runout_elevation_m",
         "560",
     )

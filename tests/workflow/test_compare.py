@@ -79,9 +79,13 @@ def test_records_that_changed_since(snow_database: str, write: Any) -> None:
 def test_the_papers_methods(snow_database: str) -> None:
     calibrate(snow_database, "gibbs", method="gibbs", chains=2, draws=300)
     calibrate(snow_database, "mh", method="metropolis", chains=2, draws=300)
-    scores = compare(snow_database, "gibbs").scores
+    found = compare(snow_database, "gibbs")
+    scores, held_out = found.scores, found.held_out
     assert np.isfinite(scores.elpd_loo)
     assert abs(scores.runout.coverage_90 - 0.9) < 0.1
+    # Fits without a part take volumes as exact, as the method does.
+    assert held_out.runout.crps_m < 1.2 * scores.runout.crps_m
+    assert abs(held_out.elpd_loo - scores.elpd_loo) < 0.05 * abs(scores.elpd_loo)
     with pytest.raises(AvahazardError, match="metropolis"):
         compare(snow_database, "mh")
 

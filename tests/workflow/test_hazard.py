@@ -159,6 +159,17 @@ def test_a_model_without_volume_says_so_and_needs_none(mine: str) -> None:
     assert "does not matter" in rows[0].interval
 
 
+def test_a_volume_beyond_the_records_is_told_with_its_rows(mine: str) -> None:
+    found = hazard(mine, "gibbs", volumes=[1e4, 1e8], paths=["scey", "saugy"])
+    for row in found.rows:
+        told = " ".join(row.notes)
+        assert ("times the largest recorded on this path" in told) == (row.volume_m3 == 1e8)
+        assert ("FRICTION OUT OF BOUNDS" in told) == (row.volume_m3 == 1e8)
+        assert row.path_id not in told
+    (beyond,) = (n for n in found.notes if "times the largest" in n and n.startswith("scey: "))
+    assert beyond.removeprefix("scey: ") in {n for row in found.rows for n in row.notes}
+
+
 def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) -> None:
     write("paths.csv", "path_id\nbare\n")
     rows = "\n".join(f"bare,{x},{800 + 1200 * exp(-x / 1000):.2f}" for x in range(0, 6001, 30))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,22 @@ def test_its_own_runout_only_scores(snow_database: str, write: Write) -> None:
     assert scored.events == plain.events
     assert scored.scores.runout.n == 1
     assert scored.scores.runout.coverage_50 == 1.0
+
+
+def test_an_event_that_is_called_as_a_stored_one_is_no_less_new(
+    snow_database: str, snow_world: Path, write: Write
+) -> None:
+    """It gets no volume, snow or runout from the record of that name."""
+    stored = (snow_world / "world" / "events.csv").read_text().splitlines()[1].split(",")[0]
+    plain = predict(snow_database, "base", write("new.csv", NEW))
+    same_name = predict(snow_database, "base", write("named.csv", NEW.replace("small", stored)))
+    assert same_name.scores is None
+    named = [replace(row, event_id="small") for row in same_name.events[:1]]
+    assert named == list(plain.events[:1])
+    unknown = "event_id,path_id\nsmall,P01\n"
+    without = predict(snow_database, "base", write("u.csv", unknown)).events[0]
+    found = predict(snow_database, "base", write("v.csv", unknown.replace("small", stored)))
+    assert found.events[0].q50_m == without.q50_m
 
 
 def test_an_unsure_release_widens_what_has_no_runout(snow_database: str, write: Write) -> None:

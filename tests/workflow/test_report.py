@@ -53,7 +53,7 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
     assert one.read_bytes() == other.read_bytes()
     assert document.to_dict() == {
         "model": "m", "file": str(one), "bytes": one.stat().st_size, "n_paths": 3, "n_events": 61,
-        "lacking": [],
+        "lacking": [], "notes": list(document.notes),
     }  # fmt: skip
     assert told == sorted(told)
     assert told[-1] == 1.0
@@ -144,6 +144,9 @@ def test_events_without_a_profile(database: str, write: Write) -> None:
     assert "No path has a profile" in content.lacking["rows"]
     assert "zones" not in content.lacking
     assert 'id="figure-predicted-length"' in render(content)
+    told = write_report(database, "r", write("report.html", ""))
+    assert sum("No path has a profile" in words for words in told.lacking) == 1
+    assert "the chains of r have not converged." in told.notes
 
 
 def test_one_path_with_events_that_left_it_and_bounds_beyond(database: str, write: Write) -> None:

@@ -57,6 +57,9 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
     written = (folder / "bounds.csv").read_bytes()
     again = ran(folder)
     assert set(states(again).values()) == {"up to date"}
+    # What is said of the model is said again, and once.
+    assert "the chains of base have not converged." in again.notes
+    assert len(set(first.notes)) == len(first.notes)
     assert not Path("not this one.db").exists()
 
     # Other bounds of the same model.
@@ -65,6 +68,14 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
     less = ran(folder)
     assert states(less) == states(again) | {"hazard": "done", "export": "done"}
     assert (folder / "bounds.csv").read_bytes() != written
+
+    # All paths, where the last run had one; then others by chance.
+    file.write_text(SMALL.replace("[30, 100]", "[100]").replace('paths = ["P01"]\n', ""))
+    assert states(ran(folder)) == states(less)
+    assert "P02" in (folder / "bounds.csv").read_text()
+    assert set(states(ran(folder)).values()) == {"up to date"}
+    file.write_text(SMALL.replace("[30, 100]", "[100]").replace("[hazard]", "[hazard]\nseed = 1"))
+    assert states(ran(folder)) == states(less)
 
     # Other records: the model of the old ones is kept.
     events = folder / "world" / "events.csv"
@@ -75,6 +86,18 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
     assert set(states(more).values()) == {"done"}
     with reading(str(folder / "valley.db")) as session:
         assert [model.name for model in list_models(session)] == ["base", "base-2"]
+
+
+def test_the_page_is_made_again_for_another_title(folder: Path) -> None:
+    file, page = folder / "avahazard.toml", folder / "page.html"
+    text = SMALL.replace('"zones", "report"', '"zones", "hazard", "export"')
+    text = text.replace("[export]", '[report]\nfile = "page.html"\n[export]')
+    file.write_text(text)
+    assert states(ran(folder))["report"] == "done"
+    assert states(ran(folder))["report"] == "up to date"
+    file.write_text(f'{text}[project]\ntitle = "Under the Aiguille"\n')
+    assert states(ran(folder))["report"] == "done"
+    assert "Under the Aiguille" in page.read_text(encoding="utf-8")
 
 
 def test_another_prior_is_another_model(folder: Path) -> None:

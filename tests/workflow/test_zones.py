@@ -91,6 +91,10 @@ def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
     assert french.picture.count("<!-- yellow zone -->") == 1
     assert [e.path_id for e in french.entries] == ["saugy", "scey"]
     assert any("no drag" in note for note in french.notes)
+    # What is said of the model and of the limits goes with the entry of each path too.
+    for entry in french.entries:
+        assert any("no drag" in note for note in entry.notes)
+        assert set(entry.notes) <= set(french.notes)
     assert any("saugy: T = 300 is past twice the observed years" in note for note in french.notes)
     assert [z.extrapolated for z in french.entries[0].zones] == [False, False, True]
     for entry in french.entries:

@@ -67,10 +67,12 @@ def ladder(
         console.print(crps_words(coordinate))
         floors = [row.noise_floor_crps_m for row in found.rows if row.noise_floor_crps_m]
         if floors:
+            # What the error of a volume does to a stop is the model's own; gibbs knows none.
+            low, high = (amount(floor, coordinate) for floor in (min(floors), max(floors)))
             console.print(
                 f"Errors of the records alone (runout, volume, release) would leave "
-                f"{amount(min(floors), coordinate)}; what varies from avalanche to avalanche "
-                "comes on top."
+                f"{low if low == high else f'{low} to {high}, by model'}; what varies from "
+                "avalanche to avalanche comes on top."
             )
 
     emit(context, document, render)

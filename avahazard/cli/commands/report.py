@@ -64,5 +64,4 @@ def report(
         )
 
     emit(context, found, render)
-    for words in found.lacking:
-        warn(words)
+    warn(*found.lacking, *found.notes)

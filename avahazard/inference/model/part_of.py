@@ -28,7 +28,7 @@ def part_of(observations: Observations, events: Ints) -> Observations:
 
     def of(record: Any, **own: Any) -> Any:
         """A dataclass with the rows of these events in all its columns."""
-        told = {f.name: rows(getattr(record, f.name)) for f in fields(record)}
+        told = {f.name: rows(getattr(record, f.name)) for f in fields(record) if f.init}
         return replace(record, **{**told, **own})
 
     def each(columns: Mapping[str, Any]) -> dict[str, Any]:

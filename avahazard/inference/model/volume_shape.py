@@ -127,8 +127,8 @@ def _loss(eta: Floats, chance: Floats, count: Floats, penalty: Floats) -> tuple[
 
 def _curvature(eta: Floats, chance: Floats, count: Floats, penalty: Floats) -> Floats:
     """Curvature of `_loss`."""
-    share = np.exp(log_softmax(eta))
-    logs = chance + np.log(share)
+    log_share = log_softmax(eta)
+    share, logs = np.exp(log_share), chance + log_share
     given = np.exp(logs - logsumexp(logs, axis=1, keepdims=True))
     of_all = count.sum() * (np.diag(share) - np.outer(share, share))
     of_records = np.diag(count @ given) - (given.T * count) @ given

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import log_ndtr, ndtri_exp
@@ -51,7 +51,7 @@ MOST_LOG = 700.0
 class VolumeNodes:
     """Quadrature over log true volume: `log_volume`, `weight` `[n_events, n_nodes]`.
 
-    `volume` (m3) is the volume itself.
+    `volume` (m3) is the volume itself, which follows `log_volume`.
 
     Given its record, it is normal with `mean` and `sd` `[n_events]`, but for the bound.
 
@@ -61,13 +61,16 @@ class VolumeNodes:
     """
 
     log_volume: Floats
-    volume: Floats
+    volume: Floats = field(init=False)
     weight: Floats
     mean: Floats
     sd: Floats
     records: VolumeRecords
     population: Population
     largest: float = np.inf
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "volume", np.exp(self.log_volume))
 
 
 def volume_nodes(
@@ -116,7 +119,6 @@ def _nodes(records: VolumeRecords, population: Population, largest: float = np.i
     log_volume = np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG)
     return VolumeNodes(
         log_volume=log_volume,
-        volume=np.exp(log_volume),
         weight=np.tile(w / np.sum(w), (len(mean), 1)),
         mean=np.clip(mean, -MOST_LOG, MOST_LOG),
         sd=sd,

@@ -71,6 +71,13 @@ class Extrapolation:
         return _times(self.volume_m3, self.largest_m3)
 
     def notes(self) -> list[str]:
+        """What a reader must know, each with the name of the path (`sentences`)."""
+        sentences = self.sentences()
+        if not self.path_id:
+            return sentences
+        return [ON_PATH.format(path=self.path_id, note=note) for note in sentences]
+
+    def sentences(self) -> list[str]:
         """What a reader must know, a sentence each; none where nothing is extrapolated."""
         volume = f"{self.volume_m3:.3g} m3"
         told = {
@@ -100,7 +107,7 @@ class Extrapolation:
                         median=f"{self.median:.2g}",
                     )
                 )
-        return [ON_PATH.format(path=self.path_id, note=n) if self.path_id else n for n in notes]
+        return notes
 
 
 def extrapolation(model: FittedModel, path_id: str | None, volume_m3: float) -> Extrapolation:

@@ -193,8 +193,8 @@ class ReportContent:
 
     `draws` are posterior draws `[n_draws]` of the model's parameters. `comparison` and
     `diagnosis` are None where they were never made. `lacking` says by key what is missing from
-    the report and how to get it. `physics` is what each effect means; `speed_limited` whether one
-    of them holds speeds.
+    the report and how to get it, `of_model` what every output notes on the model. `physics` is what
+    each effect means; `speed_limited` whether one of them holds speeds.
     """
 
     model: Calibration
@@ -211,6 +211,7 @@ class ReportContent:
     diagnosis: Diagnosis | None
     rows: Sequence[Document]
     records_changed: bool
+    of_model: tuple[str, ...]
     calibrated_paths: Sequence[str]
     effect_sha256: str | None
     physics: Mapping[str, str]

@@ -33,7 +33,7 @@ def made_table(content: ReportContent) -> HtmlTable:
             say(
                 "R-hat {rhat}, effective sample size at least {ess}, {share} accepted",
                 rhat=say("infinite") if rhat is None else language.number(f"{rhat:.3f}"),
-                ess=integer(checks.ess_bulk_min, language),
+                ess=integer(checks.ess_min, language),
                 share=share(checks.acceptance, language),
             ),
         ],

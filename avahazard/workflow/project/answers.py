@@ -9,12 +9,13 @@ from typing import Any
 from avahazard.message import counted
 from avahazard.report.html.content import Cover
 from avahazard.results.project import Step
-from avahazard.store.path_results import BOUNDS, ZONES, RunKind, latest_documents
+from avahazard.store.path_results import BOUNDS, ZONES, RunKind, latest_documents, latest_key
 from avahazard.store.session import reading
 from avahazard.workflow.export import export
-from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard import HazardQuestion, hazard, hazard_work
 from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState
 from avahazard.workflow.report import write_report
+from avahazard.workflow.stored.by_path import run_key
 from avahazard.workflow.zones import zones
 
 
@@ -38,7 +39,7 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
                 language=told.language,
                 report=run.report,
             )
-            yield Step("report", DONE, page.name), list(report.lacking), [str(page)]
+            yield Step("report", DONE, page.name), [*report.lacking, *report.notes], [str(page)]
         else:
             yield Step("report", UP_TO_DATE, page.name), [], [str(page)]
     if "export" not in project.skip and "hazard" not in project.skip:
@@ -54,25 +55,19 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
 
 def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     wanted = run.project.hazard
-    rows = _found(run, BOUNDS, model)
-    asked = {("T", float(t)) for t in wanted.return_periods}
-    asked |= {("V", float(v)) for v in wanted.volumes}
-    there = {
-        ("T", row["return_period_years"]) if row["return_period_years"] else ("V", row["volume_m3"])
-        for row in rows or ()
+    asked: dict[str, Any] = {
+        "return_periods": wanted.return_periods,
+        "volumes": wanted.volumes,
+        "paths": wanted.paths,
+        "seed": wanted.seed,
     }
-    paths = {row["path_id"] for row in rows or ()}
-    if rows and there == asked and (not wanted.paths or paths == set(wanted.paths)):
-        return Step("hazard", UP_TO_DATE, counted(len(paths), "path")), [], []
-    found = hazard(
-        run.database,
-        model,
-        return_periods=wanted.return_periods,
-        volumes=wanted.volumes,
-        paths=wanted.paths,
-        seed=wanted.seed,
-        report=run.report,
-    )
+    stored, path_ids, work = hazard_work(run.database, model, HazardQuestion(**asked))
+    with reading(run.database) as session:
+        there = latest_key(session, BOUNDS, model) == run_key(stored, path_ids, work)
+    if there:
+        n = len({row["path_id"] for row in _found(run, BOUNDS, model) or ()})
+        return Step("hazard", UP_TO_DATE, counted(n, "path")), [], []
+    found = hazard(run.database, model, report=run.report, **asked)
     run.fresh = True
     n = len({row.path_id for row in found.rows})
     return Step("hazard", DONE, counted(n, "path")), list(found.notes), []
@@ -96,8 +91,11 @@ def _found(run: ProjectState, kind: RunKind, model: str) -> list[dict[str, Any]]
 
 
 def _outdated(run: ProjectState, file: FilePath) -> bool:
-    """Whether the file is missing, older than the database, or something new was found."""
-    if run.fresh or not file.is_file():
+    """Whether the file is missing, older than what it stands on, or something new was found.
+
+    It stands on the database, and on the file of the project, which has its title and language.
+    """
+    if run.fresh or not file.is_file() or run.written > file.stat().st_mtime:
         return True
     database = FilePath(run.database)
     return database.is_file() and database.stat().st_mtime > file.stat().st_mtime

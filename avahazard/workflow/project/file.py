@@ -54,14 +54,14 @@ class ModelSection(Strict):
     prior_from: str = ""
     prior: dict[str, MeanSd] = Field(default={})
     chains: Annotated[int, Field(ge=2, le=64)] | None = None
-    draws: Annotated[int, Field(ge=100)] | None = None
+    draws: Annotated[int, Field(ge=50)] | None = None
     seed: Annotated[int, Field(ge=0)] = 0
 
 
 class DiagnoseSection(Strict):
     """`[diagnose]`: how many worlds are made, and whether what is named is added."""
 
-    worlds: Annotated[int, Field(ge=19, le=9999)] = 199
+    worlds: Annotated[int, Field(ge=39, le=9999)] = 199
     seed: Annotated[int, Field(ge=0)] = 0
     add: bool = False
     rounds: Annotated[int, Field(ge=1, le=9)] = 3

@@ -17,7 +17,8 @@ DONE, UP_TO_DATE = "done", "up to date"
 class ProjectState:
     """The project, where its files are, and its database.
 
-    `fresh` as soon as a step has found something new.
+    `fresh` as soon as a step has found something new; `written` is when the file of the project
+    was (seconds, as of files).
     """
 
     project: Project
@@ -25,6 +26,7 @@ class ProjectState:
     database: str
     report: Report
     fresh: bool = False
+    written: float = 0.0
 
 
 def stored_result(run: ProjectState, kind: Kind, model: str):  # type: ignore[no-untyped-def, type-arg]

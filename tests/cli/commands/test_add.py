@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,7 +32,13 @@ def test_the_error_falls_and_the_ladder_shows_it(snow_database: str, tmp_path: P
     }  # fmt: skip
     assert rows[1]["held_out_crps_m"] < rows[0]["held_out_crps_m"]
     table = run(snow_database, "ladder").stdout
+    words_of_table = " ".join(table.split())
     assert "my-effect" in table
+    # The floor is the model's own: what errors of volumes do to stops goes by its law.
+    floors = [
+        float(found) for found in re.findall(r"([\d.]+) m to ([\d.]+) m, by", words_of_table)[0]
+    ]
+    assert 0.0 < floors[0] < floors[1]
     assert max(map(len, table.splitlines())) <= 80
     again = refused(snow_database, *words)
     assert "There is a model wet already" in again

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from avahazard.inference.model.volume_shape import VolumeShape, volume_shape
+from avahazard.inference.model.volume_shape import VolumeShape, _curvature, volume_shape
 
 AWAY = np.linspace(-5.0, 5.0, 41)
 
@@ -90,3 +90,10 @@ def test_a_record_far_beyond_the_ends_is_drawn_back_and_finite() -> None:
     assert np.all(np.isfinite(mean))
     assert np.all(sd > 0.0)
     assert mean[1] < 2.4 < mean[2] < 30.0
+
+
+def test_the_curvature_bears_shares_that_are_no_numbers_any_more() -> None:
+    """A step of the fit may try a shape of which most places have a share under 1e-308."""
+    eta, count = np.array([0.0, 900.0, 0.0]), np.array([1.0, 2.0])
+    found = _curvature(eta, np.full((2, 3), -0.3), count, np.eye(3))
+    np.testing.assert_allclose(found, np.eye(3), atol=1e-12)

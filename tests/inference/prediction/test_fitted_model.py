@@ -36,6 +36,7 @@ def test_volumes_as_recorded() -> None:
     assert volumes.sd[3] == given.volumes.sd[3] > 0.0
     assert volumes.log_volume[3, 0] == volumes.mean[3] == given.volumes.mean[3]
     np.testing.assert_array_equal(volumes.weight, np.ones((given.n_events, 1)))
+    np.testing.assert_array_equal(volumes.volume, np.exp(volumes.log_volume))
 
 
 def test_draws_go_to_the_slots_of_their_names() -> None:
