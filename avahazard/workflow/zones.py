@@ -59,6 +59,46 @@ def zones(
             picture, or no path has a rate.
     """
     require_picture(plot)
+    stored, path_ids, work = zones_work(
+        database,
+        name,
+        return_periods=return_periods,
+        limits=limits,
+        density=density,
+        density_sd=density_sd,
+        paths=paths,
+        source=source,
+        seed=seed,
+        effect_files=effect_files,
+    )
+    of_all = work.shared.notes
+    run = run_paths(database, stored, path_ids, work, report)
+    with reading(database) as session:
+        found = list(read_run(session, run.run))
+    entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
+    notes = [f"left out: {one.failed}" for one in found if one.failed is not None]
+    if run.n_before:
+        notes.insert(0, went_on(run))
+    if plot is not None:
+        _draw(plot, database, entries, f"Zones by {name}, limits '{work.shared.limits.name}'")
+    of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
+    return Zones(Rows(entries), (*notes, *of_paths, *of_all))
+
+
+def zones_work(
+    database: str,
+    name: str,
+    *,
+    return_periods: Sequence[float] = (),
+    limits: str = "swiss",
+    density: float = DENSITY_KG_M3,
+    density_sd: float = DENSITY_SD_KG_M3,
+    paths: Sequence[str] = (),
+    source: VolumeSource | None = None,
+    seed: int = 0,
+    effect_files: Sequence[FilePath] = (),
+) -> tuple[RegionFit, list[str], PathWork[ZonesUnit]]:
+    """The model, the paths to run, and what is done on each. Raises as `zones`."""
     _check(density, density_sd, return_periods)
     wanted = load_limits(limits)
     stored = load_region_fit(database, name, own_effects(database, name, effect_files))
@@ -69,10 +109,9 @@ def zones(
         )
     source = source or VolumeSource()
     periods = tuple(sorted({*return_periods, *wanted.return_periods}))
-    of_all = (*wanted.notes, *_notes(stored))
     unit = ZonesUnit(
         applied_model(stored),
-        of_all,
+        (*wanted.notes, *_notes(stored)),
         volume_frequencies(stored.survey.volumes, seed, source),
         wanted,
         periods,
@@ -88,17 +127,7 @@ def zones(
         "source": source_settings(source),
     }
     work = PathWork(ZONES, "Zones", zones_of_path, unit, settings)
-    run = run_paths(database, stored, stored.paths_to_run(paths), work, report)
-    with reading(database) as session:
-        found = list(read_run(session, run.run))
-    entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
-    notes = [f"left out: {one.failed}" for one in found if one.failed is not None]
-    if run.n_before:
-        notes.insert(0, went_on(run))
-    if plot is not None:
-        _draw(plot, database, entries, f"Zones by {name}, limits '{wanted.name}'")
-    of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
-    return Zones(Rows(entries), (*notes, *of_paths, *of_all))
+    return stored, stored.paths_to_run(paths), work
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:

@@ -7,6 +7,7 @@ import pytest
 from avahazard.criticism.diagnosis.measurements import UNLINKED
 from avahazard.hazard.notes import RISING, stale_words
 from avahazard.hazard.words import ALL_VOLUMES, EXCEEDED, PARAMETERS, RATE_ERROR
+from avahazard.inference.prediction.extrapolation import OUT_OF_BOUNDS
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html import words
 from avahazard.report.language import ENGLISH, LANGUAGES, language_of
@@ -62,6 +63,15 @@ def test_a_sentence_of_a_result_is_found_by_its_places() -> None:
     told = german.told(RISING.format(share="12%", smallest="500", largest="120000"))
     assert told.startswith("In 12 % der Ziehungen")
     assert "(500 bis 120.000 m³)" in told
+
+
+def test_a_volume_and_a_share_that_follow_each_other_are_told_apart() -> None:
+    told = OUT_OF_BOUNDS.format(
+        volume="1e+07 m3", share="97%", side="under", limit="0.1", median="0.02"
+    )
+    assert "für 10.000.000 m³ liegen 97 % der" in language_of("de").told(told).replace(
+        "\u00a0", " "
+    )
 
 
 def test_lists_in_a_sentence_are_translated_item_by_item() -> None:

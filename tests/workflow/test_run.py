@@ -32,6 +32,14 @@ paths = ["P01"]
 files = ["bounds.csv"]
 """
 
+LIMITS = """
+[[zone]]
+name = "red"
+color = "#c8102e"
+[[zone.rule]]
+return_period_years = 30
+"""
+
 
 @pytest.fixture
 def folder(snow_world: Path, tmp_path: Path) -> Path:
@@ -86,6 +94,22 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
     assert set(states(more).values()) == {"done"}
     with reading(str(folder / "valley.db")) as session:
         assert [model.name for model in list_models(session)] == ["base", "base-2"]
+
+
+def test_zones_are_found_again_for_other_limits_or_paths(folder: Path) -> None:
+    file, limits = folder / "avahazard.toml", folder / "own.toml"
+    limits.write_text(LIMITS)
+    text = SMALL.replace('"zones", "report"', '"report", "hazard"')
+    text += '[zones]\nlimits = "own.toml"\n'
+    file.write_text(text)
+    found = []
+    for change in ("", "", "limits", "", "paths", ""):
+        if change == "limits":
+            limits.write_text(LIMITS.replace("30", "40"))
+        elif change == "paths":
+            file.write_text(text.replace('paths = ["P01"]', 'paths = ["P02"]'))
+        found.append(states(ran(folder))["zones"])
+    assert found == ["done", "up to date"] * 3
 
 
 def test_the_page_is_made_again_for_another_title(folder: Path) -> None:

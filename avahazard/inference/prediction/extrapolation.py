@@ -37,7 +37,7 @@ OVER_ALL = message(
     "a volume of {volume} is {times} times the largest recorded ({largest}): an extrapolation."
 )
 OUT_OF_BOUNDS = message(
-    "FRICTION OUT OF BOUNDS: for {volume} {share} of the frictions drawn are {side} {limit} "
+    "FRICTION OUT OF BOUNDS: for {volume}, {share} of the frictions drawn are {side} {limit} "
     "(median {median}), as no avalanche has. Do not use this runout; --law asymptotic keeps "
     "friction bounded."
 )

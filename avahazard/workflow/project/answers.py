@@ -16,7 +16,7 @@ from avahazard.workflow.hazard import HazardQuestion, hazard, hazard_work
 from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState
 from avahazard.workflow.report import write_report
 from avahazard.workflow.stored.by_path import run_key
-from avahazard.workflow.zones import zones
+from avahazard.workflow.zones import zones, zones_work
 
 
 def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[str], list[str]]]:
@@ -61,10 +61,8 @@ def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
         "paths": wanted.paths,
         "seed": wanted.seed,
     }
-    stored, path_ids, work = hazard_work(run.database, model, HazardQuestion(**asked))
-    with reading(run.database) as session:
-        there = latest_key(session, BOUNDS, model) == run_key(stored, path_ids, work)
-    if there:
+    work = hazard_work(run.database, model, HazardQuestion(**asked))
+    if _is_latest(run, BOUNDS, model, run_key(*work)):
         n = len({row["path_id"] for row in _found(run, BOUNDS, model) or ()})
         return Step("hazard", UP_TO_DATE, counted(n, "path")), [], []
     found = hazard(run.database, model, report=run.report, **asked)
@@ -76,13 +74,22 @@ def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
 def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     limits = run.project.zones.limits
     file = run.folder / limits
-    name = str(file) if file.is_file() else limits
-    stored = _found(run, ZONES, model)
-    if stored and not run.fresh and all(path["limits"] == name for path in stored):
-        return Step("zones", UP_TO_DATE, counted(len(stored), "path")), [], []
-    found = zones(run.database, model, limits=name, paths=run.project.hazard.paths)
+    asked: dict[str, Any] = {
+        "limits": str(file) if file.is_file() else limits,
+        "paths": run.project.hazard.paths,
+    }
+    if _is_latest(run, ZONES, model, run_key(*zones_work(run.database, model, **asked))):
+        n = len(_found(run, ZONES, model) or ())
+        return Step("zones", UP_TO_DATE, counted(n, "path")), [], []
+    found = zones(run.database, model, report=run.report, **asked)
     run.fresh = True
     return Step("zones", DONE, counted(len(found.rows), "path")), list(found.notes), []
+
+
+def _is_latest(run: ProjectState, kind: RunKind, model: str, key: str) -> bool:
+    """Whether the last run of this kind hangs on the same as one of this key would."""
+    with reading(run.database) as session:
+        return latest_key(session, kind, model) == key
 
 
 def _found(run: ProjectState, kind: RunKind, model: str) -> list[dict[str, Any]] | None:
