@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,9 +36,34 @@ def picture(what: str = "Write a picture") -> Any:
     return typer.Option(metavar="FILE", help=f"{what}: .png, .svg or .pdf.")
 
 
+def positive(value: float | None) -> float | None:
+    """The value of an option that must be a number over 0."""
+    return _over(0.0, value)
+
+
+def all_over(least: float) -> Callable[[list[float] | None], list[float] | None]:
+    """What checks an option that may be given again: each is to be a number over the least."""
+
+    def check(values: list[float] | None) -> list[float] | None:
+        for value in values or ():
+            _over(least, value)
+        return values
+
+    return check
+
+
+def _over(least: float, value: float | None) -> float | None:
+    if value is not None and not (isfinite(value) and value > least):
+        raise typer.BadParameter(f"{value:g} will not do, it must be a number over {least:g}")
+    return value
+
+
 def return_periods(words: str) -> Any:
     """The option of return periods: what holds besides or without it."""
-    return typer.Option("-T", "--return-period", metavar="YEARS", help=words, show_default=False)
+    return typer.Option(
+        "-T", "--return-period", metavar="YEARS", help=words, show_default=False,
+        callback=all_over(1.0),
+    )  # fmt: skip
 
 
 def output_file(words: str) -> Any:

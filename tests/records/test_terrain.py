@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -88,3 +90,34 @@ def test_noise_makes_no_counter_slope() -> None:
     # Where it truly rises again, it is refused as before.
     valley = Profile("P", x, y + np.maximum(x - 1500.0, 0.0) * 0.12 + rng.normal(0.0, 5.0, len(x)))
     assert on_counter_slope(float(valley.y_m.min()) + 20.0, valley)
+
+
+X = np.arange(0.0, 2000.0, 10.0)
+FALLING = 1000.0 - 0.3 * X
+
+
+def hump(height: float) -> Profile:
+    """A path that falls by 0.3 and rises on its way, from x = 1000 on, by so many metres."""
+    over = np.interp(X, [1000.0, 1100.0, 1200.0], [0.0, height + 30.0, 0.0])
+    return Profile("P", X, FALLING + over)
+
+
+@pytest.mark.parametrize(
+    ("elevation", "again"),
+    [(650.0, False), (698.0, False), (705.0, True), (730.0, True), (745.0, False)],
+)
+def test_a_rise_amid_the_path_is_a_counter_slope(elevation: float, again: bool) -> None:
+    """From 700 m at x = 1000 to 740 at 1100, and down again to 640 at 1200."""
+    profile = hump(40.0)
+    assert on_counter_slope(elevation, profile) is again
+    event = Event("e", "P", runout_elevation_m=elevation)
+    fault = stop_fault(event, profile)
+    assert (fault is not None) is again
+    assert stop_fault(replace(event, runout_x_m=1090.0), profile) is None
+    assert (speed_fault(Speed("e", 20.0, 1.5, elevation_m=elevation), profile) is not None) is again
+
+
+def test_a_step_lower_than_any_stop_is_known_is_no_counter_slope() -> None:
+    assert not any(on_counter_slope(e, hump(8.0)) for e in np.arange(690.0, 720.0, 1.0))
+    rough = np.random.default_rng(9).normal(0.0, 5.0, len(X))
+    assert not any(on_counter_slope(e, Profile("P", X, FALLING + rough)) for e in FALLING)

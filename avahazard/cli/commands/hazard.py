@@ -19,6 +19,7 @@ from avahazard.cli.options import (
     Snowfall,
     Threshold,
     VolumeTable,
+    all_over,
     return_periods,
     volume_source,
 )
@@ -40,7 +41,9 @@ def hazard(
     ] = None,
     volume: Annotated[
         list[float] | None,
-        typer.Option("-V", "--volume", metavar="M3", help="May be given again."),
+        typer.Option(
+            "-V", "--volume", metavar="M3", help="May be given again.", callback=all_over(0.0)
+        ),
     ] = None,
     path: OnlyPaths = None,
     frequency: Frequency = FamilyName.gev,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import EffectFiles, OnePath, picture
+from avahazard.cli.options import EffectFiles, OnePath, picture, positive
 from avahazard.cli.output import emit, evenly, table, warn
 from avahazard.cli.runout_table import show_table
 from avahazard.cli.settings import settings
@@ -19,21 +18,15 @@ SHOWN = 10
 """Places in the table of speeds for people."""
 
 
-def _positive(value: float | None) -> float | None:
-    if value is not None and not (math.isfinite(value) and value > 0.0):
-        raise typer.BadParameter("it must be a number over 0")
-    return value
-
-
 def runout(
     context: typer.Context,
     path: OnePath,
     mu: Annotated[
-        float | None, typer.Option(metavar="MU", callback=_positive, help="Coulomb friction.")
+        float | None, typer.Option(metavar="MU", callback=positive, help="Coulomb friction.")
     ] = None,
     volume: Annotated[
         float | None,
-        typer.Option(metavar="M3", callback=_positive, help="Volume: the model then gives MU."),
+        typer.Option(metavar="M3", callback=positive, help="Volume: the model then gives MU."),
     ] = None,
     model: Annotated[
         str | None, typer.Option(metavar="NAME", help="Run with the effects of a stored model.")
