@@ -31,7 +31,7 @@ def band_forms(errors: Floats, ground: Floats, z: Floats, share: Floats) -> Floa
             state[SHARE * WIDTH + k] = share[min(first + k, n_shares - 1)]
         _pass_down(errors, ground, z, state)
         for k in range(min(WIDTH, n_shares - first)):
-            log = state[LOG * WIDTH + k] + np.log(state[PRODUCT * WIDTH + k])
+            log = state[LOG * WIDTH + k] + np.log(abs(state[PRODUCT * WIDTH + k]))
             positive = state[LEAST * WIDTH + k] > 0.0 and np.isfinite(log)
             forms[0, first + k] = log if positive else np.inf
             forms[1, first + k] = state[SQUARE * WIDTH + k] if positive else 0.0
@@ -73,5 +73,5 @@ def _pass_down(errors, ground, z, state):  # type: ignore[no-untyped-def]
             state[BESIDE * WIDTH + k] = near
         if i % ROWS_A_LOG == ROWS_A_LOG - 1:
             for k in range(WIDTH):
-                state[LOG * WIDTH + k] += np.log(state[PRODUCT * WIDTH + k])
+                state[LOG * WIDTH + k] += np.log(abs(state[PRODUCT * WIDTH + k]))
                 state[PRODUCT * WIDTH + k] = 1.0

@@ -24,7 +24,7 @@ TESTED = {
 """The parts of the program whose code is changed, and the tests that mirror them."""
 UNCOMPILED = (
     *(f"tests/physics/test_{name}.py" for name in (
-        "block", "cell_motion", "cell_step", "contact", "mean_friction", "near_stops",
+        "band_forms", "block", "cell_motion", "cell_step", "contact", "mean_friction", "near_stops",
         "point_error", "runout_curve", "speed", "stop_place",
     )),
     *(f"tests/inference/likelihood/test_{name}.py" for name in (
