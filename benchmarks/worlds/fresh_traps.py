@@ -34,17 +34,22 @@ def fresh_traps(final: Sequence[Line]) -> list[str]:
 
 
 def _found(lines: Sequence[Line]) -> list[str]:
-    """How often the effect is found where an oracle gains enough."""
-    seen = [x for x in lines if x.get("oracle_gain", 0.0) > SEEN]
+    """How often the effect is found where who is told the limits gains enough."""
+    seen = [x for x in lines if x["told_gain"] > SEEN]
     if not seen:
         return [f"None yet of `{FINAL_EFFECT}`."]
-    others = [x for x in lines if x not in seen]
-    missed = [f"{x['name']} (oracle {x['oracle_gain']:.0f})" for x in seen if not in_set(x)]
     low, high = (round(100.0 * v) for v in interval(sum(map(in_set, seen)), len(seen)))
+    others = [x for x in lines if x not in seen]
     wrong = share(lines, lambda x: alarm(x) and len(x["missing"]) == 1)
+    fitted = [x for x in lines if x["oracle_gain"] > SEEN]
+    missed = [f"{x['name']} ({x['told_gain']:.0f})" for x in seen if not in_set(x)]
+    enough = f"{SEEN:.0f} nats"
     return [
-        f"`{FINAL_EFFECT}`, undeclared, of full and half strength, where an oracle gains over",
-        f"{SEEN:.0f} nats: in the set in {share(seen, in_set)}, {low} to {high} %; alone in",
-        f"{share(seen, first_alone)}. Where it gains less, in {share(others, in_set)}. Something",
-        f"else alone in {wrong}. Missed: {', '.join(missed) or 'none'}.",
+        f"`{FINAL_EFFECT}`, undeclared, of full and half strength, {len(lines)} worlds: in the set",
+        f"in {share(seen, in_set)}, {low} to {high} %, where who is told the limits gains over",
+        f"{enough}; alone in {share(seen, first_alone)}. Where that is less, in",
+        f"{share(others, in_set)}. Something else alone in {wrong}. Missed, and what is gained:",
+        f"{', '.join(missed) or 'none'}.",
+        "Elsewhere on this page an oracle estimates the limits, which gains by chance as well:",
+        f"where that is over {enough}, {share(fitted, in_set)} are in the set.",
     ]

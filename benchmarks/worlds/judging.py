@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,10 @@ from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.measured import as_told, with_speeds
 from benchmarks.worlds.outside import EFFECTS, effect_file
 from benchmarks.worlds.rivals import best_bic, regression
-from benchmarks.worlds.traps import TRAPS, stated
+from benchmarks.worlds.traps import DECLARED, TRAPS, stated
 
 PATH_EFFECT = "path-effect"
+LIMIT = "observation-limit"
 
 DRAWS = 120
 OWN = {**EFFECTS, **TRAPS}
@@ -67,6 +69,8 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
         "seconds": round(seconds, 1),
     }
     line |= _errors(plan, observations, found)
+    if plan.true == (LIMIT,):
+        line["told_gain"] = told_limits_gain(plan, found)
     if plan.speeds_later:
         again = diagnose(build_observations(with_speeds(plan)), base, {}, n_worlds=n_worlds)
         line["with_speeds"] = [again.verdict, list(again.missing)]
@@ -86,6 +90,16 @@ def world(plan: Plan) -> Observations:
         plan.seed, plan.n_events, plan.n_paths, plan.effects, plan.settings, own_effects=OWN
     )
     return build_observations(stated(records, plan.stated))
+
+
+def told_limits_gain(plan: Plan, found: Diagnosis) -> float:
+    """Gain (nats) of who is told the limits of sight, over the model that knows of none.
+
+    A limit that is estimated gains by chance as well, just above the highest stop of each path.
+    """
+    told = {DECLARED if key == LIMIT else key: s for key, s in plan.effects.items()}
+    fit = refit(world(replace(plan, effects=told)), found.base.specification, found.base.facts)
+    return round(fit.log_likelihood - found.base.log_likelihood, 2)
 
 
 def _errors(plan: Plan, observations: Observations, found: Diagnosis) -> dict[str, Any]:

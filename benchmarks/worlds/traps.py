@@ -12,7 +12,7 @@ from datetime import date, timedelta
 import numpy as np
 
 from avahazard.records.collection import Records
-from avahazard.synth.effects import WorldEffect
+from avahazard.synth.effects import CATALOGUE, WorldEffect
 from avahazard.synth.world import World
 
 STORM_EVENTS = 10
@@ -66,8 +66,17 @@ def stated(records: Records, errors: Mapping[str, float]) -> Records:
     return replace(records, events=tuple(replace(e, **errors) for e in records.events))
 
 
+def declared_limit(world: World, strength: float) -> dict[str, object]:
+    """The same records as where short runouts are not seen, and the limits of sight declared."""
+    told = CATALOGUE["observation-limit"](world, strength)
+    world.limit_known = True
+    return told
+
+
+DECLARED = "declared limit"
 TRAPS: dict[str, WorldEffect] = {
     "storms": storms,
     "winters": winters,
     "path columns": path_columns,
+    DECLARED: declared_limit,
 }
