@@ -23,6 +23,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
 HERE = Path(__file__).resolve().parent
 AGAIN = HERE / "worlds_again.jsonl"
+BEFORE = HERE / "worlds_before.jsonl"
 FINAL = HERE / "worlds_final.jsonl"
 sys.path.insert(0, str(HERE.parent))
 
@@ -69,10 +70,9 @@ def main() -> None:
         )
     if given.page:
         command = f"make worlds SIZE={size}"
+        others = [finished(file) for file in (AGAIN, BEFORE, FINAL)]
         given.page.write_text(
-            page(
-                finished(given.results), command, len(plans(size)), finished(AGAIN), finished(FINAL)
-            ),
+            page(finished(given.results), command, len(plans(size)), *others),
             encoding="utf-8",
         )
 

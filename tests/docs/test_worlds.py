@@ -38,10 +38,11 @@ def _seen(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def test_the_page_is_written_from_these_results(lines: list[dict[str, Any]]) -> None:
-    again, final = (
-        finished(ROOT / "benchmarks" / f"worlds_{which}.jsonl") for which in ("again", "final")
-    )
-    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)), again, final)
+    others = [
+        finished(ROOT / "benchmarks" / f"worlds_{which}.jsonl")
+        for which in ("again", "before", "final")
+    ]
+    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)), *others)
     assert (ROOT / "docs" / "worlds.md").read_text(encoding="utf-8") == made
 
 
@@ -92,7 +93,7 @@ def test_outside_the_catalogue_the_axis_is_named(lines: list[dict[str, Any]]) ->
     )
 
 
-@pytest.mark.parametrize("which", ["worlds", "worlds_final"])
+@pytest.mark.parametrize("which", ["worlds", "worlds_before", "worlds_final"])
 def test_traps_give_no_more_false_names_than_the_level_allows(which: str) -> None:
     lines = finished(ROOT / "benchmarks" / f"{which}.jsonl")
     nulls = [x for x in lines if is_trapped(x) and not x["true"]]
