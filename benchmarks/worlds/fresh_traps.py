@@ -12,8 +12,8 @@ from benchmarks.worlds.trap_tables import interval, is_trapped, trap_tables
 Line = dict[str, Any]
 
 BEFORE = (
-    "Each version of the rules is asked with seeds that none was made on. That of 24 November,",
-    "with seeds from 700,000 on (`benchmarks/worlds_before.jsonl`), 50 nulls and 20 effects a trap;",
+    "Each version of the rules is asked with seeds that none was made on. That of 24 November:",
+    "seeds from 700,000 on (`benchmarks/worlds_before.jsonl`), 50 nulls and 20 effects a trap;",
     "of volume errors and declared limits, where it named 4 of 50 nulls falsely, 100 more nulls",
     "were settled before any of them was made:",
 )
