@@ -60,6 +60,6 @@ def _found(lines: Sequence[Line]) -> list[str]:
         f"{share(others, in_set)}. Something else alone in {wrong}. Missed, and what is gained:",
         f"{', '.join(missed) or 'none'}.",
         "Elsewhere on this page an oracle estimates the limits, which gains by chance as well:",
-        f"where that is over {enough}, {share(fitted, in_set)} are in the set. That was the measure",
+        f"where that is over {enough}, {share(fitted, in_set)} are in the set. That measure was",
         "fixed beforehand; the other was thought of after 18 of the 40 worlds had been looked at.",
     ]
