@@ -8,6 +8,7 @@ make worlds                 SIZE=10 worlds of each effect and strength, and more
 … benchmarks/worlds.py --again           one world of each arm again, with today's version
 … benchmarks/worlds.py --final           traps, limits of sight: seeds on which no rule was made
 … benchmarks/worlds.py --further         more nulls of these, in the trap that is the hardest
+… benchmarks/worlds.py --settled         limits of sight, judged by who is told them
 """
 
 from __future__ import annotations
@@ -25,11 +26,12 @@ HERE = Path(__file__).resolve().parent
 AGAIN = HERE / "worlds_again.jsonl"
 BEFORE = HERE / "worlds_before.jsonl"
 FINAL = HERE / "worlds_final.jsonl"
+SETTLED = HERE / "worlds_settled.jsonl"
 sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.finished import finished  # noqa: E402
 from benchmarks.worlds.again import one_of_each  # noqa: E402
-from benchmarks.worlds.arms import final_worlds, further_nulls, plans  # noqa: E402
+from benchmarks.worlds.arms import final_worlds, further_nulls, plans, settled_worlds  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
 from benchmarks.worlds.page import page  # noqa: E402
 from benchmarks.worlds.trap_tables import is_trapped  # noqa: E402
@@ -46,6 +48,8 @@ def main() -> None:
         results, made = FINAL, final_worlds(size)
     elif given.further:
         results, made = FINAL, further_nulls()
+    elif given.settled:
+        results, made = SETTLED, settled_worlds(size)
     done = {x["name"]: x for x in finished(results)}
     k, n = (int(v) for v in given.part.split("/"))
     chosen = [p for p in made[k - 1 :: n] if given.arm in p.arm]
@@ -70,7 +74,7 @@ def main() -> None:
         )
     if given.page:
         command = f"make worlds SIZE={size}"
-        others = [finished(file) for file in (AGAIN, BEFORE, FINAL)]
+        others = [finished(file) for file in (AGAIN, BEFORE, FINAL, SETTLED)]
         given.page.write_text(
             page(finished(given.results), command, len(plans(size)), *others),
             encoding="utf-8",
@@ -87,6 +91,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--again", action="store_true", help="one world of each arm again")
     parser.add_argument("--final", action="store_true", help="the traps with seeds of their own")
     parser.add_argument("--further", action="store_true", help="more nulls of two of these")
+    parser.add_argument("--settled", action="store_true", help="limits of sight, by who knows them")
     parser.add_argument("--made", type=int, default=199, help="made worlds for each diagnosis")
     parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")

@@ -21,6 +21,8 @@ FURTHER, FURTHER_AFTER, N_FURTHER = "volume errors", 50, 100
 than of the others."""
 FINAL_EFFECT = "observation-limit"
 """An effect that is made with the final seeds too."""
+SETTLED_SEED = 950_000
+"""Seeds of its worlds that are judged by what who is told the limits gains, settled beforehand."""
 PLAIN = Settings()
 
 
@@ -119,11 +121,12 @@ def plans(size: int) -> list[Plan]:
 def final_worlds(size: int) -> list[Plan]:
     """The worlds with a trap, and of `FINAL_EFFECT`, with seeds on which no rule was made."""
     arms = _traps(0, size, FINAL_SEED)
-    for strength in (1.0, 0.5):
-        arm = next(a for a in _effects(strength, 0, size) if a[0].true == (FINAL_EFFECT,))
-        seed = FINAL_SEED + 1000 * len(arms)
-        arms.append([replace(world, seed=seed + k) for k, world in enumerate(arm)])
-    return _in_rounds(arms, size)
+    return _in_rounds(arms + _final_effect(size, FINAL_SEED + 1000 * len(arms)), size)
+
+
+def settled_worlds(size: int) -> list[Plan]:
+    """Worlds of `FINAL_EFFECT` alone, with seeds of their own."""
+    return _in_rounds(_final_effect(size, SETTLED_SEED), size)
 
 
 def further_nulls() -> list[Plan]:
@@ -132,6 +135,16 @@ def further_nulls() -> list[Plan]:
     arms = _traps(0, ceil(n / TRAP_NULLS), FINAL_SEED)
     (arm,) = (arm for arm in arms if arm[0].arm == f"null: {FURTHER}")
     return arm[FURTHER_AFTER:n]
+
+
+def _final_effect(size: int, first_seed: int) -> list[list[Plan]]:
+    """`FINAL_EFFECT` of full and of half strength."""
+    arms: list[list[Plan]] = []
+    for strength in (1.0, 0.5):
+        arm = next(a for a in _effects(strength, 0, size) if a[0].true == (FINAL_EFFECT,))
+        seed = first_seed + 1000 * len(arms)
+        arms.append([replace(world, seed=seed + k) for k, world in enumerate(arm)])
+    return arms
 
 
 def _all_arms(size: int) -> list[list[Plan]]:

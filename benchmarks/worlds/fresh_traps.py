@@ -27,8 +27,22 @@ FINAL = (
 )
 
 
-def fresh_traps(before: Sequence[Line], final: Sequence[Line]) -> list[str]:
-    """The traps by the version `before` and by the last, and the effect made with its seeds too."""
+SETTLED = (
+    "So this was settled, and committed, before any of these worlds was made: 40 more of them, of",
+    "seeds from 950,000 on, are judged by what who is told the limits gains; where that is over",
+    f"{SEEN:.0f} nats, 9 in 10 are asked for (`SIZE=20 benchmarks/worlds.py --settled`).",
+)
+
+
+def fresh_traps(
+    before: Sequence[Line], final: Sequence[Line], settled: Sequence[Line]
+) -> list[str]:
+    """The traps by the version `before` and by the last, and the effect made with its seeds too.
+
+    `settled` are more worlds of that effect.
+    """
+    made_too = [x for x in final if x["true"] == [FINAL_EFFECT]]
+    told = "fixed beforehand; the other was thought of after 18 of the 40 worlds had been looked at."
     return [
         *BEFORE,
         "",
@@ -38,7 +52,13 @@ def fresh_traps(before: Sequence[Line], final: Sequence[Line]) -> list[str]:
         "",
         *trap_tables([x for x in final if is_trapped(x)]),
         "",
-        *_found([x for x in final if x["true"] == [FINAL_EFFECT]]),
+        *_found(made_too),
+        *(_by_estimate(made_too, told) if made_too else ()),
+        "",
+        *SETTLED,
+        "",
+        *_found(settled),
+        *(_by_estimate(settled, "that of the paragraph above.") if settled else ()),
     ]
 
 
@@ -50,16 +70,21 @@ def _found(lines: Sequence[Line]) -> list[str]:
     low, high = (round(100.0 * v) for v in interval(sum(map(in_set, seen)), len(seen)))
     others = [x for x in lines if x not in seen]
     wrong = share(lines, lambda x: alarm(x) and len(x["missing"]) == 1)
-    fitted = [x for x in lines if x["oracle_gain"] > SEEN]
-    missed = [f"{x['name']} ({x['told_gain']:.0f})" for x in seen if not in_set(x)]
-    enough = f"{SEEN:.0f} nats"
+    missed = [f"{x['name']} ({x['told_gain']:.1f})" for x in seen if not in_set(x)]
     return [
         f"`{FINAL_EFFECT}`, undeclared, of full and half strength, {len(lines)} worlds: in the set",
         f"in {share(seen, in_set)}, {low} to {high} %, where who is told the limits gains over",
-        f"{enough}; alone in {share(seen, first_alone)}. Where that is less, in",
+        f"{SEEN:.0f} nats; alone in {share(seen, first_alone)}. Where that is less, in",
         f"{share(others, in_set)}. Something else alone in {wrong}. Missed, and what is gained:",
         f"{', '.join(missed) or 'none'}.",
+    ]
+
+
+def _by_estimate(lines: Sequence[Line], told: str) -> list[str]:
+    """The same where the limits are estimated, and what that measure is."""
+    fitted = [x for x in lines if x["oracle_gain"] > SEEN]
+    return [
         "Elsewhere on this page an oracle estimates the limits, which gains by chance as well:",
-        f"where that is over {enough}, {share(fitted, in_set)} are in the set. That measure was",
-        "fixed beforehand; the other was thought of after 18 of the 40 worlds had been looked at.",
+        f"where that is over {SEEN:.0f} nats, {share(fitted, in_set)} are in the set. That measure",
+        f"was {told}",
     ]

@@ -49,9 +49,10 @@ def page(
     again: Sequence[Line],
     before: Sequence[Line],
     final: Sequence[Line],
+    settled: Sequence[Line],
 ) -> str:
-    """The page: traps, `before` and `final` with seeds of their own, what must hold, `again` what
-    today's version says, then every arm."""
+    """The page: traps, `before`, `final` and `settled` with seeds of their own, what must hold,
+    `again` what today's version says, then every arm."""
     trapped = [x for x in lines if is_trapped(x)]
     n_all, lines = len(lines), [x for x in lines if not is_trapped(x)]
     nulls = [x for x in lines if not x["true"] and x["arm"].startswith("null")]
@@ -71,7 +72,7 @@ def page(
         "",
         "## Traps, with seeds on which no rule was made",
         "",
-        *fresh_traps(before, final),
+        *fresh_traps(before, final, settled),
         "",
         "## What must hold",
         "",

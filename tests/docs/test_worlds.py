@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.finished import finished
 from benchmarks.worlds.again import ALL_OF, comparison, one_of_each
-from benchmarks.worlds.arms import FINAL_EFFECT, final_worlds, further_nulls, plans
+from benchmarks.worlds.arms import FINAL_EFFECT, final_worlds, further_nulls, plans, settled_worlds
 from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named
 from benchmarks.worlds.page import page
 from benchmarks.worlds.trap_tables import interval, is_trapped
@@ -40,7 +40,7 @@ def _seen(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def test_the_page_is_written_from_these_results(lines: list[dict[str, Any]]) -> None:
     others = [
         finished(ROOT / "benchmarks" / f"worlds_{which}.jsonl")
-        for which in ("again", "before", "final")
+        for which in ("again", "before", "final", "settled")
     ]
     made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)), *others)
     assert (ROOT / "docs" / "worlds.md").read_text(encoding="utf-8") == made
@@ -122,7 +122,9 @@ def test_final_worlds_are_the_same_with_seeds_of_their_own() -> None:
     first = [p for p in plans(SIZE) if is_trapped({"arm": p.arm}) or p.true == (FINAL_EFFECT,)]
     assert {p.name for p in final} == {p.name for p in first}
     assert not {p.name for p in further} & {p.name for p in final}
-    seeds = [p.seed for p in (*final, *further)]
+    settled = settled_worlds(SIZE)
+    assert {p.name for p in settled} < {p.name for p in final}
+    seeds = [p.seed for p in (*final, *further, *settled)]
     # None of today's other worlds, nor of the final ones of an earlier version.
     assert not set(seeds) & {p.seed for p in plans(SIZE)}
     assert min(seeds) >= 800_000
