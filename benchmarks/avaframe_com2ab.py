@@ -1,8 +1,8 @@
 """AvaFrame's com2AB on given lines, by a Python that has it (it wants a NumPy older than ours).
 
-Reads `{"cell_m": …, "lines": [{"x_m": […], "y_m": […]}, …]}` from standard input: elevations y
-along straight lines, `cell_m` apart from the release on. Each becomes a raster of equal rows with
-the line along a middle one. Writes what com2AB finds, and how long its kernel took, as JSON.
+Reads `{"lines": [{"x_m": […], "y_m": […]}, …]}` from standard input: elevations y along straight
+lines, at equal distances from the release on. Each becomes a raster of equal rows with the line
+along a middle one. Writes what com2AB finds, and how long its kernel took, as JSON.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def main() -> None:
     settings.read(Path(com2AB.__file__).with_name("com2ABCfg.ini"))
     parameters = com2AB.setEqParameters(settings)
     steps = [settings["ABSETUP"].getfloat(name) for name in ("distance", "dsMin")]
-    lines = [prepared(line, asked["cell_m"]) for line in asked["lines"]]
+    lines = [prepared(line) for line in asked["lines"]]
     found = [runout(line, parameters, steps) for line in lines]
     started = time.perf_counter()
     for line in lines:
@@ -36,9 +36,10 @@ def main() -> None:
     json.dump({"version": version("avaframe"), "found": found, "seconds": seconds}, sys.stdout)
 
 
-def prepared(line: dict, cell_m: float) -> tuple[dict, dict, dict]:
+def prepared(line: dict) -> tuple[dict, dict, dict]:
     """The line, its split point and its raster, as com2AB wants them."""
     x, y = np.array(line["x_m"]), np.array(line["y_m"])
+    cell_m = x[1] - x[0]
     header = {
         "xllcenter": 0.0,
         "yllcenter": 0.0,

@@ -7,12 +7,24 @@ extreme runout lies on the line at α = slope β + intercept, with the scatter o
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isnan
 from typing import Literal
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.hazard.beta_point import avaframe_points, first_flat_step, lasting_flats
+from avahazard.hazard.alpha_beta_kernel import (
+    Coefficients,
+    alpha_and_reaches,
+    on_points,
+    on_steps,
+)
+from avahazard.hazard.beta_point import (
+    AVAFRAME_FLAT_M,
+    AVAFRAME_STEP_M,
+    FLAT_SLOPE,
+    lasting_flats,
+)
 from avahazard.physics.smooth_profile import SmoothProfile
 
 Status = Literal["stopped", "left_profile", "no_beta_point"]
@@ -37,6 +49,11 @@ class Regression:
     bend: float = 0.0
     drop: float = 0.0
     first_step: bool = False
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """As the kernels take them."""
+        return (self.slope, self.intercept_deg, self.sd_deg, self.bend, self.drop)
 
 
 REGRESSIONS = (
@@ -107,80 +124,64 @@ def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) 
 
     The β-point is the first place below the release from which the smoothed path is no steeper
     than 10° for a runout zone's length of x (or to its end); a release that is itself so flat is
-    passed first. A regression with `first_step` has AvaFrame's instead (`beta_point`). The runout
-    is where the line at α from the release meets the path, sought from the β-point on: downhill
-    where α < β, uphill otherwise.
+    passed first. A regression with `first_step` has AvaFrame's instead (`alpha_beta_on_points`).
+    The runout is where the line at α from the release meets the path, sought from the β-point on:
+    downhill where α < β, uphill otherwise.
     """
-    n = max(int(np.ceil((smooth.x_max - release_x) / STEP_M)), 1)
-    x = np.linspace(release_x, smooth.x_max, n + 1)
     if regression.first_step:
+        x = _places(smooth, release_x, AVAFRAME_STEP_M)
         y = smooth.height(x)
-        place = first_flat_step(smooth, release_x)
-        places = np.array([] if place is None else [place])
-    else:
-        y, gradient, _ = smooth.derivatives(x)
-        places = lasting_flats(x, -gradient)
-    release_y = float(y[0])
+        found = on_steps(y, x[1] - x[0], FLAT_SLOPE, AVAFRAME_FLAT_M, regression.coefficients)
+        return _told(regression, (release_x, float(y[0])), found)
+    x = _places(smooth, release_x, STEP_M)
+    y, gradient, _ = smooth.derivatives(x)
+    places = lasting_flats(x, -gradient)
     if not len(places):
+        return AlphaBeta(regression, "no_beta_point", release_x, float(y[0]))
+    beta = float(places[0]) - release_x
+    beta_deg = float(np.degrees(np.arctan2(y[0] - smooth.height(places[0]), beta)))
+    found = alpha_and_reaches(y, x[1] - x[0], beta, beta_deg, regression.coefficients)
+    further = tuple(float(place) for place in places[1:])
+    return _told(regression, (release_x, float(y[0])), (beta, beta_deg, *found), further)
+
+
+def alpha_beta_on_points(
+    x: Floats, y: Floats, release_x: float, regression: Regression
+) -> AlphaBeta:
+    """Apply a regression as AvaFrame's com2AB does, on the points as they are.
+
+    x, y `[n_points]` (m), x strictly rising. The path is cut into equal steps of at most 10 m. The
+    β-point is the end of the first step after a steep one that falls by 10° at most and below
+    which 30 m do so too. A release on flat ground is passed first, for which com2AB asks its user
+    for a split point. The runout lies within its step, of which com2AB gives an end.
+    """
+    top, found = on_points(
+        x, y, release_x, AVAFRAME_STEP_M, FLAT_SLOPE, AVAFRAME_FLAT_M, regression.coefficients
+    )
+    return _told(regression, (release_x, top), found)
+
+
+def _places(smooth: SmoothProfile, release_x: float, longest: float) -> Floats:
+    """Places x (m) at equal steps of at most `longest` m from the release to the path's end."""
+    n = max(int(np.ceil((smooth.x_max - release_x) / longest - 1e-9)), 1)
+    return np.linspace(release_x, smooth.x_max, n + 1)
+
+
+def _told(
+    regression: Regression,
+    release: tuple[float, float],
+    found: tuple[float, float, float, float, float, float],
+    further: tuple[float, ...] = (),
+) -> AlphaBeta:
+    """Distances (m) from the release as places, nan as None; `found` is as of `on_steps`."""
+    release_x, release_y = release
+    beta, beta_deg, alpha_deg, *distances = found
+    if isnan(beta):
         return AlphaBeta(regression, "no_beta_point", release_x, release_y)
-    beta_x = float(places[0])
-    beta_deg = float(_angle(beta_x - release_x, release_y - smooth.height(beta_x)))
-    alpha_deg = regression.slope * beta_deg + regression.intercept_deg
-    alpha_deg += _of_parabola(smooth, release_x, regression)
-    # From the release itself there is no line to a place.
-    angle = _angle(x[1:] - release_x, release_y - y[1:])
-    runout, low, high = (
-        _reach(x[1:], angle, beta_x, alpha_deg + shift * regression.sd_deg)
-        for shift in (0.0, 1.0, -1.0)
-    )
+    runout, low, high = (None if isnan(d) else release_x + d for d in distances)
+    status: Status = "left_profile" if runout is None else "stopped"
+    beta_x = release_x + beta
     return AlphaBeta(
-        regression=regression,
-        status="left_profile" if runout is None else "stopped",
-        release_x=release_x,
-        release_y=release_y,
-        beta_deg=beta_deg,
-        beta_x=beta_x,
-        alpha_deg=alpha_deg,
-        runout_x=runout,
-        runout_low_x=low,
-        runout_high_x=high,
-        further_beta_x=tuple(float(place) for place in places[1:]),
-    )
-
-
-def _of_parabola(smooth: SmoothProfile, release_x: float, regression: Regression) -> float:
-    """Degrees that the bend and the fall of the fitted parabola add to α."""
-    if regression.bend == regression.drop == 0.0:
-        return 0.0
-    x, y = avaframe_points(smooth, release_x)
-    # In coordinates of -1 to 1, in which the three terms stay apart.
-    half = 0.5 * float(x[-1] - x[0])
-    terms = np.vander((x - x[0]) / half - 1.0, 3)
-    coefficients = np.linalg.lstsq(terms, y, rcond=None)[0]
-    second = 2.0 * float(coefficients[0]) / half**2
-    return regression.bend * second + regression.drop * float(np.ptp(terms @ coefficients))
-
-
-def _angle(along: Floats | float, fall: Floats) -> Floats:
-    """Angle (degrees) under which places so far along and below (m) are seen from the release."""
-    return np.asarray(np.degrees(np.arctan2(fall, along)))
-
-
-def _reach(x: Floats, angle: Floats, beta_x: float, alpha_deg: float) -> float | None:
-    """Place of the angle α nearest to the β-point; None past the end, the top where none is."""
-    beyond = x >= beta_x
-    start = int(np.argmax(beyond)) if beyond.any() else len(x) - 1
-    if angle[start] > alpha_deg:
-        under = np.flatnonzero(angle[start:] <= alpha_deg)
-        if not len(under):
-            return None
-        j = start + int(under[0])
-        i = j - 1
-    else:
-        over = np.flatnonzero(angle[: start + 1] > alpha_deg)
-        if not len(over):
-            return float(x[0])
-        i = int(over[-1])
-        j = i + 1
-    share = (angle[i] - alpha_deg) / (angle[i] - angle[j])
-    return float(x[i] + share * (x[j] - x[i]))
+        regression, status, release_x, release_y, beta_deg, beta_x, alpha_deg,
+        runout, low, high, further,
+    )  # fmt: skip

@@ -33,7 +33,7 @@ UNCOMPILED = (
         "speed_bounds", "speed_errors", "speed_nodes", "straight_density",
     )),
     *(f"tests/hazard/test_{name}.py" for name in (
-        "exceedance", "passing", "runout_bounds", "shape_grid",
+        "alpha_beta_on_points", "exceedance", "passing", "runout_bounds", "shape_grid",
     )),
     *(f"tests/hazard/zones/test_{name}.py" for name in (
         "exceeded_speeds", "pieces", "rate_curves",

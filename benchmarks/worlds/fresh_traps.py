@@ -42,7 +42,9 @@ def fresh_traps(
     `settled` are more worlds of that effect.
     """
     made_too = [x for x in final if x["true"] == [FINAL_EFFECT]]
-    told = "fixed beforehand; the other was thought of after 18 of the 40 worlds had been looked at."
+    told = (
+        "fixed beforehand; the other was thought of after 18 of the 40 worlds had been looked at."
+    )
     return [
         *BEFORE,
         "",
