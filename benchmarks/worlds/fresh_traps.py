@@ -60,7 +60,7 @@ def fresh_traps(
         *SETTLED,
         "",
         *_found(settled),
-        *(_by_estimate(settled, "that which was fixed for the 40 worlds before these.") if settled else ()),
+        *(_by_estimate(settled, "that fixed for the 40 worlds before these.") if settled else ()),
     ]
 
 
