@@ -59,7 +59,7 @@ class BeforeAndAfter(Result):
 class Rung(Result):
     """One model on the ladder, with what it has that its parent has not.
 
-    Scores are as `Standing`, None where it was never compared.
+    Scores are as `Standing`, None where it was never compared. `notes` are on this model.
     """
 
     model: str
@@ -76,11 +76,12 @@ class Rung(Result):
     noise_floor_crps_m: float | None
     held_out_crps_x_m: float | None = None
     coordinate: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Ladder(Result):
-    """All models, oldest first, and notes on those that cannot be compared."""
+    """All models, oldest first, and the notes on all of them."""
 
     rows: Rows[Rung]
     notes: tuple[str, ...] = ()

@@ -10,7 +10,10 @@ from avahazard.results.comparison import RunoutScores, SpeedScores
 
 @dataclass(frozen=True, slots=True)
 class PredictedEvent(Result):
-    """Where one event will stop: elevation (m), or runout length without a profile."""
+    """Where one event will stop: elevation (m), or runout length without a profile.
+
+    `notes` are what a reader must know of the model and of this event's volume.
+    """
 
     event_id: str
     path_id: str | None
@@ -21,6 +24,7 @@ class PredictedEvent(Result):
     q50_m: float
     q95_m: float
     p_left_profile: float
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +44,10 @@ class PredictionScores(Result):
 
 @dataclass(frozen=True, slots=True)
 class Prediction(Result):
-    """All events of a file; `scores` over those that have a runout, None where none has."""
+    """All events of a file; `scores` over those that have a runout, None where none has.
+
+    `notes` are those of all events, and on all of them, each once.
+    """
 
     events: Rows[PredictedEvent]
     scores: PredictionScores | None

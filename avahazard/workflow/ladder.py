@@ -49,7 +49,7 @@ def ladder(
     with reading(database) as session:
         models = list_models(session)
         records = load_records(session)
-        told = [note for model in models for note in notes_of(session, model.name, records)]
+        told = {model.name: notes_of(session, model.name, records) for model in models}
         known = {
             model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
             for model in models
@@ -58,25 +58,26 @@ def ladder(
         raise AvahazardError(
             "There is no model yet.", "Make one: avahazard calibrate NAME, then avahazard add."
         )
-    notes = told
     for model in models:
         if known[model.name] is None:
             try:
                 known[model.name] = compare(database, model.name, report=report)
             except AvahazardError as error:
-                notes.append(f"{model.name} is not compared. {error.message}")
-    rows = ladder_rows(models, known)
+                told[model.name] += (f"{model.name} is not compared. {error.message}",)
+    rows = ladder_rows(models, known, told)
     if plot is not None:
         from avahazard.report.ladder_figure import draw_ladder  # noqa: PLC0415 (slow)
 
         draw_ladder(plot, rows, {k: v for k, v in known.items() if v is not None})
-    return Ladder(rows, tuple(notes))
+    return Ladder(rows, tuple(note for notes in told.values() for note in notes))
 
 
 def ladder_rows(
-    models: Sequence[StoredModel], comparisons: Mapping[str, Comparison | None]
+    models: Sequence[StoredModel],
+    comparisons: Mapping[str, Comparison | None],
+    notes: Mapping[str, tuple[str, ...]],
 ) -> Rows[Rung]:
-    """A rung for each model; its scores are None where there is no comparison."""
+    """A rung for each model, with its notes; its scores are None where there is no comparison."""
     effects = {model.name: effects_of(model) for model in models}
     rows = []
     for model in models:
@@ -89,6 +90,7 @@ def ladder_rows(
                 parent=model.parent,
                 added=tuple(key for key in effects[model.name] if key not in before),
                 coordinate=None if found is None else found.coordinate,
+                notes=notes.get(model.name, ()),
                 **{key: scores.get(key) for key in SCORES},
             )
         )

@@ -58,8 +58,7 @@ def predict(
     new = _new_events(file, stored)
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
-    notes = _extrapolated(stored, new.events)
-    notes += notes_of_fit(stored)
+    of_all = [*notes_of_fit(stored)]
     model = stored.on(new.events)
     stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
     values, left = told(model.observations, stops.record, stops.elevation), stops.left
@@ -75,10 +74,11 @@ def predict(
         )
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
-        notes.append(
+        of_all.append(
             f"{share:.2%} of the draws of friction are 0 or less (normal distribution) and leave "
             "any profile"
         )
+    notes = [*_of_largest(stored, new.events), *of_all]
     if model.observations.in_ratio:
         notes.append("events without a profile, of which H/L alone is known, have H/L")
     elif np.any(model.observations.kind == LENGTH):
@@ -87,7 +87,10 @@ def predict(
     scores = None
     if measured:
         scores = _scores(model if len(measured) == len(new.events) else stored.on(measured))
-    rows = (_row(e, v, left) for e, v, left in zip(new.events, values, left, strict=True))
+    rows = (
+        _row(e, v, left, (*_of_volume(stored, e.path_id, e.volume_m3), *of_all))
+        for e, v, left in zip(new.events, values, left, strict=True)
+    )
     return Prediction(Rows(rows), scores, tuple(notes))
 
 
@@ -100,20 +103,21 @@ def _new_events(file: Path, stored: StoredFit) -> Records:
         raise
 
 
-def _extrapolated(stored: StoredFit, events: Sequence[Event]) -> list[str]:
+def _of_largest(stored: StoredFit, events: Sequence[Event]) -> list[str]:
     """Notes on the largest volume of each path, which is farthest beyond the records."""
-    if ignores_volume(stored):
-        return []
     largest: dict[str | None, float] = {}
     for event in events:
         if event.volume_m3 is not None:
             known = largest.get(event.path_id, 0.0)
             largest[event.path_id] = max(known, event.volume_m3)
-    return [
-        note
-        for path_id, volume in largest.items()
-        for note in extrapolation(stored.model, path_id, volume).notes()
-    ]
+    return [note for path, volume in largest.items() for note in _of_volume(stored, path, volume)]
+
+
+def _of_volume(stored: StoredFit, path_id: str | None, volume_m3: float | None) -> list[str]:
+    """Notes on a volume beyond the records, or with a friction that no avalanche has."""
+    if volume_m3 is None or ignores_volume(stored):
+        return []
+    return extrapolation(stored.model, path_id, volume_m3).notes()
 
 
 def _has_runout(event: Event) -> bool:
@@ -126,7 +130,9 @@ def _has_runout(event: Event) -> bool:
     return event.left_profile or any(value is not None for value in found)
 
 
-def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> PredictedEvent:
+def _row(
+    event: Event, values: Floats, left: NDArray[np.bool_], notes: tuple[str, ...]
+) -> PredictedEvent:
     q05, q50, q95 = np.quantile(values, [0.05, 0.5, 0.95])
     return PredictedEvent(
         event_id=event.event_id,
@@ -138,6 +144,7 @@ def _row(event: Event, values: Floats, left: NDArray[np.bool_]) -> PredictedEven
         q50_m=float(q50),
         q95_m=float(q95),
         p_left_profile=float(np.mean(left)),
+        notes=notes,
     )
 
 

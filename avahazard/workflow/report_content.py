@@ -110,7 +110,7 @@ def gather(
         covariates=unknown_columns(observations),
         friction=friction_view(stored.model),
         densities=plain(friction_densities(found.mu, observations)),
-        ladder=ladder_rows(models, comparisons),
+        ladder=ladder_rows(models, comparisons, {}),
         comparison=comparisons[name],
         diagnosis=diagnoses.get(name),
         rows=rows,

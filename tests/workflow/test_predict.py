@@ -11,6 +11,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.import_files import import_files
 from avahazard.workflow.predict import predict
 
 Write = Any
@@ -99,6 +100,23 @@ def test_events_without_a_profile_have_lengths(snow_database: str, write: Write)
         0
     ]
     assert half.q50_m == pytest.approx(0.5 * row.q50_m)
+
+
+def test_each_event_has_the_notes_on_its_volume_and_on_the_model(
+    snow_database: str, write: Write
+) -> None:
+    text = f"{NEW}vast,P01,900000000\n"
+    small, large, vast = predict(snow_database, "base", write("new.csv", text)).events
+    assert small.notes == large.notes
+    assert not any("extrapolation" in note for note in small.notes)
+    assert set(vast.notes) > set(small.notes)
+    assert any(note.startswith("P01: a volume of 9e+08 m3 is") for note in vast.notes)
+    # Records that have changed since are told of with every event, as on the terminal.
+    import_files(snow_database, [write("events.csv", "event_id,path_id,left_profile\nz,P01,1\n")])
+    stale = predict(snow_database, "base", write("new.csv", text))
+    (note,) = (note for note in stale.notes if "records have changed" in note)
+    assert all(note in row.notes for row in stale.events)
+    assert stale.to_dict()["events"][2]["notes"] == list(stale.events[2].notes)
 
 
 def test_normal_friction_tells_of_draws_below_zero(snow_database: str, write: Write) -> None:
