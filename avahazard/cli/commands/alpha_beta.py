@@ -76,7 +76,7 @@ def _cells(row: TerrainRunout) -> tuple[str, ...]:
         f"{row.beta_deg:.1f}",
         f"{row.beta_x_m:.0f}",
         f"{row.alpha_deg:.1f}",
-        f"{row.alpha_sd_deg:.1f}",
+        f"{row.alpha_sd_deg:g}",
         _place(row.runout_x_m),
         f"{_place(row.runout_x_low_m)}–{_place(row.runout_x_high_m)}",
     )
