@@ -40,32 +40,40 @@ class Descent(NamedTuple):
 @kernel
 def rates_at(descent, x):  # type: ignore[no-untyped-def]
     """Rates `[n_places, n_parameters]` of what stops beyond places x (m) `[n_places]`."""
-    nu, _ = _thresholds(descent, x)
+    nu, over = _room(descent, x)
     result = np.empty((len(x), len(descent.rate)))
-    for p in range(len(descent.rate)):
-        for i in range(len(x)):
-            result[i, p] = _rate_under(descent, p, nu[i, descent.group[p]])
+    _fill_rates(descent, x, nu, over, result)
     return result
 
 
-@kernel(inner=True)
-def _thresholds(descent, x):  # type: ignore[no-untyped-def]
-    """ν under which blocks stop beyond places x, and how many nodes of their curves do.
+@kernel(inner=True, borrows=True)
+def _fill_rates(descent, x, nu, over, result):  # type: ignore[no-untyped-def]
+    _thresholds(descent, x, nu, over)
+    for p in range(len(descent.rate)):
+        for i in range(len(x)):
+            result[i, p] = _rate_under(descent, p, nu[i, descent.group[p]])
 
-    Both `[n_places, n_groups, n_classes]`.
-    """
-    n_groups, n_classes, n = descent.falling.shape
+
+@kernel(inner=True)
+def _room(descent, x):  # type: ignore[no-untyped-def]
+    """Memory for `_thresholds`, both `[n_places, n_groups, n_classes]`."""
+    n_groups, n_classes, _ = descent.falling.shape
     nu = np.empty((len(x), n_groups, n_classes))
-    over = np.empty(nu.shape, np.int64)
+    return nu, np.empty(nu.shape, np.int64)
+
+
+@kernel(inner=True, borrows=True)
+def _thresholds(descent, x, nu, over):  # type: ignore[no-untyped-def]
+    """ν under which blocks stop beyond places x, and how many nodes of their curves do."""
+    n_groups, n_classes, n = descent.falling.shape
     for i in range(len(x)):
         for g in range(n_groups):
             for c in range(n_classes):
                 over[i, g, c] = n_over(descent.falling[g, c], x[i], 0, n)
                 nu[i, g, c] = _threshold(descent, g, c, x[i], over[i, g, c])
-    return nu, over
 
 
-@kernel(inner=True, forceinline=True)
+@kernel(inner=True, forceinline=True, borrows=True)
 def _threshold(descent, g, c, x, over):  # type: ignore[no-untyped-def]
     """ν under which a block of group g and class c stops beyond x; -inf never, inf always."""
     mu = friction_after(descent.falling[g, c], descent.broken[g, c], x, over)
@@ -74,7 +82,7 @@ def _threshold(descent, g, c, x, over):  # type: ignore[no-untyped-def]
     return math.log(mu) if descent.in_log else mu
 
 
-@kernel(inner=True, forceinline=True)
+@kernel(inner=True, forceinline=True, borrows=True)
 def _share(descent, p, c, nu):  # type: ignore[no-untyped-def]
     if nu == -np.inf:
         return 0.0
@@ -83,7 +91,7 @@ def _share(descent, p, c, nu):  # type: ignore[no-untyped-def]
     return share_under(descent.shares, p, descent.kind[c], nu)
 
 
-@kernel(inner=True, forceinline=True)
+@kernel(inner=True, forceinline=True, borrows=True)
 def _rate_under(descent, p, nu):  # type: ignore[no-untyped-def]
     """The rate of draw p with friction under ν `[n_classes]`."""
     total = 0.0
@@ -92,13 +100,13 @@ def _rate_under(descent, p, nu):  # type: ignore[no-untyped-def]
     return descent.rate[p] * total
 
 
-@kernel(inner=True, forceinline=True)
+@kernel(inner=True, forceinline=True, borrows=True)
 def _height(rate, wanted):  # type: ignore[no-untyped-def]
     """log of a rate over the wanted one, not far below nought."""
     return math.log(max(rate / wanted, RARE))
 
 
-@kernel(inner=True, forceinline=True)
+@kernel(inner=True, forceinline=True, borrows=True)
 def _height_at(descent, p, x, wanted, least, most):  # type: ignore[no-untyped-def]
     """`_height` past x, where from `least` to `most` `[n_classes]` nodes of the curves stop."""
     g, total = descent.group[p], 0.0
@@ -119,8 +127,16 @@ def exceeded_places(descent, wanted, low, high, halvings):  # type: ignore[no-un
     takes one more.
     """
     x = _halved(low, high)
-    table, over = _thresholds(descent, x)
+    nu, over = _room(descent, x)
     result = np.empty(len(wanted))
+    _fill_places(descent, wanted, low, halvings, x, nu, over, result)
+    return result
+
+
+# What makes no array is by itself: with `borrows` it takes a fifth of the time on some processors.
+@kernel(inner=True, borrows=True)
+def _fill_places(descent, wanted, low, halvings, x, table, over, result):  # type: ignore[no-untyped-def]
+    _thresholds(descent, x, table, over)
     for i in range(len(wanted)):
         p = i if len(descent.rate) > 1 else 0
         g = descent.group[p]
@@ -159,7 +175,6 @@ def exceeded_places(descent, wanted, low, high, halvings):  # type: ignore[no-un
                 top = place
         # Nothing was ever often enough: the lowest level itself.
         result[i] = low if bottom == low else 0.5 * (bottom + top)
-    return result
 
 
 @kernel(inner=True)
@@ -175,7 +190,7 @@ def _halved(low, high):  # type: ignore[no-untyped-def]
     return x
 
 
-@kernel(inner=True, forceinline=True)
+@kernel(inner=True, forceinline=True, borrows=True)
 def _enclosed(descent, p, wanted, least, most, a, b, at_a, at_b, halvings):  # type: ignore[no-untyped-def]
     """Two places a cell of the halvings apart, or nearer, between which the rate is the wanted."""
     tolerance = (b - a) / 2.0**halvings
