@@ -10,6 +10,7 @@ from avahazard.kernels import kernel
 Coefficients = tuple[float, float, float, float, float]
 """slope, intercept (°), standard deviation (°), bend (° m), drop (° / m) of a regression."""
 Found = tuple[float, float, float, float, float, float]
+"""What `on_steps` returns."""
 
 
 @kernel

@@ -101,6 +101,14 @@ def test_traps_give_no_more_false_names_than_the_level_allows(which: str) -> Non
     assert interval(sum(map(alarm, nulls)), len(nulls))[0] <= 0.05
 
 
+def test_limits_of_sight_are_found_as_settled_beforehand() -> None:
+    lines = finished(ROOT / "benchmarks" / "worlds_settled.jsonl")
+    assert {x["name"] for x in lines} == {p.name for p in settled_worlds(SIZE)}
+    assert _share([x for x in lines if x["told_gain"] > SEEN], in_set) >= 0.9
+    # Never called anything else.
+    assert not any(alarm(x) for x in lines)
+
+
 def test_intervals_of_shares_hold_their_share() -> None:
     assert interval(0, 20) == (0.0, pytest.approx(0.1684, abs=1e-4))
     assert interval(20, 20) == (pytest.approx(0.8316, abs=1e-4), 1.0)
