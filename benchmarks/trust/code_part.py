@@ -10,26 +10,35 @@ import numpy as np
 
 from benchmarks.trust.amounts import Amounts, Tell
 from benchmarks.trust.code_changes import Change
-from benchmarks.trust.code_mutants import TESTED, all_changes, covered, sampled, tried
+from benchmarks.trust.code_mutants import (
+    ELSEWHERE,
+    TESTED,
+    all_changes,
+    covered,
+    sampled,
+    tried,
+)
 
 KILLED = ("killed", "too long", "died")
 
 
 def code(amounts: Amounts, _folder: Path, tell: Tell) -> dict[str, Any]:
-    """Try a sample of all small changes of what computes."""
+    """Try a sample of all small changes of what computes: on the tests of their part, and those
+    that these do not see, but for kernels, on those of what stands on the parts."""
     changes = all_changes()
     chosen = sampled(changes, amounts.changes, np.random.default_rng(amounts.seed))
-    found = []
-    for compiled in (True, False):
-        mine = [change for change in chosen if change.compiled is not compiled]
+    found: dict[Change, str] = {}
+    for compiled, where in ((False, ()), (True, ()), (True, ELSEWHERE)):
+        mine = [c for c in chosen if c.compiled is not compiled and found.get(c) not in KILLED]
         if not mine:
             continue
-        tests = covered(compiled=compiled)
+        tests = covered(where, compiled=compiled)
         tell(f"{len(tests.seconds)} tests in {sum(tests.seconds.values()):.0f} s of CPU")
         for change, ended, cpu in tried(mine, tests, compiled=compiled):
             tell(f"{ended} ({cpu:.0f} s): {change.module}:{change.line} {change.what}")
-            found.append((change, ended))
-    return counted(changes, found)
+            if ended != "no test" or change not in found:
+                found[change] = ended
+    return counted(changes, list(found.items()))
 
 
 def counted(changes: Sequence[Change], found: Sequence[tuple[Change, str]]) -> dict[str, Any]:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import ast
+import json
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.trust.code_changes import Change, changed, changes_of, names_in_kernels
 from benchmarks.trust.code_mutants import (
+    ELSEWHERE,
     ROOT,
+    TESTED,
     UNCOMPILED,
     Covered,
     all_changes,
     sampled,
     tried,
 )
-from benchmarks.trust.code_section import code, name_of
+from benchmarks.trust.code_section import READ, code, name_of
 
 SOURCE = '''
 """Words of 3 pages."""
@@ -125,3 +129,26 @@ def test_the_page_counts_and_says_what_reading_them_gave() -> None:
     lines = code({"amounts": {"changes": 20, "seed": 1}, "rows": [row], "survivors": [survivor]})
     assert "| physics | 90 | 20 | 18 | 1 | 90% |" in lines
     assert "- `physics/x.py:7` `a | b → a`: not read yet" in lines
+    assert any("not read yet" in line for line in lines if line.startswith("In all 18 of 20"))
+
+
+def test_the_score_leaves_out_what_reading_called_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    survivors = [
+        {"place": f"avahazard/physics/{name}.py:7", "where": "f", "what": "a → b", "ended": ""}
+        for name in ("x", "y")
+    ]
+    said = dict(zip(map(name_of, survivors), ("the same: why", "a hole"), strict=True))
+    read = tmp_path / READ.name
+    read.write_text(json.dumps(said), encoding="utf-8")
+    monkeypatch.setattr("benchmarks.trust.code_section.READ", read)
+    row = {"part": "physics", "changes": 90, "tried": 20, "killed": 18, "too long": 1}
+    lines = code({"amounts": {"changes": 20, "seed": 1}, "rows": [row], "survivors": survivors})
+    assert any("18 of 20 are killed: 90.0%" in line and "18 of 19, 94.7%" in line for line in lines)
+
+
+def test_the_tests_elsewhere_are_there_and_others_than_those_of_the_parts() -> None:
+    assert [folder for folder in ELSEWHERE if not (ROOT / folder).is_dir()] == []
+    parts = [tests for _, tests in TESTED.values()]
+    assert [one for one in ELSEWHERE if any(part.startswith(one) for part in parts)] == []
