@@ -19,7 +19,7 @@ NO_ODDS = 40.0
 """Nats by which a record is likelier right than wrong from which on no digit tells of the wrong."""
 
 
-@kernel(inner=True)
+@kernel(inner=True, borrows=True)
 def laplace_terms(  # type: ignore[no-untyped-def]
     record_moments, left, edges, design, beta, offsets, sigma, lone, student, g, h, dv, iv
 ):
@@ -52,7 +52,7 @@ def laplace_terms(  # type: ignore[no-untyped-def]
             e = record_moments.mean[i] - m
             if student:
                 shape = student_shape(e * e / s)
-                here = LOG_STUDENT_PEAK - 0.5 * math.log(s) + 2.5 * math.log(shape)
+                here = LOG_STUDENT_PEAK + math.log(shape * shape * math.sqrt(shape / s))
                 pull = STUDENT_PULL * shape / s
                 g[i], h[i] = pull * e, pull
                 dv[i] = (pull * e * e - 1.0) / s
@@ -86,10 +86,11 @@ def laplace_terms(  # type: ignore[no-untyped-def]
     return value
 
 
-@kernel(inner=True)
+@kernel(inner=True, borrows=True)
 def _or_wrong(here, wrong):  # type: ignore[no-untyped-def]
     """Log density of a record that is right or grossly `wrong`, and the chance that it is right."""
     if wrong < here - NO_ODDS:
         return here, 1.0
-    either = max(here, wrong) + math.log1p(math.exp(-abs(here - wrong)))
-    return either, math.exp(here - either)
+    odds = math.exp(-abs(here - wrong))
+    right = (1.0 if here > wrong else odds) / (1.0 + odds)
+    return max(here, wrong) + math.log1p(odds), right
