@@ -100,3 +100,8 @@ def test_the_level_of_a_rate() -> None:
 
 def test_a_year_has_one_or_more_with_chance_one_in_t() -> None:
     assert -np.expm1(-annual_rate(30.0)) == pytest.approx(1 / 30)
+
+
+def test_a_level_that_is_exceeded_just_as_often_counts() -> None:
+    found = exceeded(lambda v: np.where(v < 5.0, 0.1, 0.0), 0.1, 0.0, 10.0, 1)
+    assert found == pytest.approx([5.0], abs=1e-5)

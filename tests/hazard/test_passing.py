@@ -9,9 +9,10 @@ import pytest
 
 from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded
 from avahazard.hazard.event_volumes import EventVolumes, one_volume
-from avahazard.hazard.passing import descent, passing, path_ends
+from avahazard.hazard.passing import _thresholds_between, descent, passing, path_ends
 from avahazard.hazard.share_curves import MAX_NODES, share_under, summed_share
 from avahazard.inference.model.specification import Specification
+from avahazard.physics.runout_curve import MU
 from tests.hazard.naive import naive_passing_rate
 from tests.hazard.parabola import TOP_M, avalanches_of, draws
 
@@ -118,3 +119,10 @@ def test_hardly_any_scatter_needs_no_curve() -> None:
     naive = naive_passing_rate(avalanches)
     expected = np.array([naive(np.full(N, place)) for place in x])
     np.testing.assert_allclose(passing(avalanches).rates(x), expected, atol=1e-8)
+
+
+def test_where_no_block_leaves_every_friction_is_asked_for() -> None:
+    falling = np.linspace(900.0, 100.0, len(MU))[None, None]
+    assert _thresholds_between(falling) == (MU[0], MU[-1])
+    falling[..., :3], falling[..., -4:] = np.inf, 100.0
+    assert _thresholds_between(falling) == (MU[2], MU[-4])

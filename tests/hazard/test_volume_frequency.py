@@ -263,3 +263,16 @@ def test_shares_over_a_threshold_follow_jeffreys_rule(n_below: int) -> None:
         assert np.var(draws.share_over) == pytest.approx(9.5 * 7.5 / (17.0**2 * 18.0), rel=0.15)
     else:
         np.testing.assert_array_equal(draws.share_over, 1.0)
+
+
+def test_other_paths_narrow_what_four_maxima_tell() -> None:
+    rng = np.random.default_rng(8)
+    spreads = []
+    for _ in range(6):
+        short = record("short", TRUTH.rvs(4, random_state=rng), 30)
+        others = [world(f"p{i}", 100, rng) for i in range(5)]
+        for some in ([short, *others], [short]):
+            levels = fitted(some, np.random.default_rng(1)).draws.log_volume(0.01)
+            spreads.append(np.ptp(np.quantile(levels, [0.05, 0.95])))
+    together, alone = np.reshape(spreads, (6, 2)).mean(axis=0)
+    assert together < 0.8 * alone

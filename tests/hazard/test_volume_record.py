@@ -137,3 +137,10 @@ def test_no_rate(path: Path, events: list[Event], message: str) -> None:
     with pytest.raises(AvahazardError, match=message) as error:
         volume_record(path, events)
     assert "--volume" in error.value.hint
+
+
+def test_a_volume_of_nothing_is_no_size() -> None:
+    path = Path("p", observed_from=1941, observed_to=1980)
+    record = volume_record(path, [*EVENTS, event(6, "1970", 0.0)])
+    np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
+    assert record.n_events == 5

@@ -10,7 +10,7 @@ import pytest
 from avahazard.physics.block import run
 from avahazard.physics.cells import Cells, build_cells
 from avahazard.physics.constants import GRAVITY
-from avahazard.physics.mean_friction import TRIED, carried, squares_to_rest
+from avahazard.physics.mean_friction import TRIED, _at, carried, squares_to_rest
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
 from avahazard.physics.smooth_profile import legendre_profile
 from avahazard.physics.speed import speeds_along
@@ -93,3 +93,10 @@ def test_a_stop_beyond_all_frictions_takes_the_largest() -> None:
     largest = carried(cells, start, TRIED)[[1, -2], -1]
     np.testing.assert_allclose(square, largest)
     assert largest[-1] > 100.0
+
+
+def test_squares_between_nodes_lie_on_straight_lines() -> None:
+    node_x, square = np.array([0.0, 10.0, 30.0]), np.array([[1.0, 4.0], [5.0, 2.0], [3.0, 0.0]])
+    x = np.array([-5.0, 0.0, 4.0, 10.0, 25.0, 30.0, 40.0])
+    expected = np.column_stack([np.interp(x, node_x, column) for column in square.T])
+    np.testing.assert_allclose(_at(square, node_x, x), expected, atol=1e-12)

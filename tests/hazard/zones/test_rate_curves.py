@@ -11,6 +11,7 @@ from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
 from avahazard.inference.model.specification import Specification
+from avahazard.physics.runout_curve import MU
 from tests.hazard.naive import rate_below
 from tests.hazard.zones.parabola import RATES, SHARES, VOLUMES, avalanches_of, one
 
@@ -49,3 +50,10 @@ def test_classes_of_one_friction_are_found_once_and_are_the_same() -> None:
     each = rate_curves(replace(mixed, location=location))
     assert once.log_rate == pytest.approx(each.log_rate, rel=1e-9)
     assert once.low == pytest.approx(each.low, rel=1e-9)
+
+
+def test_friction_that_is_normal_and_may_be_nought_begins_with_the_table() -> None:
+    volumes = EventVolumes(RATES, VOLUMES, SHARES)
+    wide = avalanches_of(one(0.15, 2), volumes, RELEASES, Specification(distribution="normal"))
+    assert np.all(wide.location - 6.0 * wide.scatter < 0.0)
+    assert rate_curves(wide).low == pytest.approx(np.log(MU[0]), abs=1e-12)

@@ -133,3 +133,12 @@ def test_values_alone_are_those_of_the_terms(student: bool, away: float) -> None
     terms = event_terms(nodes, location + away, scatter, weight, student)
     values = event_values(nodes, location + away, scatter, weight, student)
     np.testing.assert_allclose(values, terms.value, rtol=1e-14)
+
+
+def test_a_record_that_is_all_but_surely_wrong_has_the_density_of_wrong_ones() -> None:
+    nodes = _nodes()
+    records = ~nodes.is_probability
+    nodes.log_scale[records], nodes.log_wrong[records] = -2000.0, -5.0
+    terms = event_terms(nodes, *_setting(), True)
+    assert terms.value[records] == pytest.approx(-5.0)
+    assert terms.by_location[records] == pytest.approx(0.0)

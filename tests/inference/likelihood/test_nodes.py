@@ -319,3 +319,23 @@ def test_a_runout_length_needs_no_table_of_frictions() -> None:
         along = density * stats.norm.pdf(np.log(754.0 / length), m, s) / length
         expected = np.log(np.sum(along) * (length[1] - length[0]))
         assert _log_likelihood(nodes, m, s) == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize("in_log", [True, False])
+def test_a_blurred_edge_lies_about_the_edge_itself(in_log: bool) -> None:
+    nodes = _nodes(PLAIN, kind=LEFT, in_log=in_log, leaving_sigma=0.1)
+    edge = 0.5 * (LOG_MU[LEAVES][-1] + LOG_MU[~LEAVES][0])
+    weight, place = nodes.weight[0], nodes.place[0]
+    assert np.sum(weight) == pytest.approx(1.0)
+    if in_log:
+        assert np.sum(weight * place) == pytest.approx(edge, abs=1e-4)
+        assert np.sum(weight * (place - edge) ** 2) == pytest.approx(0.1**2, rel=0.02)
+    else:
+        assert np.sum(weight * place) == pytest.approx(np.exp(edge + 0.005), rel=2e-4)
+
+
+def test_a_wide_edge_of_sight_has_as_many_nodes_as_a_record() -> None:
+    wide = _nodes(PLAIN, observed=1400.0, sigma=150.0, estimated=1700.0)
+    narrow = _nodes(PLAIN, observed=1400.0, sigma=1.0, estimated=1700.0)
+    assert np.count_nonzero(narrow.seen_weight[0]) <= FEW
+    assert np.count_nonzero(wide.seen_weight[0]) > FEW

@@ -111,3 +111,14 @@ def test_the_first_of_frictions_that_are_as_near_holds_what_no_friction_reaches(
     assert place[0] == pytest.approx(GRID[-2])
     expected = -0.5 * z * z + SPEED[-2] - np.log(10.0 * np.sqrt(2.0 * np.pi)) + np.log(0.05)
     assert log_mass == pytest.approx(expected)
+
+
+def test_what_left_may_have_frictions_that_come_and_go() -> None:
+    left = (GRID > 0.37) & (GRID < 0.63)
+    log_mass, place, weight = mass(np.where(left, np.nan, RECORD), left, np.nan, 10.0, gone=True)
+    low, high = GRID[left][0] - 0.025, GRID[left][-1] + 0.025
+    mu = np.linspace(low, high, 400_001)
+    density = np.exp(np.interp(mu, GRID, SPEED))
+    assert log_mass == pytest.approx(np.log(np.sum(density) * (mu[1] - mu[0])), abs=3e-3)
+    assert np.sum(weight * place) == pytest.approx(np.average(mu, weights=density), abs=2e-3)
+    assert low < np.min(place[weight > 0.0]) < np.max(place[weight > 0.0]) < high

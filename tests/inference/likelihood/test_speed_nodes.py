@@ -31,30 +31,36 @@ def _stop(mu: np.ndarray) -> np.ndarray:
     return 1000.0 + 1200.0 * np.clip((mu - 0.2) / 0.8, 0.0, 1.0)
 
 
-def _fast(kind: int, true_mu: float, sigma: float) -> float:
-    """Log likelihood by nodes of one event with two speeds, friction being 0.45 e^±0.15."""
+def _fast(*events: tuple[int, float, float]) -> np.ndarray:
+    """Log likelihoods by nodes of events with two speeds each, friction being 0.45 e^±0.15.
+
+    Each event is its kind, its friction, and the error of its speeds.
+    """
     given = observations(6, 6, False)
-    speed = _speed(np.array([true_mu]))[0]
-    x = np.array([200.0, 600.0])
-    measured = speed_record(0, x, speed, np.full(2, sigma), 0.0, 1200.0)
-    one = type(given)(
+    n, x = len(events), np.array([200.0, 600.0])
+    stops = [np.nan if kind == LEFT else float(_stop(np.array(mu))) for kind, mu, _ in events]
+    measured = [
+        speed_record(i, x, _speed(np.array([mu]))[0], np.full(2, sigma), 0.0, 1200.0)
+        for i, (_, mu, sigma) in enumerate(events)
+    ]
+    some = type(given)(
         **{name: getattr(given, name) for name in given.__slots__}
         | {
-            "kind": np.array([kind]),
-            "observed": np.array([np.nan if kind == LEFT else float(_stop(np.array(true_mu)))]),
-            "sigma": np.array([10.0]),
-            "limit": np.array([np.nan]),
-            "speeds": (measured,),
+            "kind": np.array([kind for kind, _, _ in events]),
+            "observed": np.array(stops),
+            "sigma": np.full(n, 10.0),
+            "limit": np.full(n, np.nan),
+            "fall_height": np.full(n, np.nan),
+            "speeds": tuple(measured),
         }
     )
-    table = np.repeat(_stop(MU)[None], 1, axis=0)
-    left = (MU < LEAVES if kind == LEFT else np.zeros(len(MU), bool)).astype(np.int8)[None]
-    exact = np.zeros(len(one.sigma))
-    of_block = table, table, table, left, (_speed(MU),), (NOWHERE,)
-    predicted = Predicted(*of_block, one.sigma, exact, exact)
-    nodes = build_nodes(one, predicted, 0.0)
-    terms = event_terms(nodes, np.log([[0.45]]), np.array([[0.15]]), np.ones((1, 1)))
-    return float(terms.value[0])
+    table = np.repeat(_stop(MU)[None], n, axis=0)
+    left = np.array([(MU < LEAVES) & (kind == LEFT) for kind, _, _ in events]).astype(np.int8)
+    of_block = table, table, table, left, n * (_speed(MU),), n * (NOWHERE,)
+    predicted = Predicted(*of_block, some.sigma, np.zeros(n), np.zeros(n))
+    nodes = build_nodes(some, predicted, 0.0)
+    one = np.ones((n, 1))
+    return event_terms(nodes, np.log(0.45) * one, 0.15 * one, one).value
 
 
 def _slow(kind: int, true_mu: float, sigma: float) -> float:
@@ -75,14 +81,20 @@ def _slow(kind: int, true_mu: float, sigma: float) -> float:
 @pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0, 8.0])
 @pytest.mark.parametrize("true_mu", [0.3512, 0.45, 0.5237, 0.65])
 def test_a_record_with_speeds_has_its_likelihood(true_mu: float, sigma: float) -> None:
-    assert _fast(ELEVATION, true_mu, sigma) == pytest.approx(
+    assert _fast((ELEVATION, true_mu, sigma))[0] == pytest.approx(
         _slow(ELEVATION, true_mu, sigma), abs=0.03
     )
 
 
 @pytest.mark.parametrize("sigma", [0.1, 0.5, 2.0])
 def test_one_that_left_has_its_likelihood(sigma: float) -> None:
-    assert _fast(LEFT, 0.3512, sigma) == pytest.approx(_slow(LEFT, 0.3512, sigma), abs=0.03)
+    assert _fast((LEFT, 0.3512, sigma))[0] == pytest.approx(_slow(LEFT, 0.3512, sigma), abs=0.03)
+
+
+def test_several_events_are_each_as_by_itself() -> None:
+    events = [(ELEVATION, 0.5237, 0.5), (LEFT, 0.3512, 2.0), (ELEVATION, 0.45, 2.0)]
+    alone = [_fast(event)[0] for event in events]
+    assert _fast(*events) == pytest.approx(alone, abs=1e-9)
 
 
 def _speeds() -> np.ndarray:
