@@ -30,6 +30,8 @@ cd .. && rm -rf given && mkdir given && cp -RP mounted/. given
 exit $status
 """
 DAY_S = 86_400
+PAGE = 4096
+"""Bytes that a disk in memory gives out at once."""
 
 
 @dataclass(slots=True)
@@ -87,7 +89,9 @@ def _given(alone: Undisturbed, folder: Path) -> Path:
 def on_mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) -> Disturbed:
     """Run a job on a disk with that much room, or on a read-only one."""
     given = _given(alone, folder)
-    room = Path(alone.start).stat().st_size // 1024 + (8192 if free_kb is None else free_kb)
+    # What is there already must fit, page by page.
+    there = sum(-(-file.lstat().st_size // PAGE) * PAGE for file in given.rglob("*"))
+    room = there // 1024 + (8192 if free_kb is None else free_kb)
     how = "ro" if free_kb is None else "rw"
     words = " ".join(f"'{word}'" for word in job.words)
     script = MOUNTED.format(size=room, how=how, program=PROGRAM, words=words)
