@@ -8,7 +8,10 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.inference.model.friction_scatter import volume_share, widened
+from avahazard.inference.model.law_curves import bounded
+from avahazard.inference.model.laws import Law
 from avahazard.inference.model.layout import Layout
+from avahazard.inference.model.volumes import VolumeNodes
 
 Designs = Sequence[tuple[slice, Floats]]
 """The slots of each effect that shifts log friction, and its design `[n_events, n_parameters]`."""
@@ -16,17 +19,34 @@ Designs = Sequence[tuple[slice, Floats]]
 MOST_LOG_SCATTER, LEAST_LOG_SCATTER = 4.0, -12.0
 
 
+def line_covariate(law: Law, volumes: VolumeNodes) -> Floats | None:
+    """What log μ is a line in at the nodes, `[n_events, n_volumes]`; None for other laws."""
+    is_line = law.form == "line" and len(law.coordinates) == 2
+    return law.covariate(volumes.volume) if is_line else None
+
+
 def location_and_scatter(
-    layout: Layout, designs: Designs, u: Floats, volume: Floats, own: Floats
+    layout: Layout,
+    designs: Designs,
+    u: Floats,
+    volume: Floats,
+    own: Floats,
+    covariate: Floats | None = None,
 ) -> tuple[Floats, Floats]:
     """Location m (log μ, or μ for normal) and scatter σ, each `[..., n_events, n_volumes]`.
 
     At coordinates u `[..., n_slots]` and volumes (m3) `[n_events, n_volumes]`. `own`
-    `[..., n_events]` is the variance of log friction that events have besides.
+    `[..., n_events]` is the variance of log friction that events have besides. `covariate`
+    `[n_events, n_volumes]` is that of a law that is a line in it, where it is known
+    (`line_covariate`): its logarithms are most of the work.
     """
     law = layout.law
-    flat = law.log_friction(u[..., : len(law.coordinates)], volume.ravel())
-    location = flat.reshape(*u.shape[:-1], *volume.shape)
+    if covariate is None:
+        flat = law.log_friction(u[..., : len(law.coordinates)], volume.ravel())
+        location = flat.reshape(*u.shape[:-1], *volume.shape)
+    else:
+        with np.errstate(over="ignore"):  # bounded then
+            location = bounded(u[..., 0, None, None] - u[..., 1, None, None] * covariate)
     for place, design in designs:
         location = location + (u[..., place] @ design.T)[..., None]
     log_scatter = u[..., layout.scatter, None, None]

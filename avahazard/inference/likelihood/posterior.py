@@ -20,7 +20,11 @@ from avahazard.inference.likelihood.event_terms import (
 )
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.keeping import make_room
-from avahazard.inference.likelihood.location_scatter import location_and_scatter, pulled
+from avahazard.inference.likelihood.location_scatter import (
+    line_covariate,
+    location_and_scatter,
+    pulled,
+)
 from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import record_sigma
@@ -80,6 +84,10 @@ class Posterior:
             if e.design is not None
         ]
 
+    @cached_property
+    def _covariate(self) -> Floats | None:
+        return line_covariate(self.layout.law, self.observations.volumes)
+
     def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
         """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
         part = copy(self)
@@ -89,7 +97,7 @@ class Posterior:
     def bare(self) -> Posterior:
         """The same without tables and designs: small, to be put on other events."""
         other = copy(self)
-        for made in ("nodes", "_designs"):
+        for made in ("nodes", "_designs", "_covariate"):
             other.__dict__.pop(made, None)
         return other
 
@@ -269,9 +277,13 @@ class Posterior:
         At coordinates u `[..., n_slots]`; they are given at the volume nodes, or at `volume` (m3)
         `[n_events, n_volumes]`. What an event has for itself of a grouping is in its scatter.
         """
-        volume = self.volumes(u).volume if volume is None else volume
+        covariate = None
+        if volume is None:
+            volumes = self.volumes(u)
+            volume = volumes.volume
+            covariate = self._covariate if volumes is self.observations.volumes else None
         own = self.layout.spread_values(u) ** 2 @ self.plan.alone
-        return location_and_scatter(self.layout, self._designs, u, volume, own)
+        return location_and_scatter(self.layout, self._designs, u, volume, own, covariate)
 
     def locations_and_scatters(self, u: Floats, volume: Floats) -> tuple[Floats, Floats]:
         """`location_and_scatter` of many draws of what is to come, `[n_draws, n_events]`.

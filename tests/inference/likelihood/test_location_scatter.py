@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood.location_scatter import MOST_LOG_SCATTER
+from avahazard.inference.likelihood.location_scatter import (
+    MOST_LOG_SCATTER,
+    line_covariate,
+    location_and_scatter,
+)
+from avahazard.inference.model.laws import LAWS
 from tests.inference.studies import near, observations, posterior
 
 
@@ -45,3 +50,20 @@ def test_scatter_that_changes_with_volume_stays_within_its_bounds() -> None:
     u[layout.scatter_slope] = -50.0
     _, most = model.location_and_scatter(u, volume)
     assert np.log(most[1, 0]) == pytest.approx(MOST_LOG_SCATTER)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_that_is_a_line_may_take_its_covariate(name: str) -> None:
+    given = observations()
+    model = posterior(given, "snow-type", law=name)
+    u, volume = near(model, 0.2, 3), given.volumes.volume
+    own = np.zeros(len(volume))
+    covariate = line_covariate(model.layout.law, given.volumes)
+    assert (covariate is not None) == (name in ("exponential", "power"))
+    expected = location_and_scatter(model.layout, model._designs, u, volume, own)
+    for found in (
+        location_and_scatter(model.layout, model._designs, u, volume, own, covariate),
+        model.location_and_scatter(u),
+    ):
+        np.testing.assert_array_equal(found[0], expected[0])
+        np.testing.assert_array_equal(found[1], expected[1])
