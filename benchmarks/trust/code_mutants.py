@@ -107,7 +107,7 @@ def sampled(changes: Sequence[Change], n: int, rng: np.random.Generator) -> list
 def covered(tests: Sequence[str] = (), *, compiled: bool) -> Covered:
     """Run these tests on the true code, else those of the parts: all, or without the compiler
     those of kernels by themselves."""
-    parts = [tests for _, tests in TESTED.values()] if compiled else UNCOMPILED
+    parts = [mirror for _, mirror in TESTED.values()] if compiled else UNCOMPILED
     given = {
         "folders": [folder for folder, _ in TESTED.values()],
         "tests": list(tests or parts),

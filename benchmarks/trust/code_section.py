@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.trust.code_mutants import MOST_TEST_S
@@ -17,6 +18,8 @@ WANTED = 0.85
 
 def code(found: Found) -> list[str]:
     rows = found["rows"]
+    read = json.loads(READ.read_text(encoding="utf-8")) if READ.exists() else {}
+    said = [str(read.get(name_of(one), UNREAD)) for one in found["survivors"]]
     tried, killed = (sum(row[name] for row in rows) for name in ("tried", "killed"))
     lines = [
         (row["part"], row["changes"], row["tried"], row["killed"], row["too long"],
@@ -38,19 +41,18 @@ def code(found: Found) -> list[str]:
         "too long.",
         "",
         *table(("part", "changes", "tried", "killed", "of these by time", "share"), lines),
-        f"In all {killed} of {tried} are killed: {killed / tried:.1%}. {_score(found, killed)} "
+        f"In all {killed} of {tried} are killed: {killed / tried:.1%}. {_score(killed, said)} "
         f"{WANTED:.0%} are asked.",
         "",
-        *_survivors(found),
+        *_survivors(found["survivors"], said),
     ]
 
 
-def _score(found: Found, killed: int) -> str:
-    """What counts, as fixed before the sample of seed 29 was drawn."""
-    ends = [_said(one) for one in found["survivors"]]
-    if UNREAD in ends:
+def _score(killed: int, said: Sequence[str]) -> str:
+    """What counts, by what is `said` of each survivor: fixed before a sample is drawn."""
+    if UNREAD in said:
         return "The survivors are not read yet."
-    changing = killed + sum(not end.startswith(EQUIVALENT) for end in ends)
+    changing = killed + sum(not words.startswith(EQUIVALENT) for words in said)
     return (
         "The mutation score is the share of those that are not equivalent to the true code (Y. Jia "
         "and M. Harman, An analysis and survey of the development of mutation testing, 2011), here "
@@ -59,18 +61,12 @@ def _score(found: Found, killed: int) -> str:
     )
 
 
-def _said(survivor: dict[str, str]) -> str:
-    read = json.loads(READ.read_text(encoding="utf-8")) if READ.exists() else {}
-    return str(read.get(name_of(survivor), UNREAD))
-
-
-def _survivors(found: Found) -> list[str]:
+def _survivors(survivors: Sequence[dict[str, str]], said: Sequence[str]) -> list[str]:
     lines = []
-    for one in found["survivors"]:
-        said = _said(one)
+    for one, words in zip(survivors, said, strict=True):
         place = one["place"].removeprefix("avahazard/")
         what = one["what"].replace("`", "'")
-        lines.append(f"- `{place}` `{what}`: {said}")
+        lines.append(f"- `{place}` `{what}`: {words}")
     if not lines:
         return ["None survived.", ""]
     return ["Those that survived, each read:", "", *lines, ""]
