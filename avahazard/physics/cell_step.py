@@ -32,17 +32,17 @@ def step(
     factor, offset = cells.factor[i], cells.offset[i]
     dip, lift = cells.dip[i], cells.lift[i]
     can_lift = lift < np.inf
-    low, high = False, False
+    low, high = 0, 0
     for j in range(BATCH_SIZE):
         m = friction[j] * factor + offset
         growth = g0 + m * (g1 + m * (g2 + m * (g3 + m * (g4 + m * (g5 + m * g6)))))
         drive = d0 + m * (d1 + m * (d2 + m * (d3 + m * (d4 + m * (d5 + m * d6)))))
         value = growth * w[row, j] + drive
-        low |= value <= dip
+        low += value <= dip
         if can_lift:
-            high |= (value > lift) | (w[row, j] > lift)
+            high += (value > lift) | (w[row, j] > lift)
         w[row_new, j] = value
-    return low, high
+    return low > 0, high > 0
 
 
 @kernel(forceinline=True, borrows=True)
@@ -96,9 +96,9 @@ def step_by_speed(
             rise = max(value, 0.0) - w0
             first[j] = w0 + GAUSS_LOW * rise
             second[j] = w0 + GAUSS_HIGH * rise
-    low, high = False, False
+    low, high = 0, 0
     for j in range(n_first):
-        low |= w[row_new, j] <= dip
-        high |= (w[row_new, j] > lift) | (w[row, j] > lift)
+        low += w[row_new, j] <= dip
+        high += (w[row_new, j] > lift) | (w[row, j] > lift)
     w[row_new, n_first:] = np.nan
-    return low, high
+    return low > 0, high > 0

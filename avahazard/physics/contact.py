@@ -56,7 +56,7 @@ def step_with_contact(
             w_mid = 0.5 * (w[row, j] + w[row_new, j])
             friction[j], constant = resisting(cells, i, mu[j], w_mid)
             push[j] = 2.0 * (constant - cells.constant[i]) * cells.length[i]
-    low, changes = False, False
+    low, changes = 0, 0
     for j in range(BATCH_SIZE):
         # No comparison with the nan of a block at rest is true.
         w0, w1 = w[row, j], w[row_new, j]
@@ -64,11 +64,13 @@ def step_with_contact(
         flies = load(cells, bend0, w0) <= 0.0
         value = w_free if flies else w1
         load1 = load(cells, bend1, value)
-        changes |= (load1 > 0.0) if flies else (load1 <= 0.0)
-        low |= value <= dip
+        changes += (load1 > 0.0) if flies else (load1 <= 0.0)
+        low += value <= dip
         w[row_new, j] = value
         lost_x[j] = x if flies & np.isnan(lost_x[j]) else lost_x[j]
-    return change_contact(cells, i, friction, w, row, row_new, lost_x) if changes else low
+    if changes > 0:
+        return change_contact(cells, i, friction, w, row, row_new, lost_x)
+    return low > 0
 
 
 @kernel(inner=True, borrows=True)
@@ -88,7 +90,7 @@ def change_contact(
     damping = cells.growth[i, 0] - 1.0
     turn1 = cells.curvature * h * bend1 * (2.0 / 3.0)
     turn0 = cells.curvature * h * (bend0 - bend1) / 6.0
-    low = False
+    low = 0
     for j in range(BATCH_SIZE):
         w0, w1 = w[row, j], w[row_new, j]
         load0, load1 = load(cells, bend0, w0), load(cells, bend1, w1)
@@ -113,10 +115,10 @@ def change_contact(
         value = w1 + 2.0 * sign * friction[j] * h * area * later
         changes = (load1 > 0.0) if lands else (load1 <= 0.0)
         w[row_new, j] = value if changes else w1
-        low |= w[row_new, j] <= dip
+        low += w[row_new, j] <= dip
         lifts = changes & (not lands) & np.isnan(lost_x[j])
         lost_x[j] = x + h * t if lifts else lost_x[j]
-    return low
+    return low > 0
 
 
 @kernel(inner=True, forceinline=True, borrows=True)
