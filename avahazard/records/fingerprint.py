@@ -15,6 +15,8 @@ from avahazard.records.sorted_lines import SortedLines
 
 FINGERPRINT = "fingerprint"
 """Under this name it is kept with the records."""
+_COLUMNS = {kind: [f.name for f in fields(kind)] for kind in (Path, Profile, Event, Speed)}
+_AS_TEXT = json.JSONEncoder(sort_keys=True)
 
 
 def data_fingerprint(records: Records) -> str:
@@ -62,7 +64,7 @@ class Fingerprint:
 
 
 def _line(record: Path | Profile | Speed) -> str:
-    return json.dumps(_exact(_told(record)), sort_keys=True)
+    return _AS_TEXT.encode(_exact(_told(record)))
 
 
 def _event_line(event: Event) -> str:
@@ -70,12 +72,12 @@ def _event_line(event: Event) -> str:
     # Records from before this column was have the fingerprint that they had.
     if event.h_over_l is None:
         del values["h_over_l"]
-    return json.dumps(_exact(values), sort_keys=True)
+    return _AS_TEXT.encode(_exact(values))
 
 
 def _told(record: Path | Profile | Event | Speed) -> dict[str, object]:
     # Not `asdict`, which copies all that is in it.
-    return {field.name: getattr(record, field.name) for field in fields(record)}
+    return {name: getattr(record, name) for name in _COLUMNS[type(record)]}
 
 
 def _exact(value: object) -> object:
@@ -83,11 +85,14 @@ def _exact(value: object) -> object:
     if isinstance(value, float):
         return (value + 0.0).hex()
     if isinstance(value, dict):
-        return {key: _exact(item) for key, item in value.items()}
+        return {
+            key: item if item is None or type(item) is str else _exact(item)
+            for key, item in value.items()
+        }
     if isinstance(value, np.ndarray) and value.dtype == np.float64:
         return [*map(float.hex, (value + 0.0).tolist())]
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [_exact(item) for item in value]
+        return [item if type(item) is str else _exact(item) for item in value]
     return value

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+AS_THEY_ARE = frozenset((str, int, bool, type(None)))
+
 
 def plain(value: Any) -> Any:
     """Return `value` as dicts, lists, text, numbers and None.
@@ -14,14 +16,15 @@ def plain(value: Any) -> Any:
     Arrays become lists, numpy scalars Python ones, and NaN or an infinity None. A dataclass gives
     its fields by `key_of`; those marked `absent` are left out where they are None.
     """
+    if type(value) in AS_THEY_ARE:
+        return value
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     if is_dataclass(value):
-        items = [(field, getattr(value, field.name)) for field in fields(value)]
-        return {
-            key_of(field.name): plain(item)
-            for field, item in items
-            if item is not None or not field.metadata.get("absent")
+        value = {
+            key_of(field.name): item
+            for field in fields(value)
+            if (item := getattr(value, field.name)) is not None or not field.metadata.get("absent")
         }
     if hasattr(value, "tolist"):
         return plain(value.tolist())

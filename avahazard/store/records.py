@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
-from itertools import groupby
-from operator import attrgetter
+from itertools import chain, groupby
+from operator import itemgetter
 from sys import intern
 from typing import Any
 
@@ -126,7 +126,9 @@ def _of(table: Any, columns: Sequence[str], of_path: Any, chosen: Chosen | None)
 
 
 def _rows(session: Session, query: Select[Any]) -> Iterable[Any]:
-    return session.execute(query, execution_options=AT_A_TIME)
+    # Of columns, not of objects: the mapper would make each row anew.
+    found = session.connection().execute(query, execution_options=AT_A_TIME)
+    return chain.from_iterable(found.partitions())
 
 
 class _Covariates:
@@ -167,7 +169,8 @@ def _profiles(session: Session, chosen: Chosen | None) -> Iterator[Profile]:
         .join(PathTable, PathTable.path_id == ProfilePointTable.path_id)
         .order_by(PathTable.id, ProfilePointTable.point)
     )
-    for path_id, group in groupby(_rows(session, query), key=attrgetter("path_id")):
+    of_path = POINT_COLUMNS.index("path_id")
+    for path_id, group in groupby(_rows(session, query), key=itemgetter(of_path)):
         columns = dict(zip(POINT_COLUMNS, zip(*group, strict=True), strict=True))
         yield Profile(
             path_id=path_id,
