@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Literal
 
@@ -67,18 +68,18 @@ def _kind(tables: Sequence[Table], name: str) -> Kind:
     """A column of numbers and a few words is one of numbers with mistakes, not one of words."""
     if _means_numbers(name):
         return "number"
-    numbers = [_like_a_number(text) for table in tables for _, text in table.values(name)]
-    return "number" if 2 * sum(numbers) > len(numbers) else "text"
+    found = sum((table.counts(name) for table in tables), Counter[str]())
+    numbers = sum(n for text, n in found.items() if _like_a_number(text))
+    return "number" if 2 * numbers > found.total() else "text"
 
 
 def _mixed(tables: Sequence[Table], name: str) -> Iterator[str]:
     """Say of each file that a column of words holds numbers as well."""
     for table in tables:
-        found = list(table.values(name))
-        numbers = [_like_a_number(text) for _, text in found]
-        if any(numbers) and not all(numbers):
-            word_k, word = found[numbers.index(False)]
-            k, number = found[numbers.index(True)]
+        numbers = {text: _like_a_number(text) for text in table.counts(name)}
+        if len(set(numbers.values())) == 2:
+            word_k, word = next(cell for cell in table.values(name) if not numbers[cell[1]])
+            k, number = next(cell for cell in table.values(name) if numbers[cell[1]])
             yield (
                 f"{table.file}: {name} is read as words: line {table.lines[word_k]} holds "
                 f"{word!r}, line {table.lines[k]} {number}."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import math
+from collections.abc import Collection, Iterator
 
 from avahazard.records.errors import RowProblem
 from avahazard.records.forms.meanings import ABOVE_SEA, MEANINGS, Meaning
@@ -39,9 +40,7 @@ def _check_numbers(
     (first, last), (low, high) = meaning.limits
     unit = "m" if meaning.unit == ABOVE_SEA else meaning.unit
     unusual: list[tuple[int, str]] = []
-    for k, text in table.values(column):
-        if (value := _number(text)) is None or low <= value <= high:
-            continue
+    for k, text, value in _outside(table, column, low, high):
         if first <= value <= last:
             unusual.append((table.lines[k], text))
         elif value > 0 or first < 0 or meaning.further:  # a row's form refuses what is not over 0
@@ -55,16 +54,36 @@ def _check_years(table: Table, column: str, problems: list[RowProblem], notes: l
     # A day's grace: the clock may stand in another time zone.
     tomorrow = (dt.date.today() + dt.timedelta(1)).isoformat()
     unusual: list[tuple[int, str]] = []
-    for k, text in table.values(column):
-        if len(text) not in (4, 10) or not text[:4].isdigit():
-            continue
+    odd = {
+        text
+        for text in table.counts(column)
+        if len(text) in (4, 10)
+        and text[:4].isdigit()
+        and (text > tomorrow[: len(text)] or int(text[:4]) < FIRST_YEAR)
+    }
+    for k, text in _with(table, column, odd):
         if text > tomorrow[: len(text)]:
             accepted = "a date that is not to come"
             problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
-        elif int(text[:4]) < FIRST_YEAR:
+        else:
             unusual.append((table.lines[k], text))
     if unusual:
         notes.append(_note(table, column, unusual, f"before the year {FIRST_YEAR}"))
+
+
+def _outside(
+    table: Table, column: str, low: float, high: float
+) -> Iterator[tuple[int, str, float]]:
+    """The numbers of a column that are not from `low` to `high`, with their rows from 0."""
+    numbers = {text: _number(text) for text in table.counts(column)}
+    odd = {text: x for text, x in numbers.items() if x is not None and not low <= x <= high}
+    for k, text in _with(table, column, odd):
+        yield k, text, odd[text]
+
+
+def _with(table: Table, column: str, texts: Collection[str]) -> Iterator[tuple[int, str]]:
+    """The rows from 0 whose text is one of these, of which there are few or none."""
+    return ((k, text) for k, text in table.values(column) if text in texts) if texts else iter(())
 
 
 def _number(text: str) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 from array import array
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import repeat
@@ -60,6 +61,14 @@ class Table:
         """Yield the numbers from 0 of the rows that have a text in the column, with the text."""
         for number, block in enumerate(self.blocks(column)):
             yield from filter(itemgetter(1), enumerate(block, number * AT_ONCE))
+
+    def counts(self, column: str) -> Counter[str]:
+        """How often each text stands in the column: few are told apart, of many rows."""
+        found: Counter[str] = Counter()
+        for block in self.blocks(column):
+            found.update(block)
+        del found[""]
+        return found
 
     def blocks(self, column: str) -> Iterator[list[str]]:
         """Yield the texts of a column, empty ones too, many rows at a time."""

@@ -97,8 +97,13 @@ def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
     Points that rise by no more than their error make no counter-slope, nor do small steps amid the
     path.
     """
-    asked = (_rises_of_points, _rises)  # most elevations lie on no rise of the points themselves
-    return all(any(low < elevation_m <= high for low, high in rises(profile)) for rises in asked)
+    # Most elevations lie on no rise of the points themselves, and most profiles have none.
+    rises = _rises_of_points(profile)
+    return bool(rises) and _among(elevation_m, rises) and _among(elevation_m, _rises(profile))
+
+
+def _among(elevation_m: float, rises: Rises) -> bool:
+    return any(low < elevation_m <= high for low, high in rises)
 
 
 @lru_cache(maxsize=KEPT)
@@ -110,7 +115,8 @@ def _heights(profile: Profile) -> tuple[float, float]:
 @lru_cache(maxsize=KEPT)
 def _rises_of_points(profile: Profile) -> Rises:
     """From where to where (m) the points rise until they lie lower again."""
-    return tuple((float(y[0]), float(y.max())) for y in _risen(profile.y_m, profile.y_m))
+    parts = _risen(profile.y_m, profile.y_m)
+    return tuple((float(y[0]), float(y.max())) for y in parts if y.max() > y[0])
 
 
 @lru_cache(maxsize=KEPT)

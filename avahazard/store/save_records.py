@@ -7,7 +7,7 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
-from sqlalchemy import delete, insert, select, update
+from sqlalchemy import delete, func, insert, select, update
 from sqlalchemy.orm import Session
 
 from avahazard.arrays import Floats
@@ -67,13 +67,7 @@ def _save(
     records: Sequence[Path | Event],
 ) -> list[str]:
     """Insert the records whose key is not there, update the others in their place: their keys."""
-    column = getattr(table, key)
-    ids: dict[str, int] = {}
-    for keys in _batches([getattr(record, key) for record in records]):
-        ids.update(
-            (name, id_)
-            for id_, name in session.execute(select(table.id, column).where(column.in_(keys)))
-        )
+    ids = _stored_ids(session, table, key, [getattr(record, key) for record in records])
     read = attrgetter(*columns)
     _insert(session, table, columns, [read(r) for r in records if getattr(r, key) not in ids])
     old = [
@@ -84,6 +78,21 @@ def _save(
     if old:
         session.execute(update(table), old)
     return list(ids)
+
+
+def _stored_ids(session: Session, table: Any, key: str, names: Sequence[str]) -> dict[str, int]:
+    """The ids of the rows with one of these names, by name."""
+    column = getattr(table, key)
+    query = select(column, table.id)
+    # One look at few rows takes less time than to ask for many names.
+    if (session.scalar(select(func.count()).select_from(table)) or 0) <= len(names):
+        wanted = set(names)
+        return {name: id_ for name, id_ in session.execute(query) if name in wanted}
+    return {
+        name: id_
+        for some in _batches(names)
+        for name, id_ in session.execute(query.where(column.in_(some)))
+    }
 
 
 def _save_covariates(

@@ -60,3 +60,14 @@ def test_unusable_files_say_why(
     assert len(problems) == 1
     assert (problems[0].line, problems[0].value) == (line, value)
     assert accepted in problems[0].accepted
+
+
+def test_texts_of_a_column_are_counted_but_no_empty_cells(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("avahazard.records.table.AT_ONCE", 2)
+    table, _ = read(tmp_path, b"a,b\n1,x\n,x\n2,x\n1,\n1,y\n")
+    assert table is not None
+    assert table.counts("a") == {"1": 3, "2": 1}
+    assert table.counts("b") == {"x": 3, "y": 1}
+    assert not table.counts("no such column")

@@ -145,5 +145,5 @@ def _holds_numbers(column: str, table: Table) -> bool:
     meaning = MEANINGS.get(column)
     if meaning:
         return meaning.content in ("number", "flag")
-    numbers = [is_number(text) for _, text in table.values(column)]
-    return 2 * sum(numbers) > len(numbers)
+    found = table.counts(column)
+    return 2 * sum(n for text, n in found.items() if is_number(text)) > found.total()

@@ -33,10 +33,13 @@ def read_dates(
     to refuse. Whether the day or the month comes first is decided by the column, unless `order`
     says it. Day numbers of a spreadsheet count from `first_day`.
     """
+    different = set(texts)
+    if all(ISO.fullmatch(text) for text in different) and not any(map(SERIAL.fullmatch, different)):
+        return list(texts), [], ""
     dates, words = list(texts), dict[str, None]()
     faults: list[tuple[int, str]] = []
     slashed: list[tuple[int, int, int, int]] = []
-    serial = any(SERIAL.fullmatch(text) for text in texts)
+    serial = any(map(SERIAL.fullmatch, different))
     for k, text in enumerate(texts):
         if ISO.fullmatch(text):
             if serial and len(text) == 4:

@@ -38,7 +38,7 @@ ELEVATION = "an elevation in metres above sea level"
 class Row(BaseModel):
     """One row of a file; a field's description is what would be accepted there."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="ignore", frozen=True)
 
 
 R = TypeVar("R", bound=Row)
@@ -58,11 +58,9 @@ def check_rows(
     context: dict[str, bool] | None = None,
 ) -> Iterator[tuple[int, R]]:
     """Yield the rows that keep to `form`; add the others' faults to `problems`."""
-    columns = form.model_fields.keys()
     for line, cells in rows:
         try:
-            known = {k: v for k, v in cells.items() if k in columns}
-            yield line, form.model_validate(known, context=context)
+            yield line, form.model_validate(cells, context=context)
         except ValidationError as error:
             problems.extend(_row_problems(form, file, line, cells, error))
 
