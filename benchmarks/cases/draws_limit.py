@@ -42,7 +42,7 @@ def measure() -> Result:
         normal[0],
         normal[1],
         "s per 1e7 draws",
-        5.0,
+        2.5,
         False,
         "time of `standard_normal` and `numpy.interp` over ours",
         "normal friction. Ours gives x and elevation of every stop, counts statuses, never "
