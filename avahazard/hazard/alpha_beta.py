@@ -6,7 +6,8 @@ extreme runout lies on the line at α = slope β + intercept, with the scatter o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import isnan
 from typing import Literal
 
@@ -38,7 +39,7 @@ class Regression:
 
     With `bend` (degrees times m) and `drop` (degrees per m) also + `bend` y'' + `drop` H0: the
     second derivative and the fall of the parabola fitted to the path from the release on, as
-    AvaFrame has it; `first_step` tells that the β-point is AvaFrame's too.
+    AvaFrame has it; `first_step` tells that the β-point is AvaFrame's too, of points as they are.
     """
 
     name: str
@@ -96,7 +97,9 @@ class AlphaBeta:
 
     `runout_low_x` is that of α + sd (the shorter runout), `runout_high_x` that of α - sd; each is
     None where its line meets no ground before the profile ends. `further_beta_x` lists the places
-    below the β-point where the path flattens to 10° again. `status` is that of the runout itself.
+    below the β-point where the path flattens to 10° again; `smoothed_beta_x` is AvaFrame's β-point
+    on the smoothed path, where `beta_x` is that of its points. `status` is that of the runout
+    itself.
     """
 
     regression: Regression
@@ -110,21 +113,33 @@ class AlphaBeta:
     runout_low_x: float | None = None
     runout_high_x: float | None = None
     further_beta_x: tuple[float, ...] = ()
+    smoothed_beta_x: float | None = None
 
 
 def alpha_beta_runouts(
-    smooth: SmoothProfile, release_x: float, by: tuple[Regression, ...] = REGRESSIONS
+    x: Floats, y: Floats, smooth: SmoothProfile, release_x: float, by: Sequence[Regression]
 ) -> tuple[AlphaBeta, ...]:
-    """The runouts of a path by these regressions, in their order."""
-    return tuple(alpha_beta(smooth, release_x, regression) for regression in by)
+    """The runouts of a path of points x, y `[n_points]` (m) by these regressions, in their order.
+
+    Ours are of the smoothed path, AvaFrame's of the points as they are, as it takes them.
+    """
+    found = []
+    for regression in by:
+        of_ground = alpha_beta(smooth, release_x, regression)
+        if regression.first_step:
+            of_points = alpha_beta_on_points(x, y, release_x, regression)
+            of_ground = replace(of_points, smoothed_beta_x=of_ground.beta_x)
+        found.append(of_ground)
+    return tuple(found)
 
 
 def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) -> AlphaBeta:
-    """Apply a regression to the path from its release at `release_x` (m).
+    """Apply a regression to the smoothed path from its release at `release_x` (m).
 
     The β-point is the first place below the release from which the smoothed path is no steeper
     than 10° for a runout zone's length of x (or to its end); a release that is itself so flat is
-    passed first. A regression with `first_step` has AvaFrame's instead (`alpha_beta_on_points`).
+    passed first. A regression with `first_step` has AvaFrame's rule instead
+    (`alpha_beta_on_points`).
     The runout is where the line at α from the release meets the path, sought from the β-point on:
     downhill where α < β, uphill otherwise.
     """

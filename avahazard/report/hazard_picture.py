@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path as FilePath
 
 from avahazard.effects.site import recorded_stops, release_place
-from avahazard.hazard.alpha_beta import alpha_beta_runouts
+from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.report.bounds_figure import DrawnPath, draw_bounds
@@ -38,7 +38,7 @@ def draw_hazard(file: FilePath, title: str, records: Records, rows: Sequence[Haz
                 stop_x=recorded_stops(ground, events),
                 n_left=sum(e.left_profile for e in events),
                 row=row,
-                baseline=alpha_beta_runouts(ground, release_x),
+                baseline=tuple(alpha_beta(ground, release_x, by) for by in REGRESSIONS),
             )
         )
     draw_bounds(file, title, drawn)

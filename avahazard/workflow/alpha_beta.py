@@ -29,6 +29,9 @@ from avahazard.store.path_results import BOUNDS, latest_documents
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
+SAME_PLACE_M = 20.0
+"""AvaFrame's β-points that lie no farther apart are one place: two of its steps."""
+
 
 def alpha_beta_paths(
     database: str,
@@ -82,7 +85,7 @@ def _runouts(
     profile = find_profile(records, path)
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     release_x = release_place(smooth, path.release_elevation_m)
-    return smooth, alpha_beta_runouts(smooth, release_x, regressions)
+    return smooth, alpha_beta_runouts(profile.x_m, profile.y_m, smooth, release_x, regressions)
 
 
 def _paths(records: Records, path_id: str | None) -> list[Path]:
@@ -119,15 +122,29 @@ def _row(path: Path, smooth: SmoothProfile, found: AlphaBeta) -> TerrainRunout:
 
 
 def _notes(path: Path, found: AlphaBeta) -> tuple[str, ...]:
+    notes = _of_points(path, found) if found.regression.first_step else ()
     if found.status == "no_beta_point":
-        return (f"{path.path_id}: the profile never flattens to 10°: there is no β-point.",)
+        never = f"{path.path_id}: the profile never flattens to 10°: there is no β-point."
+        return (never, *notes)
     if found.further_beta_x:
         places = ", ".join(f"{x:.0f}" for x in found.further_beta_x)
         return (
             f"{path.path_id}: the path flattens to 10° again at x = {places} m; "
             "the first place is taken.",
         )
-    return ()
+    return notes
+
+
+def _of_points(path: Path, found: AlphaBeta) -> tuple[str, ...]:
+    """AvaFrame's β-point is one of the points, errors and all: say where these decide it."""
+    smoothed, beta = found.smoothed_beta_x, found.beta_x
+    if smoothed == beta or (smoothed and beta and abs(smoothed - beta) <= SAME_PLACE_M):
+        return ()
+    there = "there is none" if smoothed is None else f"it is at x = {smoothed:.0f} m"
+    return (
+        f"{path.path_id}: AvaFrame's β-point is taken from the points as they are; on the smoothed "
+        f"path {there}: bumps, or errors of the points, decide.",
+    )
 
 
 def _unlike(row: HazardRow) -> float:
