@@ -66,7 +66,7 @@ def measure() -> Result:
         False,
         "time of AvaFrame's com2AB (its kernel, on a raster of four rows) over ours",
         f"{N_LINES} made lines of 2 to 6 km, points every {CELL_M:g} m, taken as they are by both. "
-        f"{_agreement(**kept)} The command takes them as points with errors, whose ground is "
+        f"{_agreement(**kept)} Our own sets take them as points with errors, whose ground is "
         f"smoothed first, which com2AB does not: {1e3 * smoothed():.2f} ms a line.",
     )
 
