@@ -125,11 +125,12 @@ def alpha_beta_runouts(
     """
     found = []
     for regression in by:
-        of_ground = alpha_beta(smooth, release_x, regression)
+        smoothed = alpha_beta(smooth, release_x, regression)
         if regression.first_step:
             of_points = alpha_beta_on_points(x, y, release_x, regression)
-            of_ground = replace(of_points, smoothed_beta_x=of_ground.beta_x)
-        found.append(of_ground)
+            found.append(replace(of_points, smoothed_beta_x=smoothed.beta_x))
+        else:
+            found.append(smoothed)
     return tuple(found)
 
 
@@ -138,9 +139,8 @@ def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) 
 
     The β-point is the first place below the release from which the smoothed path is no steeper
     than 10° for a runout zone's length of x (or to its end); a release that is itself so flat is
-    passed first. A regression with `first_step` has AvaFrame's rule instead
-    (`alpha_beta_on_points`).
-    The runout is where the line at α from the release meets the path, sought from the β-point on:
+    passed first. A regression with `first_step` has AvaFrame's rule (`alpha_beta_on_points`). The
+    runout is where the line at α from the release meets the path, sought from the β-point on:
     downhill where α < β, uphill otherwise.
     """
     if regression.first_step:

@@ -32,6 +32,7 @@ def step(
     factor, offset = cells.factor[i], cells.offset[i]
     dip, lift = cells.dip[i], cells.lift[i]
     can_lift = lift < np.inf
+    # Counted: a count stays in the registers of the comparison, an "or" over bits does not.
     low, high = 0, 0
     for j in range(BATCH_SIZE):
         m = friction[j] * factor + offset

@@ -85,6 +85,7 @@ def _exact(value: object) -> object:
     if isinstance(value, float):
         return (value + 0.0).hex()
     if isinstance(value, dict):
+        # Most of what there is are words and gaps.
         return {
             key: item if item is None or type(item) is str else _exact(item)
             for key, item in value.items()

@@ -61,7 +61,7 @@ def _check_years(table: Table, column: str, problems: list[RowProblem], notes: l
         and text[:4].isdigit()
         and (text > tomorrow[: len(text)] or int(text[:4]) < FIRST_YEAR)
     }
-    for k, text in _with(table, column, odd):
+    for k, text in _rows_with(table, column, odd):
         if text > tomorrow[: len(text)]:
             accepted = "a date that is not to come"
             problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
@@ -77,11 +77,11 @@ def _outside(
     """The numbers of a column that are not from `low` to `high`, with their rows from 0."""
     numbers = {text: _number(text) for text in table.counts(column)}
     odd = {text: x for text, x in numbers.items() if x is not None and not low <= x <= high}
-    for k, text in _with(table, column, odd):
+    for k, text in _rows_with(table, column, odd):
         yield k, text, odd[text]
 
 
-def _with(table: Table, column: str, texts: Collection[str]) -> Iterator[tuple[int, str]]:
+def _rows_with(table: Table, column: str, texts: Collection[str]) -> Iterator[tuple[int, str]]:
     """The rows from 0 whose text is one of these, of which there are few or none."""
     return ((k, text) for k, text in table.values(column) if text in texts) if texts else iter(())
 

@@ -34,7 +34,7 @@ def read_dates(
     says it. Day numbers of a spreadsheet count from `first_day`.
     """
     different = set(texts)
-    if all(ISO.fullmatch(text) for text in different) and not any(map(SERIAL.fullmatch, different)):
+    if all(ISO.fullmatch(text) for text in different):
         return list(texts), [], ""
     dates, words = list(texts), dict[str, None]()
     faults: list[tuple[int, str]] = []
