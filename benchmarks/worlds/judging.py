@@ -61,7 +61,7 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
                 None if c.evidence_gain is None else round(c.evidence_gain, 2),
                 c.held_out_gain,
             ]
-            for c in found.candidates[:6]
+            for c in found.candidates[:3]
         ],
         "n_made": found.screening.n_worlds,
         "bic": best_bic(found),
