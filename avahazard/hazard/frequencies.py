@@ -167,8 +167,12 @@ def volume_frequencies(
         raise AvahazardError(
             f"The density ratio is {source.density_ratio:g}.", "Give a number over 0, such as 0.5."
         )
+    region = region_of(known.records, source.family, source.threshold_m3)
+    if source.table is None and source.snowfall is None:
+        # Now, while every worker is free: each would look at all paths for itself.
+        region.together()
     return Frequencies(
-        region=region_of(known.records, source.family, source.threshold_m3),
+        region=region,
         refused=known.refused,
         seed=seed,
         source=source,

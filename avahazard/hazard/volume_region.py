@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.engine import spread_map
 from avahazard.hazard.shape_grid import gev_likelihood, gpd_likelihood, over_locations
 from avahazard.hazard.volume_record import VolumeRecord, without_record_error
 from avahazard.records.errors import AvahazardError
@@ -20,6 +22,8 @@ FEWEST_TELLING = 3
 """Maxima, or excesses, from which a path tells others of scale and shape."""
 IMPOSSIBLE = -1e6
 """A log likelihood under this is one of nought: sums keep their digits."""
+PATHS_AT_ONCE = 25
+"""Paths whose log likelihoods are one piece of the sum of all, whoever adds them up."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,14 +39,13 @@ class Together:
     possible: Floats | float = 0.0
     n_impossible: NDArray[np.int64] | int = 0
 
-    def plus(self, likelihood: Floats, n_values: int, sign: int) -> Together:
-        """With one path more (`sign` 1) or less (-1)."""
-        impossible = likelihood < IMPOSSIBLE
+    def plus(self, more: Together, sign: int = 1) -> Together:
+        """With other paths too, or without them (`sign` -1)."""
         return Together(
-            self.n_paths + sign,
-            self.n_values + sign * n_values,
-            self.possible + sign * np.where(impossible, 0.0, likelihood),
-            self.n_impossible + sign * impossible,
+            self.n_paths + sign * more.n_paths,
+            self.n_values + sign * more.n_values,
+            self.possible + sign * more.possible,
+            self.n_impossible + sign * more.n_impossible,
         )
 
     @property
@@ -88,8 +91,14 @@ class Region:
         """
         if self.family == "gpd":
             return 0.0
-        named = self.recorded if not path_id else {path_id: self.recorded[path_id]}
-        sigma = np.concatenate([record.maxima_sigma for record in named.values()])
+        if path_id:
+            return self._error_of([self.recorded[path_id]])
+        if "error" not in self.kept:
+            self.kept["error"] = self._error_of(list(self.recorded.values()))
+        return float(self.kept["error"])
+
+    def _error_of(self, records: Sequence[VolumeRecord]) -> float:
+        sigma = np.concatenate([np.empty(0), *(record.maxima_sigma for record in records)])
         return self._of_maxima * float(np.sqrt(np.mean(sigma**2))) if len(sigma) else 0.0
 
     @property
@@ -104,37 +113,55 @@ class Region:
 
     def likelihood(self, path_id: str) -> Floats:
         """Log likelihood over the grid of `shape_grid`, as far as it is not nought."""
-        sample = self.sample(path_id)
-        if self.family == "gpd":
-            return gpd_likelihood(sample)
-        return gev_likelihood(sample, least=IMPOSSIBLE, error=self.error(path_id))
-
-    def scale_and_shape(self, likelihood: Floats) -> Floats:
-        """The same of scale and shape alone `[n_scales, n_shapes]`."""
-        return over_locations(likelihood) if self.family == "gev" else likelihood
+        return _likelihood(self.family, self.sample(path_id), self.error(path_id))
 
     def tells(self, path_id: str) -> bool:
         """Whether a path has enough to tell others of scale and shape."""
         return len(self.sample(path_id)) >= FEWEST_TELLING
 
-    @property
     def together(self) -> Together:
-        """What all paths that tell say together; kept."""
+        """What all paths that tell say together, by all workers; kept."""
         if "together" not in self.kept:
             telling = [path_id for path_id in self.records if self.tells(path_id)]
-            total = Together()
-            for path_id in telling:
-                own = self.scale_and_shape(self.likelihood(path_id))
-                total = total.plus(own, len(self.sample(path_id)), 1)
-            self.kept["together"] = total
+            pieces = (telling[k : k + PATHS_AT_ONCE] for k in range(0, len(telling), PATHS_AT_ONCE))
+            samples = ([(self.sample(p), self.error(p)) for p in piece] for piece in pieces)
+            parts = spread_map(_told_by, self.family, samples)
+            self.kept["together"] = _sum_of(parts)
         together: Together = self.kept["together"]
         return together
 
     def others(self, path_id: str, likelihood: Floats) -> Together:
         """The same without a path, whose `likelihood` is given."""
         if not self.tells(path_id):
-            return self.together
-        return self.together.plus(self.scale_and_shape(likelihood), len(self.sample(path_id)), -1)
+            return self.together()
+        own = _of_one(self.family, likelihood, len(self.sample(path_id)))
+        return self.together().plus(own, -1)
+
+
+def _sum_of(parts: Iterable[Together]) -> Together:
+    """The sum of parts, added in their order."""
+    return reduce(Together.plus, parts, Together())
+
+
+def _told_by(family: Family, samples: Sequence[tuple[Floats, float]]) -> Together:
+    """What some paths say together, of each its sample and the error of that."""
+    return _sum_of(
+        _of_one(family, _likelihood(family, sample, error), len(sample))
+        for sample, error in samples
+    )
+
+
+def _of_one(family: Family, likelihood: Floats, n_values: int) -> Together:
+    """What one path says of scale and shape alone, by its log `likelihood`."""
+    own = over_locations(likelihood) if family == "gev" else likelihood
+    impossible = own < IMPOSSIBLE
+    return Together(1, n_values, np.where(impossible, 0.0, own), impossible.astype(np.int64))
+
+
+def _likelihood(family: Family, sample: Floats, error: float) -> Floats:
+    if family == "gpd":
+        return gpd_likelihood(sample)
+    return gev_likelihood(sample, least=IMPOSSIBLE, error=error)
 
 
 def _spread_within(samples: Sequence[Floats]) -> float:

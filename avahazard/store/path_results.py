@@ -69,9 +69,14 @@ def interrupted_run(
 
 def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> None:
     """Store results of a run. Paths that it has stay: who computes them again gets the same."""
-    there = _paths(session, run)
+    # By the key of the table: their names stand among documents, which would all be read.
+    kept = select(PathResultTable.position).where(
+        PathResultTable.run == run,
+        PathResultTable.position.in_([found.position for found in results]),
+    )
+    there = set(session.scalars(kept))
     for found in results:
-        if found.path_id not in there:
+        if found.position not in there:
             place = (run, found.position, found.path_id)
             told = (list(found.documents), list(found.notes), found.failed)
             session.add(

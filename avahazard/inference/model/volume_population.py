@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Population:
 
     `shape` is how, in spreads; None: they are lognormal, cut at the `largest` (log m3) that there
     is. `known` is False where no event has a volume. All are told by `records`, with `factor` times
-    their stated errors.
+    their stated errors. `overall` is the mean of the centres.
     """
 
     records: VolumeRecords
@@ -59,6 +60,10 @@ class Population:
     known: bool
     shape: VolumeShape | None = None
     largest: float = np.inf
+    overall: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "overall", float(np.mean(list(self.centre.values()))))
 
     def given(self, records: VolumeRecords) -> tuple[Floats, Floats]:
         """Mean and standard deviation of log true volumes, given what is written of each event.
@@ -91,8 +96,7 @@ class Population:
 
     def centres(self, paths: Sequence[str]) -> Floats:
         """The centres of `paths`; of one that is not known the mean of all."""
-        overall = float(np.mean(list(self.centre.values())))
-        return np.array([self.centre.get(name, overall) for name in paths])
+        return np.array([self.centre.get(name, self.overall) for name in paths])
 
 
 def population_of(records: VolumeRecords) -> Population:
@@ -118,10 +122,12 @@ def population_of(records: VolumeRecords) -> Population:
     return _cut(found, largest)
 
 
+@lru_cache(maxsize=2)
 def with_errors(population: Population, factor: float) -> Population:
     """The same where records' errors are `factor` times as large as stated.
 
-    Their scatter stays, and how the population differs from a lognormal.
+    Their scatter stays, and how the population differs from a lognormal. The last are kept: every
+    path of a region is read in the light of the same.
     """
     if population.factor == factor:
         return population
