@@ -107,6 +107,8 @@ def test_cells_are_broken_as_the_twin_says() -> None:
         for x, s in zip(curves.x, curves.status, strict=True)
     ]
     np.testing.assert_array_equal(broken, found)
+    one_by_one = [[curves[k].is_broken(c) for c in range(N - 1)] for k in range(20)]
+    np.testing.assert_array_equal(broken, one_by_one)
     stopped = curves.status == STOPPED
     inside = stopped[:, 1:] & stopped[:, :-1]
     assert 0 < np.sum(broken & inside) < np.sum(inside)

@@ -110,7 +110,7 @@ def _measured(
     where it stopped, here as in the records.
     """
     k = int(np.searchsorted(track.x, stop_x))
-    mine = [np.interp(friction, MU, column) for column in square[:, :k].T]
+    mine = at_friction(square[:, :k], friction)
     made = speed_record(
         track.event, track.x[:k], track.speed[:k], track.sigma[:k], track.release_x, stop_x
     )
@@ -119,6 +119,13 @@ def _measured(
     at_places = np.maximum(mine, 0.0)[:, None]
     speed = drawn_speeds(at_places, made, track_scatter, rng, arrives=True)[:, 0]
     return replace(made, speed=speed)
+
+
+def at_friction(square: Floats, friction: float) -> Floats:
+    """Columns `[n_friction, n]` over `MU` at one friction, straight between the nodes: `[n]`."""
+    c = min(max(int(np.searchsorted(MU, friction, side="right")) - 1, 0), len(MU) - 2)
+    slope = (square[c + 1] - square[c]) / (MU[c + 1] - MU[c])
+    return np.asarray(square[c] + slope * (min(max(friction, MU[0]), MU[-1]) - MU[c]))
 
 
 def wrong_chance(posterior: Posterior, u: Floats) -> Floats:

@@ -151,8 +151,9 @@ def _jumped(
         return none
     curve = table[int(observations.release[i])]
     passes = curve.left | (curve.x > track.stop_x)
-    over = np.flatnonzero(passes[:-1] & ~passes[1:] & curve.broken)
-    if not len(over):
+    ends = np.flatnonzero(passes[:-1] & ~passes[1:])
+    over = [cell for cell in ends.tolist() if curve.is_broken(cell)]
+    if not over:
         return none
     site = observations.sites[int(observations.columns.path_index[i])]
     release_x = float(site.release_x[observations.release[i]])

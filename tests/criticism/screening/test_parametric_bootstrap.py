@@ -5,12 +5,14 @@ import pytest
 
 from avahazard.criticism.screening.parametric_bootstrap import (
     BootstrapRecords,
+    at_friction,
     make_world,
     real_world,
 )
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import LEFT, PLACE
 from avahazard.inference.seeds import generator
+from avahazard.physics.runout_curve import MU
 from tests.inference import studies
 from tests.inference.groupings import plan_of
 
@@ -27,6 +29,13 @@ def many(
         make_world(model, predicted, u, plan, np.array([tau]), track_scatter, generator(1, b))
         for b in range(N_WORLDS)
     ]
+
+
+@pytest.mark.parametrize("friction", [0.0, MU[0], 0.2345, MU[300], 0.5 * sum(MU[-2:]), MU[-1], 9.0])
+def test_squares_at_a_friction_are_those_of_numpy(friction: float) -> None:
+    square = np.random.default_rng(3).normal(100.0, 50.0, (len(MU), 4))
+    expected = [np.interp(friction, MU, column) for column in square.T]
+    np.testing.assert_array_equal(at_friction(square, friction), expected)
 
 
 def test_the_real_world_is_the_records() -> None:
