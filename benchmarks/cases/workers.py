@@ -11,7 +11,7 @@ from avahazard.workflow.hazard import hazard
 from benchmarks.cases.made_region import region
 from benchmarks.measuring import Result, alternate, seconds
 
-N_PATHS, N_EVENTS, N_CALIBRATED = 100, 1000, 20
+N_PATHS, N_EVENTS, N_CALIBRATED = 300, 3000, 20
 PERIODS = (30.0, 100.0, 300.0)
 
 
