@@ -79,7 +79,7 @@ def measure() -> Result:
         a,
         b,
         "smallest ESS per second",
-        50.0,
+        70.0,
         False,
         "our smallest ESS per second over that of NumPyro's NUTS",
         f"the {posterior.observations.n_events} events of the demo, paths that may differ, "
