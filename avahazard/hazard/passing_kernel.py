@@ -121,6 +121,13 @@ def _height_at(descent, p, x, wanted, over):  # type: ignore[no-untyped-def]
 
 
 @kernel(inner=True, forceinline=True, borrows=True)
+def _begin(least, most, over):  # type: ignore[no-untyped-def]
+    """From `least` to `most` `[n_classes]` nodes stop beyond whatever place comes first."""
+    for c in range(len(least)):
+        over[0, c], over[1, c] = least[c], most[c]
+
+
+@kernel(inner=True, forceinline=True, borrows=True)
 def _narrow(over, row):  # type: ignore[no-untyped-def]
     """What stops beyond the last place is an end of what does beyond the next."""
     for c in range(over.shape[1]):
@@ -166,8 +173,7 @@ def _fill_places(descent, wanted, low, halvings, x, table, over, between, result
                 a, at_a = middle, found
             else:
                 b, at_b = middle, found
-        for c in range(over.shape[2]):
-            between[0, c], between[1, c] = over[b, g, c], over[a, g, c]
+        _begin(over[b, g], over[a, g], between)
         bottom, top = x[a], x[b]
         left = halvings - FIRST_HALVINGS
         before, after = _enclosed(descent, p, wanted[i], between, bottom, top, at_a, at_b, left)

@@ -18,7 +18,7 @@ from avahazard.store.path_results import interrupted_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
 from avahazard.workflow.hazard import HazardQuestion, hazard_work
-from avahazard.workflow.stored.by_path import path_answer, path_tasks, run_key
+from avahazard.workflow.stored.by_path import PathShared, path_answer, path_tasks, run_key
 
 MEASURED = 4
 """Paths that are measured, evenly over all; one more is run first, unmeasured."""
@@ -36,11 +36,12 @@ def plan_hazard(database: str, name: str, question: HazardQuestion) -> HazardPla
     places = np.unique(np.linspace(0, len(path_ids) - 1, MEASURED).astype(int))
     tasks = list(path_tasks(database, stored, [path_ids[k] for k in places]))
     before = peak_bytes()
-    path_answer((work.function, work.shared), tasks[0])
+    shared = PathShared.of(stored, work)
+    path_answer(shared, tasks[0])
     seconds, sizes = [], []
     for task in tasks:
         began = time.perf_counter()
-        found = path_answer((work.function, work.shared), task)
+        found = path_answer(shared, task)
         seconds.append(time.perf_counter() - began)
         sizes.append(len(json.dumps(found.documents)))
     peak, workers, engine = peak_bytes(), n_workers(), chosen()

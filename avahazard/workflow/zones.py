@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 
@@ -31,26 +33,37 @@ from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
 
 
+@dataclass(frozen=True, slots=True)
+class ZonesQuestion:
+    """What `zones` is asked, on the paths named or all with a profile.
+
+    Zones are those of `limits`, a preset or a TOML file, at the return periods (years) of these
+    and those given. `density` and its standard deviation are in kg/m3; `source` says where the
+    frequency of volumes comes from.
+    """
+
+    return_periods: Sequence[float] = ()
+    limits: str = "swiss"
+    density: float = DENSITY_KG_M3
+    density_sd: float = DENSITY_SD_KG_M3
+    paths: Sequence[str] = ()
+    source: VolumeSource | None = None
+    seed: int = 0
+    effect_files: Sequence[FilePath] = ()
+
+
 def zones(
     database: str,
     name: str,
     *,
-    return_periods: Sequence[float] = (),
-    limits: str = "swiss",
-    density: float = DENSITY_KG_M3,
-    density_sd: float = DENSITY_SD_KG_M3,
-    paths: Sequence[str] = (),
-    source: VolumeSource | None = None,
-    seed: int = 0,
     plot: FilePath | None = None,
-    effect_files: Sequence[FilePath] = (),
     report: Report = silent,
+    **asked: Any,
 ) -> Zones:
     """Find and store speed, pressure and zones along paths.
 
-    One entry for each path named, or each that has a profile and a rate of avalanches, by path,
-    at the return periods (years) given and those of the limits.
-    `limits` is the name of a preset or of a TOML file; with `plot` a picture is written there.
+    One entry for each path named, or each that has a profile and a rate of avalanches, by path.
+    `asked` are the fields of a `ZonesQuestion`; with `plot` a picture is written there.
 
     Raises:
         AvahazardError: there is no such model, path or preset, the file of limits cannot be
@@ -59,18 +72,7 @@ def zones(
             picture, or no path has a rate.
     """
     require_picture(plot)
-    stored, path_ids, work = zones_work(
-        database,
-        name,
-        return_periods=return_periods,
-        limits=limits,
-        density=density,
-        density_sd=density_sd,
-        paths=paths,
-        source=source,
-        seed=seed,
-        effect_files=effect_files,
-    )
+    stored, path_ids, work = zones_work(database, name, ZonesQuestion(**asked))
     of_all = work.shared.notes
     run = run_paths(database, stored, path_ids, work, report)
     with reading(database) as session:
@@ -86,48 +88,39 @@ def zones(
 
 
 def zones_work(
-    database: str,
-    name: str,
-    *,
-    return_periods: Sequence[float] = (),
-    limits: str = "swiss",
-    density: float = DENSITY_KG_M3,
-    density_sd: float = DENSITY_SD_KG_M3,
-    paths: Sequence[str] = (),
-    source: VolumeSource | None = None,
-    seed: int = 0,
-    effect_files: Sequence[FilePath] = (),
+    database: str, name: str, question: ZonesQuestion
 ) -> tuple[RegionFit, list[str], PathWork[ZonesUnit]]:
     """The model, the paths to run, and what is done on each. Raises as `zones`."""
-    _check(density, density_sd, return_periods)
-    wanted = load_limits(limits)
-    stored = load_region_fit(database, name, own_effects(database, name, effect_files))
+    _check(question.density, question.density_sd, question.return_periods)
+    wanted = load_limits(question.limits)
+    own = own_effects(database, name, question.effect_files)
+    stored = load_region_fit(database, name, own)
     if stored.model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
             "Calibrate with the method marginal or gibbs.",
         )
-    source = source or VolumeSource()
-    periods = tuple(sorted({*return_periods, *wanted.return_periods}))
+    seed, source = question.seed, question.source or VolumeSource()
+    periods = tuple(sorted({*question.return_periods, *wanted.return_periods}))
     unit = ZonesUnit(
         applied_model(stored),
         (*wanted.notes, *_notes(stored)),
         volume_frequencies(stored.survey.volumes, seed, source),
         wanted,
         periods,
-        Density(density, density_sd),
+        Density(question.density, question.density_sd),
         seed,
     )
     settings = {
         "limits": plain(wanted),
         "return_periods": periods,
-        "density": density,
-        "density_sd": density_sd,
+        "density": question.density,
+        "density_sd": question.density_sd,
         "seed": seed,
         "source": source_settings(source),
     }
     work = PathWork(ZONES, "Zones", zones_of_path, unit, settings)
-    return stored, stored.paths_to_run(paths), work
+    return stored, stored.paths_to_run(question.paths), work
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:

@@ -16,7 +16,7 @@ from avahazard.workflow.hazard import HazardQuestion, hazard, hazard_work
 from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState
 from avahazard.workflow.report import write_report
 from avahazard.workflow.stored.by_path import run_key
-from avahazard.workflow.zones import zones, zones_work
+from avahazard.workflow.zones import ZonesQuestion, zones, zones_work
 
 
 def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[str], list[str]]]:
@@ -78,7 +78,8 @@ def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
         "limits": str(file) if file.is_file() else limits,
         "paths": run.project.hazard.paths,
     }
-    if _is_latest(run, ZONES, model, run_key(*zones_work(run.database, model, **asked))):
+    work = zones_work(run.database, model, ZonesQuestion(**asked))
+    if _is_latest(run, ZONES, model, run_key(*work)):
         n = len(_found(run, ZONES, model) or ())
         return Step("zones", UP_TO_DATE, counted(n, "path")), [], []
     found = zones(run.database, model, report=run.report, **asked)

@@ -8,11 +8,13 @@ import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from avahazard.engine import spread_map
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.fingerprint import Fingerprint
 from avahazard.records.lookup import of_path
 from avahazard.records.plain import plain
 from avahazard.results.base import Report
@@ -41,11 +43,12 @@ FAILURES = (ArithmeticError, ValueError, LookupError)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathTask:
-    """A path as one unit of work: its own records only."""
+    """A path as one unit of work: its own records only, and their digest when the work began."""
 
     position: int
     path_id: str
     records: Records
+    digest: bytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,19 +90,15 @@ def went_on(run: PathRun) -> str:
 def path_tasks(
     database: str, stored: RegionFit, path_ids: Sequence[str], done: Collection[str] = ()
 ) -> Iterator[PathTask]:
-    """A task for each path that is not done; records are read as the tasks are taken.
-
-    Raises `AvahazardError` where somebody has changed the records of a path meanwhile.
-    """
+    """A task for each path that is not done; records are read as the tasks are taken."""
     left = [(k, path_id) for k, path_id in enumerate(path_ids) if path_id not in done]
     for start in range(0, len(left), PATHS_AT_ONCE):
         piece = left[start : start + PATHS_AT_ONCE]
         with reading(database) as session:
             records = load_paths(session, [path_id for _, path_id in piece])
         for position, path_id in piece:
-            own = of_path(records, path_id)
-            stored.survey.require_same(path_id, own)
-            yield PathTask(position, path_id, replace(own, events=own.events or stored.others))
+            digest = stored.survey.digests[path_id]
+            yield PathTask(position, path_id, of_path(records, path_id), digest)
 
 
 def run_paths(
@@ -112,7 +111,8 @@ def run_paths(
     """Do the work on the paths and store it in batches, going on where it was interrupted.
 
     A path that fails is stored with its reason. Raises `AvahazardError`, that of the first, where
-    all paths do; nothing is then kept.
+    all paths do; nothing is then kept. It is raised too where somebody has changed the records of a
+    path meanwhile.
     """
     key, settings = _settings(stored, path_ids, work)
     with writing(database) as session:
@@ -171,19 +171,40 @@ def _results(
     tasks = path_tasks(database, stored, path_ids, done)
     began, n = time.monotonic(), len(path_ids)
     report(work.what, float(len(done)), n)
-    for k, found in enumerate(spread_map(path_answer, (work.function, work.shared), tasks), 1):
+    for k, found in enumerate(spread_map(path_answer, PathShared.of(stored, work), tasks), 1):
         yield found
         rate, there = k / max(time.monotonic() - began, 1e-9), len(done) + k
         report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", float(there), n)
 
 
-def path_answer(
-    shared: tuple[Callable[[Any, PathTask], PathAnswer], object], task: PathTask
-) -> PathResult:
-    """The result of a path by a function and what it takes; or why it failed."""
-    function, what = shared
+class PathShared(NamedTuple):
+    """What every path takes: `function` with its `what`, and events for a path without any."""
+
+    function: Callable[[Any, PathTask], PathAnswer]
+    what: object
+    others: tuple[Event, ...]
+
+    @classmethod
+    def of(cls, stored: RegionFit, work: PathWork[Any]) -> PathShared:
+        """Of the work with a stored model."""
+        return cls(work.function, work.shared, stored.others)
+
+
+def path_answer(shared: PathShared, task: PathTask) -> PathResult:
+    """The result of a path, or why it failed.
+
+    Raises `AvahazardError` where somebody has changed its records since the work began.
+    """
+    own = task.records
+    # Here, where many do it, and not by who gives out the work.
+    if Fingerprint().add(own) != task.digest:
+        raise AvahazardError(
+            f"The records of path {task.path_id} have been changed since this began.",
+            "Give the same command again: it takes the records as they are now.",
+        )
+    task = replace(task, records=replace(own, events=own.events or shared.others))
     try:
-        found = function(what, task)
+        found = shared.function(shared.what, task)
     except AvahazardError as error:
         return PathResult(task.position, task.path_id, failed=error.message, hint=error.hint)
     except FAILURES as error:

@@ -10,7 +10,6 @@ import numpy as np
 from avahazard.hazard.classes_to_come import MAX_CLASSES
 from avahazard.hazard.frequencies import KnownVolumes
 from avahazard.records.collection import Records
-from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import Fingerprint
 from avahazard.records.lookup import of_path
@@ -30,14 +29,6 @@ class Survey:
     digests: Mapping[str, bytes]
     with_profile: frozenset[str]
     volumes: KnownVolumes
-
-    def require_same(self, path_id: str, records: Records) -> None:
-        """Raise `AvahazardError` where the records of a path are others than they were."""
-        if Fingerprint().add(records) != self.digests[path_id]:
-            raise AvahazardError(
-                f"The records of path {path_id} have been changed since this began.",
-                "Give the same command again: it takes the records as they are now.",
-            )
 
 
 def survey(session: Session) -> Survey:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avahazard.engine import set_engine
+from avahazard.engine.choice import EngineName
 from avahazard.records import sorted_lines
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -140,18 +142,35 @@ def changing(tmp_path: FilePath) -> str:
 
 
 def test_records_that_change_meanwhile_end_the_work(changing: str) -> None:
-    stored, path_ids, _ = hazard_work(changing, "m", ASKED)
+    stored, path_ids, work = hazard_work(changing, "m", ASKED)
+    shared = by_path.PathShared.of(stored, replace(work, function=nothing))
     tasks = by_path.path_tasks(changing, stored, path_ids)
-    taken = [next(tasks).path_id for _ in range(AT_ONCE)]
+    answers = [by_path.path_answer(shared, next(tasks)) for _ in range(AT_ONCE)]
+    assert [found.path_id for found in answers] == path_ids[:AT_ONCE]
+    assert not any(found.failed for found in answers)
     with writing(changing) as session:
         save_records(session, Records(events=(Event("new", path_ids[-1], runout_x_m=1000.0),)))
     with pytest.raises(AvahazardError, match=f"path {path_ids[-1]} have been changed") as error:
-        next(tasks)
+        by_path.path_answer(shared, next(tasks))
     assert "same command again" in error.value.hint
-    assert taken == path_ids[:AT_ONCE]
     again, _, _ = hazard_work(changing, "m", ASKED)
     assert again.survey.fingerprint != stored.survey.fingerprint
     assert (again.records_changed, stored.records_changed) == (False, False)
+
+
+@pytest.mark.parametrize("engine", ["local", "processes"])
+def test_such_a_change_ends_a_run_by_any_engine(changing: str, engine: EngineName) -> None:
+    """What the worker says reaches who asked, with its hint, and is no path's failure."""
+    stored, path_ids, work = hazard_work(changing, "m", ASKED)
+    with writing(changing) as session:
+        save_records(session, Records(events=(Event("new", path_ids[-1], runout_x_m=1000.0),)))
+    set_engine(engine, workers=1)
+    try:
+        with pytest.raises(AvahazardError, match=f"path {path_ids[-1]} have been") as error:
+            by_path.run_paths(changing, stored, path_ids, work, silent)
+    finally:
+        set_engine("local")
+    assert "same command again" in error.value.hint
 
 
 def test_a_plan_reads_the_paths_again_that_it_measures(
