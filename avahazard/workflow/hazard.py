@@ -18,8 +18,9 @@ from avahazard.store.path_results import BOUNDS, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.hazard_notes import RowNotes, model_notes
 from avahazard.workflow.hazard_unit import HazardUnit, hazard_of_path
-from avahazard.workflow.stored.by_path import PathRun, PathWork, run_paths, went_on
+from avahazard.workflow.stored.by_path import PathRun, run_paths, went_on
 from avahazard.workflow.stored.own_effects import own_effects
+from avahazard.workflow.stored.path_unit import PathWork
 from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 
 N_DRAWS = 20_000

@@ -18,7 +18,8 @@ from avahazard.store.path_results import interrupted_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
 from avahazard.workflow.hazard import HazardQuestion, hazard_work
-from avahazard.workflow.stored.by_path import PathShared, path_answer, path_tasks, run_key
+from avahazard.workflow.stored.by_path import path_tasks, run_key
+from avahazard.workflow.stored.path_unit import PathShared, path_answer
 
 MEASURED = 4
 """Paths that are measured, evenly over all; one more is run first, unmeasured."""

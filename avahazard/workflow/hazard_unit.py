@@ -13,8 +13,8 @@ from avahazard.hazard.volume_frequency import return_volume
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.hazard_notes import model_notes
-from avahazard.workflow.stored.by_path import PathAnswer, PathTask
 from avahazard.workflow.stored.path_hazard import AppliedModel, applied_model
+from avahazard.workflow.stored.path_unit import PathAnswer, PathTask
 from avahazard.workflow.stored.region_fit import RegionFit
 
 

@@ -25,10 +25,11 @@ from avahazard.store.path_results import ZONES, read_run
 from avahazard.store.records import load_paths
 from avahazard.store.session import reading
 from avahazard.workflow.hazard import source_settings
-from avahazard.workflow.stored.by_path import PathWork, run_paths, went_on
+from avahazard.workflow.stored.by_path import run_paths, went_on
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_hazard import applied_model
+from avahazard.workflow.stored.path_unit import PathWork
 from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
 

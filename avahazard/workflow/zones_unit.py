@@ -8,8 +8,8 @@ from avahazard.hazard.frequencies import Frequencies
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import Limits
 from avahazard.results.zones import Density
-from avahazard.workflow.stored.by_path import PathAnswer, PathTask
 from avahazard.workflow.stored.path_hazard import AppliedModel
+from avahazard.workflow.stored.path_unit import PathAnswer, PathTask
 
 
 @dataclass(frozen=True, slots=True, eq=False)

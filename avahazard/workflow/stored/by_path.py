@@ -5,22 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any
 
 from avahazard.engine import spread_map
-from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.fingerprint import Fingerprint
 from avahazard.records.lookup import of_path
 from avahazard.records.plain import plain
 from avahazard.results.base import Report
 from avahazard.store.path_results import (
     PathResult,
-    RunKind,
     any_found,
     begin_run,
     drop_run,
@@ -29,48 +25,13 @@ from avahazard.store.path_results import (
 )
 from avahazard.store.records import PATHS_AT_ONCE, load_paths
 from avahazard.store.session import reading, writing
+from avahazard.workflow.stored.path_unit import PathShared, PathTask, PathWork, path_answer
 from avahazard.workflow.stored.region_fit import RegionFit
-
-Shared = TypeVar("Shared")
 
 BATCH = 50
 """Paths that are stored together, at most."""
 BATCH_S = 10.0
 """Seconds of work that an interruption may lose, about."""
-FAILURES = (ArithmeticError, ValueError, LookupError)
-"""What ends the work on one path only, besides `AvahazardError`."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PathTask:
-    """A path as one unit of work: its own records only, and their digest when the work began."""
-
-    position: int
-    path_id: str
-    records: Records
-    digest: bytes
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PathAnswer:
-    """The documents of a path, and notes for people that are in none of them."""
-
-    documents: Sequence[object]
-    notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PathWork(Generic[Shared]):
-    """What is done on every path, by `function(shared, task)`.
-
-    `settings` are all that the result hangs on besides the model and the records.
-    """
-
-    kind: RunKind
-    what: str
-    function: Callable[[Shared, PathTask], PathAnswer]
-    shared: Shared
-    settings: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +66,7 @@ def run_paths(
     database: str,
     stored: RegionFit,
     path_ids: Sequence[str],
-    work: PathWork[Shared],
+    work: PathWork[Any],
     report: Report,
 ) -> PathRun:
     """Do the work on the paths and store it in batches, going on where it was interrupted.
@@ -140,13 +101,13 @@ def run_paths(
     return PathRun(run, len(path_ids), len(done))
 
 
-def run_key(stored: RegionFit, path_ids: Sequence[str], work: PathWork[Shared]) -> str:
+def run_key(stored: RegionFit, path_ids: Sequence[str], work: PathWork[Any]) -> str:
     """The key of all that the results hang on."""
     return _settings(stored, path_ids, work)[0]
 
 
 def _settings(
-    stored: RegionFit, path_ids: Sequence[str], work: PathWork[Shared]
+    stored: RegionFit, path_ids: Sequence[str], work: PathWork[Any]
 ) -> tuple[str, dict[str, Any]]:
     """The key of all that the results hang on, and what of it is told."""
     told = {
@@ -164,7 +125,7 @@ def _results(
     stored: RegionFit,
     path_ids: Sequence[str],
     done: Collection[str],
-    work: PathWork[Shared],
+    work: PathWork[Any],
     report: Report,
 ) -> Iterator[PathResult]:
     """The results of the paths that are not done yet, as they come."""
@@ -175,40 +136,3 @@ def _results(
         yield found
         rate, there = k / max(time.monotonic() - began, 1e-9), len(done) + k
         report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", float(there), n)
-
-
-class PathShared(NamedTuple):
-    """What every path takes: `function` with its `what`, and events for a path without any."""
-
-    function: Callable[[Any, PathTask], PathAnswer]
-    what: object
-    others: tuple[Event, ...]
-
-    @classmethod
-    def of(cls, stored: RegionFit, work: PathWork[Any]) -> PathShared:
-        """Of the work with a stored model."""
-        return cls(work.function, work.shared, stored.others)
-
-
-def path_answer(shared: PathShared, task: PathTask) -> PathResult:
-    """The result of a path, or why it failed.
-
-    Raises `AvahazardError` where somebody has changed its records since the work began.
-    """
-    own = task.records
-    # Here, where many do it, and not by who gives out the work.
-    if Fingerprint().add(own) != task.digest:
-        raise AvahazardError(
-            f"The records of path {task.path_id} have been changed since this began.",
-            "Give the same command again: it takes the records as they are now.",
-        )
-    task = replace(task, records=replace(own, events=own.events or shared.others))
-    try:
-        found = shared.function(shared.what, task)
-    except AvahazardError as error:
-        return PathResult(task.position, task.path_id, failed=error.message, hint=error.hint)
-    except FAILURES as error:
-        reason = f"{type(error).__name__} on path {task.path_id}: {error}"
-        return PathResult(task.position, task.path_id, failed=reason)
-    documents = tuple(plain(document) for document in found.documents)
-    return PathResult(task.position, task.path_id, documents, found.notes)

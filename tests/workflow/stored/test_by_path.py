@@ -28,7 +28,7 @@ from avahazard.workflow.database import init_database
 from avahazard.workflow.hazard import HazardQuestion, hazard_work
 from avahazard.workflow.hazard_plan import plan_hazard
 from avahazard.workflow.stored import by_path
-from avahazard.workflow.stored.by_path import PathAnswer, PathTask
+from avahazard.workflow.stored.path_unit import PathAnswer, PathShared, PathTask, path_answer
 from tests.workflow.worlds import height
 
 N_POINTS = 400
@@ -143,15 +143,15 @@ def changing(tmp_path: FilePath) -> str:
 
 def test_records_that_change_meanwhile_end_the_work(changing: str) -> None:
     stored, path_ids, work = hazard_work(changing, "m", ASKED)
-    shared = by_path.PathShared.of(stored, replace(work, function=nothing))
+    shared = PathShared.of(stored, replace(work, function=nothing))
     tasks = by_path.path_tasks(changing, stored, path_ids)
-    answers = [by_path.path_answer(shared, next(tasks)) for _ in range(AT_ONCE)]
+    answers = [path_answer(shared, next(tasks)) for _ in range(AT_ONCE)]
     assert [found.path_id for found in answers] == path_ids[:AT_ONCE]
     assert not any(found.failed for found in answers)
     with writing(changing) as session:
         save_records(session, Records(events=(Event("new", path_ids[-1], runout_x_m=1000.0),)))
     with pytest.raises(AvahazardError, match=f"path {path_ids[-1]} have been changed") as error:
-        by_path.path_answer(shared, next(tasks))
+        path_answer(shared, next(tasks))
     assert "same command again" in error.value.hint
     again, _, _ = hazard_work(changing, "m", ASKED)
     assert again.survey.fingerprint != stored.survey.fingerprint
