@@ -107,31 +107,14 @@ def _height(rate, wanted):  # type: ignore[no-untyped-def]
 
 
 @kernel(inner=True, forceinline=True, borrows=True)
-def _height_at(descent, p, x, wanted, over):  # type: ignore[no-untyped-def]
-    """`_height` past x; `over` `[3, n_classes]`: how many nodes of the curves stop beyond x.
-
-    They are the last row, from the first to the second.
-    """
+def _height_at(descent, p, x, wanted, least, most):  # type: ignore[no-untyped-def]
+    """`_height` past x, where from `least` to `most` `[n_classes]` nodes of the curves stop."""
     g, total = descent.group[p], 0.0
-    for c in range(over.shape[1]):
-        over[2, c] = n_over(descent.falling[g, c], x, over[0, c], over[1, c])
-        nu = _threshold(descent, g, c, x, over[2, c])
+    for c in range(len(least)):
+        over = n_over(descent.falling[g, c], x, least[c], most[c])
+        nu = _threshold(descent, g, c, x, over)
         total += descent.class_share[c] * _share(descent, p, c, nu)
     return _height(descent.rate[p] * total, wanted)
-
-
-@kernel(inner=True, forceinline=True, borrows=True)
-def _begin(least, most, over):  # type: ignore[no-untyped-def]
-    """From `least` to `most` `[n_classes]` nodes stop beyond whatever place comes first."""
-    for c in range(len(least)):
-        over[0, c], over[1, c] = least[c], most[c]
-
-
-@kernel(inner=True, forceinline=True, borrows=True)
-def _narrow(over, row):  # type: ignore[no-untyped-def]
-    """What stops beyond the last place is an end of what does beyond the next."""
-    for c in range(over.shape[1]):
-        over[row, c] = over[2, c]
 
 
 @kernel
@@ -145,14 +128,14 @@ def exceeded_places(descent, wanted, low, high, halvings):  # type: ignore[no-un
     """
     x = _halved(low, high)
     nu, over = _room(descent, x)
-    result, between = np.empty(len(wanted)), np.empty((3, over.shape[2]), np.int64)
-    _fill_places(descent, wanted, low, halvings, x, nu, over, between, result)
+    result = np.empty(len(wanted))
+    _fill_places(descent, wanted, low, halvings, x, nu, over, result)
     return result
 
 
 # What makes no array is by itself: with `borrows` it takes a fifth of the time on some processors.
 @kernel(inner=True, borrows=True)
-def _fill_places(descent, wanted, low, halvings, x, table, over, between, result):  # type: ignore[no-untyped-def]
+def _fill_places(descent, wanted, low, halvings, x, table, over, result):  # type: ignore[no-untyped-def]
     _thresholds(descent, x, table, over)
     for i in range(len(wanted)):
         p = i if len(descent.rate) > 1 else 0
@@ -173,15 +156,15 @@ def _fill_places(descent, wanted, low, halvings, x, table, over, between, result
                 a, at_a = middle, found
             else:
                 b, at_b = middle, found
-        _begin(over[b, g], over[a, g], between)
+        least, most = over[b, g], over[a, g]
         bottom, top = x[a], x[b]
         left = halvings - FIRST_HALVINGS
-        before, after = _enclosed(descent, p, wanted[i], between, bottom, top, at_a, at_b, left)
+        before, after = _enclosed(descent, p, wanted[i], least, most, bottom, top, at_a, at_b, left)
         for _ in range(left):
             place = 0.5 * (bottom + top)
             often = place <= before
             if before < place < after:
-                often = _height_at(descent, p, place, wanted[i], between) >= 0.0
+                often = _height_at(descent, p, place, wanted[i], least, most) >= 0.0
                 if often:
                     before = place
                 else:
@@ -208,7 +191,7 @@ def _halved(low, high):  # type: ignore[no-untyped-def]
 
 
 @kernel(inner=True, forceinline=True, borrows=True)
-def _enclosed(descent, p, wanted, over, a, b, at_a, at_b, halvings):  # type: ignore[no-untyped-def]
+def _enclosed(descent, p, wanted, least, most, a, b, at_a, at_b, halvings):  # type: ignore[no-untyped-def]
     """Two places a cell of the halvings apart, or nearer, between which the rate is the wanted."""
     tolerance = (b - a) / 2.0**halvings
     steps = halvings + 1
@@ -224,11 +207,9 @@ def _enclosed(descent, p, wanted, over, a, b, at_a, at_b, halvings):  # type: ig
         room = 0.5 * tolerance * 2.0 ** (steps - j) - 0.5 * (b - a)
         if abs(place - half) > room:
             place = half - towards * room
-        found = _height_at(descent, p, place, wanted, over)
+        found = _height_at(descent, p, place, wanted, least, most)
         if found >= 0.0:
             a, at_a = place, found
-            _narrow(over, 1)
         else:
             b, at_b = place, found
-            _narrow(over, 0)
     return a, b

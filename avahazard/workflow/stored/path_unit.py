@@ -53,10 +53,10 @@ class PathWork(Generic[Shared]):
 
 
 class PathShared(NamedTuple):
-    """What every path takes: `function` with its `what`, and events for a path without any."""
+    """What all paths share: `function`, what it takes, and events for a path without any."""
 
     function: Callable[[Any, PathTask], PathAnswer]
-    what: object
+    shared: object
     others: tuple[Event, ...]
 
     @classmethod
@@ -65,7 +65,7 @@ class PathShared(NamedTuple):
         return cls(work.function, work.shared, stored.others)
 
 
-def path_answer(shared: PathShared, task: PathTask) -> PathResult:
+def path_answer(work: PathShared, task: PathTask) -> PathResult:
     """The result of a path, or why it failed.
 
     Raises `AvahazardError` where somebody has changed its records since the work began.
@@ -77,9 +77,9 @@ def path_answer(shared: PathShared, task: PathTask) -> PathResult:
             f"The records of path {task.path_id} have been changed since this began.",
             "Give the same command again: it takes the records as they are now.",
         )
-    task = replace(task, records=replace(own, events=own.events or shared.others))
+    task = replace(task, records=replace(own, events=own.events or work.others))
     try:
-        found = shared.function(shared.what, task)
+        found = work.function(work.shared, task)
     except AvahazardError as error:
         return PathResult(task.position, task.path_id, failed=error.message, hint=error.hint)
     except FAILURES as error:
