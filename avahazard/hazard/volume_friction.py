@@ -18,7 +18,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 class VolumeFriction:
     """Friction and runs of the avalanches of one volume.
 
-    `location`, `scatter` `[n_parameters, n_classes]` as `Posterior.location_and_scatter`, without
+    `location`, `scatter` `[n_parameters, n_classes]` as `FrictionModel.of_future_events`, without
     the path's offset; `tables` `[n_groups]` as in `Avalanches`.
     """
 
@@ -74,11 +74,7 @@ def friction_of_volumes(posterior: Posterior, u: Floats, volume: Floats) -> tupl
     """Location and scatter `[n_parameters, n_classes, n_volumes]` at volumes (m3) `[n_volumes]`."""
     observations = posterior.observations
     shape = (len(u), observations.n_events, len(volume))
-    many = Posterior(
-        at_volumes(observations, volume),
-        posterior.specification,
-        posterior.effects,
-        {slot.name: slot.grid for slot in posterior.layout.slots if slot.grid},
-    )
-    location, scatter = many.locations_and_scatters(u, np.tile(volume, observations.n_events))
+    columns = at_volumes(observations, volume).columns
+    every = np.tile(volume, observations.n_events)
+    location, scatter = posterior.friction.of_future_events(u, every, columns)
     return location.reshape(shape), scatter.reshape(shape)

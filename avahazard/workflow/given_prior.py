@@ -42,7 +42,8 @@ def with_given_priors(
         AvahazardError: the model has no such parameter, it cannot have such a prior, or the law
             has its prior from other records.
     """
-    layout = build_layout(specification, tuple(effects), observations, {})
+    speeds = bool(observations.speeds)
+    layout = build_layout(specification, tuple(effects), {}, speeds=speeds)
     others = layout.beside_the_law()
     in_log = {*layout.logs, *layout.spreads.values()}
     positive = {*positive_parameters(layout.law), *(n for n, k in others.items() if k in in_log)}

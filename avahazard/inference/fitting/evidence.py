@@ -76,9 +76,8 @@ def log_prior_mass(posterior: Posterior) -> float:
 
     Grids refined about a mode narrow the ranges; the prior stays what it was.
     """
-    layout: Layout = build_layout(
-        posterior.specification, posterior.effects, posterior.observations, {}
-    )
+    speeds = bool(posterior.observations.speeds)
+    layout: Layout = build_layout(posterior.specification, posterior.effects, {}, speeds=speeds)
     total = 0.0
     for slot in layout.slots:
         low, high = slot.bounds

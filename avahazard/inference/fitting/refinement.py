@@ -148,6 +148,7 @@ def _split(posterior: Posterior, u: Floats, slots: Sequence[int]) -> Posterior:
 
 def refined_grids(posterior: Posterior) -> dict[str, tuple[float, ...]]:
     """The grids of parameters, by slot, that are not those of the effects themselves."""
-    whole = build_layout(posterior.specification, posterior.effects, posterior.observations, {})
+    speeds = bool(posterior.observations.speeds)
+    whole = build_layout(posterior.specification, posterior.effects, {}, speeds=speeds)
     pairs = zip(whole.slots, posterior.layout.slots, strict=True)
     return {new.name: new.grid for old, new in pairs if new.grid != old.grid}

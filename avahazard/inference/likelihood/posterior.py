@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -20,21 +21,15 @@ from avahazard.inference.likelihood.event_terms import (
 )
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.keeping import make_room
-from avahazard.inference.likelihood.location_scatter import (
-    line_covariate,
-    location_and_scatter,
-    pulled,
-)
 from avahazard.inference.likelihood.node_grid import NodeGrid
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import record_sigma
 from avahazard.inference.likelihood.side_by_side import side_by_side
 from avahazard.inference.likelihood.wrong_records import by_wrong_share, log_wrong
-from avahazard.inference.model.build_layout import build_layout
-from avahazard.inference.model.friction_scatter import shifted
+from avahazard.inference.model.friction_model import EventFriction, friction_model
 from avahazard.inference.model.layout import Grids, Layout, regridded
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.offset_plan import offset_plan
+from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, rescaled
 from avahazard.physics.resistance import Resistance
@@ -50,8 +45,9 @@ EVENTS_AT_ONCE = 1000
 class Posterior:
     """Log likelihood and posterior of one model on one observations.
 
-    `nodes` holds what the records say of friction, on the grids of the parameters that shape the
-    tables; `grids` replaces these grids by the names of parameters (`refinement`).
+    `friction` is the model of friction, `of_events` what it takes of these events. `nodes` holds
+    what the records say of friction, on the grids of the parameters that shape the tables; `grids`
+    replaces these grids by the names of parameters (`refinement`).
     """
 
     def __init__(
@@ -64,29 +60,38 @@ class Posterior:
         self.observations = observations
         self.specification = specification
         self.effects = effects
-        self.layout: Layout = build_layout(specification, effects, observations, grids or {})
-        self._student = specification.tails == "student"
-        self._in_log = specification.distribution == "lognormal"
-        self.plan = offset_plan(effects, observations.columns)
-        self._rest = self.plan.rest
+        speeds = bool(observations.speeds)
+        self.friction = friction_model(specification, effects, grids, speeds=speeds)
+        self._student = self.friction.student
+        self._in_log = self.layout.log_scatter
         self._volumes: dict[float, VolumeNodes] = {}
         self._keep: NDArray[np.bool_] | None = None
         self.nodes = NodeGrid(
             observations, effects, self.layout, float(specification.centrifugal), self._in_log
         )
 
+    @property
+    def layout(self) -> Layout:
+        """The coordinates of the model."""
+        return self.friction.layout
+
     @cached_property
-    def _designs(self) -> list[tuple[slice, Floats]]:
-        """What effects on friction multiply their coordinates by, `[n_events, n_parameters]`."""
-        return [
-            (self.layout.places[e.key], e.design(self.observations.columns) * self._scales(e.key))
-            for e in self.effects
-            if e.design is not None
-        ]
+    def of_events(self) -> EventFriction:
+        """What friction takes of the events."""
+        return self.friction.of_events(self.observations.columns)
+
+    @property
+    def plan(self) -> OffsetPlan:
+        """The groups of the events."""
+        return self.of_events.plan
+
+    @cached_property
+    def _rest(self) -> NDArray[np.int64]:
+        return self.plan.rest
 
     @cached_property
     def _covariate(self) -> Floats | None:
-        return line_covariate(self.layout.law, self.observations.volumes)
+        return self.friction.line_covariate(self.observations.volumes.volume)
 
     def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
         """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
@@ -97,14 +102,14 @@ class Posterior:
     def bare(self) -> Posterior:
         """The same without tables and designs: small, to be put on other events."""
         other = copy(self)
-        for made in ("nodes", "_designs", "_covariate"):
+        for made in ("nodes", "of_events", "_covariate"):
             other.__dict__.pop(made, None)
         return other
 
     def regridded(self, grids: Grids) -> Posterior:
         """The same posterior with other grids, and so ranges, of parameters by name."""
         other = copy(self)
-        other.layout = regridded(self.layout, grids)
+        other.friction = replace(self.friction, layout=regridded(self.layout, grids))
         other.nodes = self.nodes.regridded(other.layout)
         return other
 
@@ -163,7 +168,8 @@ class Posterior:
         terms = self.terms(nodes, location, scatter, self._keep)
         value = terms.value if self._keep is None else terms.value[self._keep]
         volume = self.volumes(u).volume
-        slopes = pulled(self.layout, self._designs, u, volume, terms.by_location, terms.by_scatter)
+        by_friction = terms.by_location, terms.by_scatter
+        slopes = self.friction.pulled(u, volume, self.of_events, *by_friction)
         if self.layout.wrong_share is not None:
             k = self.layout.wrong_share
             by_share = by_wrong_share(nodes.log_wrong, terms.value, float(u[k]))
@@ -282,24 +288,7 @@ class Posterior:
             volumes = self.volumes(u)
             volume = volumes.volume
             covariate = self._covariate if volumes is self.observations.volumes else None
-        own = self.layout.spread_values(u) ** 2 @ self.plan.alone
-        return location_and_scatter(self.layout, self._designs, u, volume, own, covariate)
-
-    def locations_and_scatters(self, u: Floats, volume: Floats) -> tuple[Floats, Floats]:
-        """`location_and_scatter` of many draws of what is to come, `[n_draws, n_events]`.
-
-        Its winter or storm is none that is known: that, too, is in its scatter.
-
-        `u` is `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
-        """
-        passing = ~np.array(self.plan.lasting, dtype=np.bool_)
-        own = np.sum(self.layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
-        # Events that differ in nothing that friction knows are taken once.
-        rows = np.column_stack([volume, *(design for _, design in self._designs)])
-        _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-        designs = [(place, design[first]) for place, design in self._designs]
-        location, scatter = location_and_scatter(self.layout, designs, u, volume[first, None], own)
-        return location[..., 0][:, kind.ravel()], scatter[..., 0][:, kind.ravel()]
+        return self.friction.location_and_scatter(u, volume, self.of_events, covariate)
 
     def terms(
         self,
@@ -327,14 +316,11 @@ class Posterior:
         """The resistance on a site with this model's effects at these values."""
         return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
 
-    def _scales(self, key: str) -> Floats:
-        return np.array([slot.scale for slot in self.layout.slots[self.layout.places[key]]])
-
     def shifted(self, location: Floats, offsets: Floats | None) -> Floats:
         """`location` `[n_events, n_volumes]` with `offsets` `[n_offsets]` of log friction."""
         if offsets is None:
             return location
-        return shifted(location, self.plan.shift(offsets)[:, None], self._in_log)
+        return self.friction.shifted(location, self.plan.shift(offsets)[:, None])
 
     def _offsets(
         self, tau: Floats, nodes: Nodes, location: Floats, scatter: Floats

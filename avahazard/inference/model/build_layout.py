@@ -23,17 +23,20 @@ from avahazard.inference.model.layout import (
     regridded,
     scatter_centre,
 )
-from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 
 
 def build_layout(
     specification: Specification,
     effects: tuple[Effect, ...],
-    observations: Observations,
     grids: Grids,
+    *,
+    speeds: bool,
 ) -> Layout:
-    """The coordinates of a model; `grids` replaces grids, and so ranges, by name."""
+    """The coordinates of a model; `grids` replaces grids, and so ranges, by name.
+
+    With measured `speeds` friction scatters along tracks.
+    """
     chosen = law(specification.law)
     # A prior is that of one law; a model of another law has that law's own.
     told = specification.prior
@@ -77,7 +80,7 @@ def build_layout(
         slots.append(Slot("log wrong share", "", float(np.log(WRONG_SHARE)), 1.0, *bounds))
     tables = tuple(k for k, s in enumerate(slots) if s.grid)
     track_scatter = None
-    if observations.speeds:
+    if speeds:
         track_scatter = len(slots)
         slots.append(
             Slot(

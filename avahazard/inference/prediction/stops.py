@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.model.friction_scatter import draws, shifted
-from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.volumes import drawn_log_volumes
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.table_groups import table_groups
@@ -95,9 +93,7 @@ def draw_friction(
 
     `shift` `[n_events]` is added to log friction (offsets of groups).
     """
-    location, scatter = law_at_drawn_volumes(posterior, u, shift, rng)
-    noise = draws(rng, len(location), posterior.specification.tails == "student")
-    return drawn(location, scatter * noise, posterior.layout.log_scatter)
+    return posterior.friction.draw(*law_at_drawn_volumes(posterior, u, shift, rng), rng)
 
 
 def law_at_drawn_volumes(
@@ -107,7 +103,7 @@ def law_at_drawn_volumes(
     volumes = posterior.volumes(u)
     volume = np.exp(drawn_log_volumes(volumes, rng.standard_normal(len(volumes.mean))))
     location, scatter = posterior.location_and_scatter(u, volume[:, None])
-    return shifted(location[:, 0], shift, posterior.layout.log_scatter), scatter[:, 0]
+    return posterior.friction.shifted(location[:, 0], shift), scatter[:, 0]
 
 
 def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:

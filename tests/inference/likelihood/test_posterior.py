@@ -197,7 +197,9 @@ def test_scatter_beyond_the_reference_volume_is_that_at_it(slope: float) -> None
     _, scatter = model.location_and_scatter(u, volume)
     sigma = np.exp(u[model.layout.scatter])
     np.testing.assert_allclose(scatter[0], sigma * np.exp(-slope * np.minimum(shares, 1.0)))
-    _, many = model.locations_and_scatters(u[None], volume[0, 4:5].repeat(len(volume)))
+    columns = model.observations.columns
+    at = volume[0, 4:5].repeat(len(volume))
+    _, many = model.friction.of_future_events(u[None], at, columns)
     np.testing.assert_allclose(many, scatter[0, 4])
 
 
@@ -213,7 +215,8 @@ def test_winters_that_nobody_knows_add_to_the_scatter() -> None:
     np.testing.assert_allclose(scatter[alone], np.hypot(0.15, 0.2))
     # What is to come is in none that is known, whatever its date.
     volume = np.full(model.observations.n_events, 1e4)
-    to_come = model.locations_and_scatters(u[None], volume)[1][0]
+    columns = model.observations.columns
+    to_come = model.friction.of_future_events(u[None], volume, columns)[1][0]
     np.testing.assert_allclose(to_come, np.hypot(0.15, 0.2))
 
 

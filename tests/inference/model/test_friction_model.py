@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood.location_scatter import (
-    MOST_LOG_SCATTER,
-    line_covariate,
-    location_and_scatter,
-)
+from avahazard.inference.model.friction_model import MOST_LOG_SCATTER
 from avahazard.inference.model.laws import LAWS
 from tests.inference.studies import near, observations, posterior
 
@@ -21,7 +17,7 @@ def test_the_law_at_the_volume_with_the_design_of_an_effect(distribution: str) -
     location, scatter = model.location_and_scatter(u)
     volume = observations().volumes.volume
     shift = np.zeros(len(volume))
-    for place, design in model._designs:
+    for place, design in model.of_events.shifts:
         shift = shift + design @ u[place]
     assert np.ptp(shift) > 0.0
     # log μ = log a - n V, n in 1e-6 a cubic metre.
@@ -57,12 +53,11 @@ def test_a_law_that_is_a_line_may_take_its_covariate(name: str) -> None:
     given = observations()
     model = posterior(given, "snow-type", law=name)
     u, volume = near(model, 0.2, 3), given.volumes.volume
-    own = np.zeros(len(volume))
-    covariate = line_covariate(model.layout.law, given.volumes)
+    covariate = model.friction.line_covariate(volume)
     assert (covariate is not None) == (name in ("exponential", "power"))
-    expected = location_and_scatter(model.layout, model._designs, u, volume, own)
+    expected = model.friction.location_and_scatter(u, volume, model.of_events)
     for found in (
-        location_and_scatter(model.layout, model._designs, u, volume, own, covariate),
+        model.friction.location_and_scatter(u, volume, model.of_events, covariate),
         model.location_and_scatter(u),
     ):
         np.testing.assert_array_equal(found[0], expected[0])

@@ -1,0 +1,188 @@
+"""The friction of avalanches by a model: its law, effects on friction, groups, and scatter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from avahazard.arrays import Floats
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Effect
+from avahazard.inference.model.build_layout import build_layout
+from avahazard.inference.model.friction_scatter import (
+    draws,
+    friction,
+    shifted,
+    volume_share,
+    widened,
+)
+from avahazard.inference.model.law_curves import bounded
+from avahazard.inference.model.layout import Grids, Layout
+from avahazard.inference.model.offset_plan import OffsetPlan, offset_plan
+from avahazard.inference.model.specification import Specification
+
+MOST_LOG_SCATTER, LEAST_LOG_SCATTER = 4.0, -12.0
+
+
+class EventFriction(NamedTuple):
+    """What friction takes of some events.
+
+    `shifts`: the slots of each effect that shifts log friction, and what their coordinates are
+    multiplied by, `[n_events, n_parameters]`. `plan`: the groups of the events.
+    """
+
+    shifts: list[tuple[slice, Floats]]
+    plan: OffsetPlan
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionModel:
+    """Friction given the coordinates u `[..., n_slots]` of a model, for any events.
+
+    Its law, `effects` on friction and scatter are in `layout`; `student`: the scatter is
+    Student's t. Locations are of log μ, or of μ where friction is normal.
+    """
+
+    layout: Layout
+    effects: tuple[Effect, ...]
+    student: bool
+
+    def of_events(self, columns: EventColumns) -> EventFriction:
+        """What friction takes of events."""
+        layout = self.layout
+        shifts = []
+        for effect in self.effects:
+            if effect.design is not None:
+                place = layout.places[effect.key]
+                scales = np.array([slot.scale for slot in layout.slots[place]])
+                shifts.append((place, effect.design(columns) * scales))
+        return EventFriction(shifts, offset_plan(self.effects, columns))
+
+    def line_covariate(self, volume: Floats) -> Floats | None:
+        """What log μ is a line in at volumes (m3), `[n_events, n_volumes]`; None for other laws."""
+        law = self.layout.law
+        is_line = law.form == "line" and len(law.coordinates) == 2
+        return law.covariate(volume) if is_line else None
+
+    def location_and_scatter(
+        self,
+        u: Floats,
+        volume: Floats,
+        events: EventFriction | None = None,
+        covariate: Floats | None = None,
+    ) -> tuple[Floats, Floats]:
+        """Location m and scatter σ of friction, each `[..., n_events, n_volumes]`.
+
+        At coordinates u `[..., n_slots]` and volumes (m3) `[n_events, n_volumes]`. What an event
+        has for itself of a grouping is in its scatter. `events` None: by the law alone.
+        `covariate` is `line_covariate` where it is known: its logarithms are most of the work.
+        """
+        if events is None:
+            return self._located(u, volume, [], np.zeros(len(volume)), covariate)
+        own = self.layout.spread_values(u) ** 2 @ events.plan.alone
+        return self._located(u, volume, events.shifts, own, covariate)
+
+    def of_future_events(
+        self, u: Floats, volume: Floats, columns: EventColumns
+    ) -> tuple[Floats, Floats]:
+        """Location and scatter `[n_draws, n_events]` of what is to come.
+
+        Its winter or storm is none that is known: that, too, is in its scatter. `u` is
+        `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
+        """
+        shifts, plan = self.of_events(columns)
+        passing = ~np.array(plan.lasting, dtype=np.bool_)
+        own = np.sum(self.layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
+        # Events that differ in nothing that friction knows are taken once.
+        rows = np.column_stack([volume, *(design for _, design in shifts)])
+        _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        different = [(place, design[first]) for place, design in shifts]
+        location, scatter = self._located(u, volume[first, None], different, own)
+        return location[..., 0][:, kind.ravel()], scatter[..., 0][:, kind.ravel()]
+
+    def _located(
+        self,
+        u: Floats,
+        volume: Floats,
+        shifts: list[tuple[slice, Floats]],
+        own: Floats,
+        covariate: Floats | None = None,
+    ) -> tuple[Floats, Floats]:
+        """Location and scatter; `own` `[..., n_events]` is a further variance of log friction."""
+        layout = self.layout
+        law = layout.law
+        if covariate is None:
+            flat = law.log_friction(u[..., : len(law.coordinates)], volume.ravel())
+            location = flat.reshape(*u.shape[:-1], *volume.shape)
+        else:
+            with np.errstate(over="ignore"):  # bounded then
+                location = bounded(u[..., 0, None, None] - u[..., 1, None, None] * covariate)
+        for place, design in shifts:
+            location = location + (u[..., place] @ design.T)[..., None]
+        log_scatter = u[..., layout.scatter, None, None]
+        least = LEAST_LOG_SCATTER
+        if layout.scatter_slope is not None:
+            share = volume_share(volume, layout.reference_volume)
+            log_scatter = log_scatter - u[..., layout.scatter_slope, None, None] * share
+            # Where it falls with volume it stops at the least that the nodes can bear.
+            least = layout.slots[layout.scatter].low
+        if not layout.log_scatter:
+            location = np.exp(location)
+        scatter = np.exp(np.clip(log_scatter, least, MOST_LOG_SCATTER))
+        scatter = np.broadcast_to(scatter, location.shape)
+        if np.any(own):
+            return location, widened(scatter, own[..., None], location, layout.log_scatter)
+        return location, np.array(scatter)
+
+    def pulled(
+        self, u: Floats, volume: Floats, events: EventFriction, pull: Floats, by_scatter: Floats
+    ) -> Floats:
+        """Derivatives `[n_slots]` by the coordinates u `[n_slots]` that move location and scatter.
+
+        Of a sum over events whose derivatives in m and in log σ are `pull` and `by_scatter`, each
+        `[n_events, n_volumes]`; 0 for other coordinates. The events have no groups.
+        """
+        layout = self.layout
+        slopes = np.zeros(len(u))
+        n = len(layout.law.coordinates)
+        if not layout.log_scatter:
+            # m is μ itself.
+            own = np.zeros(len(volume))
+            pull = pull * self._located(u, volume, events.shifts, own)[0]
+        by_law = layout.law.slopes(u[:n], volume.ravel())
+        slopes[:n] = by_law @ pull.ravel()
+        by_event = np.sum(pull, axis=1)
+        for place, design in events.shifts:
+            slopes[place] = by_event @ design
+        slopes[layout.scatter] = np.sum(by_scatter)
+        if layout.scatter_slope is not None:
+            share = volume_share(volume, layout.reference_volume)
+            raw = u[layout.scatter] - u[layout.scatter_slope] * share
+            free = (raw > layout.slots[layout.scatter].low) & (raw < MOST_LOG_SCATTER)
+            slopes[layout.scatter] = np.sum(by_scatter[free])
+            slopes[layout.scatter_slope] = -np.sum((by_scatter * share)[free])
+        return slopes
+
+    def shifted(self, location: Floats, shift: Floats) -> Floats:
+        """The location with `shift` added to log friction."""
+        return shifted(location, shift, self.layout.log_scatter)
+
+    def draw(self, location: Floats, scatter: Floats, rng: np.random.Generator) -> Floats:
+        """One draw of μ for each location and scatter, of one shape."""
+        noise = draws(rng, location.shape, self.student)
+        return friction(location, scatter * noise, self.layout.log_scatter)
+
+
+def friction_model(
+    specification: Specification,
+    effects: tuple[Effect, ...],
+    grids: Grids | None = None,
+    *,
+    speeds: bool,
+) -> FrictionModel:
+    """The friction of a model with these effects, on whatever they act; as in `build_layout`."""
+    layout = build_layout(specification, effects, grids or {}, speeds=speeds)
+    on_friction = tuple(e for e in effects if e.design is not None or e.groups is not None)
+    return FrictionModel(layout, on_friction, specification.tails == "student")
