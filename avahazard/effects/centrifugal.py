@@ -7,7 +7,7 @@ from avahazard.effects.needs import needs_profile
 
 
 def _build(_facts: Facts) -> Effect:
-    return Effect("centrifugal")
+    return Effect("centrifugal", ())
 
 
 DEFINITION = Definition(

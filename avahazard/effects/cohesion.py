@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
 from avahazard.effects.needs import needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
 
 
-def _motion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
+def _resistance(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
     return replace(resistance, constant=resistance.constant + values[0])
 
 
-def _build(_facts: Facts) -> Effect:
+def _build(_facts: Facts) -> MotionEffect:
     grid = (0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3, 1.7, 2.2, 2.8, 3.5)
     strength = Parameter("strength", "m/s2", 0.0, 0.0, 1.0, 0.0, grid[-1], grid)
-    return Effect("cohesion", (strength,), motion=_motion)
+    return MotionEffect("cohesion", (strength,), resistance=_resistance)
 
 
 DEFINITION = Definition(

@@ -9,7 +9,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter
 from avahazard.effects.levels import level_effect, level_facts, level_lacking
 from avahazard.effects.site import Site
 
@@ -71,7 +71,7 @@ def _facts(column: str, columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return {"knots": [float(k) for k in knots], "centre": centre, "scale": scale}
 
 
-def _build(column: str, facts: Facts) -> Effect:
+def _build(column: str, facts: Facts) -> FrictionEffect:
     if "levels" in facts:
         return level_effect(PREFIX + column, column, facts)
     knots, centre, scale = np.array(facts["knots"]), facts["centre"], facts["scale"]
@@ -87,7 +87,7 @@ def _build(column: str, facts: Facts) -> Effect:
     parameters = [Parameter("slope", unit, 0.0, 0.0, LINEAR_SD)] + [
         Parameter(f"bend_{k + 1}", unit, 0.0, 0.0, CURVED_SD) for k in range(max(0, len(knots) - 2))
     ]
-    return Effect(PREFIX + column, tuple(parameters), design=design)
+    return FrictionEffect(PREFIX + column, tuple(parameters), design=design)
 
 
 def spline_columns(values: Floats, knots: Floats, centre: float, scale: float) -> Floats:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -44,46 +44,100 @@ Scale = Callable[[Floats], float]
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """An effect ready for use: its parameters, and the one thing that it acts on.
+    """An effect ready for use: its parameters; of what kind it is says its class.
 
-    `motion(site, resistance, values)`: the resistance with this effect added.
-    `design(columns)`: columns `[n_events, n_parameters]` added to log friction.
-    `shift(columns, values)`: metres `[n_events]` added to the elevation that is recorded.
-    `advance(columns, values)`: metres `[n_events]` along the path, record ahead of the block.
-    `limit(columns, values)`: elevation `[n_events]` above which a stop is not seen (nan: none).
-    `record_scale(values)`: factor on the stated errors of the records.
-    `volume_scale(values)`: factor on the stated errors of the volumes.
-    `groups(columns)`: groups of events, each with a random offset of log friction; the one
-    parameter is the spread of these, normal about zero, with a half-normal prior.
+    One of no kind has no parameters: what it means is a `Setting` of the model.
     """
 
     key: str
-    parameters: tuple[Parameter, ...] = ()
-    motion: Motion | None = None
-    design: Design | None = None
-    shift: Record | None = None
-    advance: Record | None = None
-    limit: Record | None = None
-    record_scale: Scale | None = None
-    volume_scale: Scale | None = None
-    groups: Callable[[EventColumns], Groups] | None = None
-    speed_dependent: bool = False
+    parameters: tuple[Parameter, ...]
+    acts_on: ClassVar[str] = ""
 
     @property
     def neutral(self) -> Floats:
         """Neutral values `[n_parameters]`."""
         return np.array([p.neutral for p in self.parameters])
 
-    @property
-    def acts_on(self) -> str:
-        """What it acts on, in words."""
-        if self.design is not None or self.groups is not None:
-            return "friction"
-        if self.volume_scale is not None:
-            return "the error of the volume"
-        if self.record_scale is not None:
-            return "the error of the record"
-        return "the motion" if self.motion is not None else "the record"
+
+@dataclass(frozen=True, slots=True)
+class MotionEffect(Effect):
+    """`resistance(site, resistance, values)`: the resistance with this effect added."""
+
+    resistance: Motion
+    speed_dependent: bool = False
+    acts_on: ClassVar[str] = "the motion"
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionEffect(Effect):
+    """`design(columns)`: columns `[n_events, n_parameters]` added to log friction."""
+
+    design: Design
+    acts_on: ClassVar[str] = "friction"
+
+
+@dataclass(frozen=True, slots=True)
+class GroupEffect(Effect):
+    """`groups(columns)`: groups of events, each with a random offset of log friction.
+
+    The one parameter is the spread of these, normal about zero, with a half-normal prior.
+    """
+
+    groups: Callable[[EventColumns], Groups]
+    acts_on: ClassVar[str] = "friction"
+
+
+@dataclass(frozen=True, slots=True)
+class RecordEffect(Effect):
+    """What is recorded of a stop; one of the three classes below."""
+
+    acts_on: ClassVar[str] = "the record"
+
+
+@dataclass(frozen=True, slots=True)
+class ShiftEffect(RecordEffect):
+    """`shift(columns, values)`: metres `[n_events]` added to the elevation that is recorded."""
+
+    shift: Record
+
+
+@dataclass(frozen=True, slots=True)
+class FrontEffect(RecordEffect):
+    """`advance(columns, values)`: metres `[n_events]` along the path, record ahead of the block."""
+
+    advance: Record
+
+
+@dataclass(frozen=True, slots=True)
+class RecordErrorEffect(RecordEffect):
+    """`scale(values)`: factor on the stated errors of the records."""
+
+    scale: Scale
+    acts_on: ClassVar[str] = "the error of the record"
+
+
+@dataclass(frozen=True, slots=True)
+class LimitEffect(Effect):
+    """`limit(columns, values)`: elevation `[n_events]` above which no stop is seen (nan: none)."""
+
+    limit: Record
+    acts_on: ClassVar[str] = "the record"
+
+
+@dataclass(frozen=True, slots=True)
+class VolumeErrorEffect(Effect):
+    """`scale(values)`: factor on the stated errors of the volumes."""
+
+    scale: Scale
+    acts_on: ClassVar[str] = "the error of the volume"
+
+
+Kind = TypeVar("Kind", bound=Effect)
+
+
+def of_kind(effects: Iterable[Effect], kind: type[Kind]) -> list[Kind]:
+    """Those of the effects that are of this kind."""
+    return [effect for effect in effects if isinstance(effect, kind)]
 
 
 def nothing_lacks(_columns: EventColumns, _sites: Sequence[Site]) -> str | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
 from avahazard.effects.needs import needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
@@ -18,7 +18,7 @@ EDGE_M = 40.0
 """The snow line is blurred over this height, so that the likelihood is smooth in it."""
 
 
-def _motion(site: Site, resistance: Resistance, values: Floats) -> Resistance:
+def _resistance(site: Site, resistance: Resistance, values: Floats) -> Resistance:
     y = site.terrain_for(resistance).middle_y
     above = np.clip((y - values[1]) / EDGE_M + 0.5, 0.0, 1.0)
     return replace(resistance, drag=resistance.drag + values[0] * above)
@@ -31,11 +31,11 @@ def _facts(_columns: EventColumns, sites: Sequence[Site]) -> Facts:
     return {"bottom_m": bottom, "top_m": top}
 
 
-def _build(facts: Facts) -> Effect:
+def _build(facts: Facts) -> MotionEffect:
     bottom, top = float(facts["bottom_m"]), float(facts["top_m"])
     line = tuple(float(z) for z in np.linspace(bottom, top, 9)[1:-1])
     grid = (0.0, 0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.016, 0.025)
-    return Effect(
+    return MotionEffect(
         "entrainment",
         (
             Parameter("rate", "1/m", 0.0, 0.0, 0.005, 0.0, grid[-1], grid),
@@ -43,7 +43,7 @@ def _build(facts: Facts) -> Effect:
                 "above", "m", line[3], line[3], 0.5 * (top - bottom), line[0], line[-1], line
             ),
         ),
-        motion=_motion,
+        resistance=_resistance,
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, Parameter, ShiftEffect
 from avahazard.effects.needs import MIN_LEVEL
 from avahazard.effects.site import Site
 
@@ -36,11 +36,11 @@ def _facts(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     }
 
 
-def _build(facts: Facts) -> Effect:
+def _build(facts: Facts) -> ShiftEffect:
     years = tuple(float(y) for y in facts["years"])
     shifts = (-160.0, -120.0, -90.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0, 90.0, 120.0, 160.0)
     middle = years[len(years) // 2]
-    return Effect(
+    return ShiftEffect(
         "epoch-bias",
         (
             Parameter("shift", "m", 0.0, 0.0, 40.0, shifts[0], shifts[-1], shifts),

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Effect, Parameter
+from avahazard.effects.effect import (
+    Effect,
+    FrictionEffect,
+    FrontEffect,
+    MotionEffect,
+    Parameter,
+    ShiftEffect,
+)
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
@@ -82,14 +89,14 @@ def build_effect(
     call = _Call(key, form, function, parameters, tuple(needs))
     match form.name:
         case "friction":
-            return Effect(key, parameters, design=call.design)
+            return FrictionEffect(key, parameters, call.design)
         case "record_shift":
-            return Effect(key, parameters, shift=call.metres)
+            return ShiftEffect(key, parameters, call.metres)
         case "front":
-            return Effect(key, parameters, advance=call.metres)
+            return FrontEffect(key, parameters, call.metres)
         case "speed_factor" | "speed_resistance":
-            return Effect(key, parameters, motion=call.on_speed, speed_dependent=True)
-    return Effect(key, parameters, motion=call.on_track)
+            return MotionEffect(key, parameters, call.on_speed, speed_dependent=True)
+    return MotionEffect(key, parameters, call.on_track)
 
 
 @dataclass(frozen=True, slots=True)

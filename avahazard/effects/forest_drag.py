@@ -9,7 +9,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
 from avahazard.effects.needs import named, needs_profile
 from avahazard.effects.site import Site
 from avahazard.message import message
@@ -21,7 +21,7 @@ ONE_WOODED = message("{paths} has forest ({n} of {total} events).")
 WOODED = message("{paths} have forest ({n} of {total} events).")
 
 
-def _motion(site: Site, resistance: Resistance, values: Floats) -> Resistance:
+def _resistance(site: Site, resistance: Resistance, values: Floats) -> Resistance:
     inside = site.cover(site.terrain_for(resistance)) == FOREST
     return replace(resistance, drag=resistance.drag + values[0] * inside)
 
@@ -43,10 +43,10 @@ def _seen_in(columns: EventColumns, sites: Sequence[Site]) -> str | None:
     return words.format(paths=named(wooded), n=n, total=len(columns))
 
 
-def _build(_facts: Facts) -> Effect:
+def _build(_facts: Facts) -> MotionEffect:
     grid = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.011, 0.017, 0.025, 0.04, 0.06, 0.1)
     drag = Parameter("drag", "1/m", 0.0, 0.0, 0.02, 0.0, grid[-1], grid)
-    return Effect("forest-drag", (drag,), motion=_motion)
+    return MotionEffect("forest-drag", (drag,), resistance=_resistance)
 
 
 DEFINITION = Definition(

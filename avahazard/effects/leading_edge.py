@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, FrontEffect, Parameter
 from avahazard.effects.site import Site
 
 
@@ -21,10 +21,10 @@ def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     return None if len(known) >= 10 else "fewer than 10 events have a deposit length"
 
 
-def _build(_facts: Facts) -> Effect:
+def _build(_facts: Facts) -> FrontEffect:
     grid = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0, 1.25, 1.5)
     share = Parameter("share", "of the deposit length", 0.0, 0.5, 0.5, 0.0, grid[-1], grid)
-    return Effect("leading-edge", (share,), advance=_advance)
+    return FrontEffect("leading-edge", (share,), advance=_advance)
 
 
 DEFINITION = Definition(

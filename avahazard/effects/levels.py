@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Effect, Facts, Parameter
+from avahazard.effects.effect import Facts, FrictionEffect, Parameter
 from avahazard.effects.needs import MIN_LEVEL, level_counts, named, two_levels
 from avahazard.message import message
 
@@ -88,7 +88,7 @@ def level_words(columns: EventColumns, name: str) -> str | None:
     return text.format(column=name, n=len(columns), parts=", ".join(parts), rest=rest)
 
 
-def level_effect(key: str, name: str, facts: Facts) -> Effect:
+def level_effect(key: str, name: str, facts: Facts) -> FrictionEffect:
     """One offset of log friction for each level but the reference; other levels have none."""
     levels = [str(k) for k in facts["levels"]]
     # Models stored before the width was taken from the data have none.
@@ -103,4 +103,4 @@ def level_effect(key: str, name: str, facts: Facts) -> Effect:
     parameters = tuple(
         Parameter(k, f"log friction against {facts['reference']}", 0.0, 0.0, sd) for k in levels
     )
-    return Effect(key, parameters, design=design)
+    return FrictionEffect(key, parameters, design=design)

@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, LimitEffect, Parameter
 from avahazard.effects.needs import MIN_LEVEL, needs_profile
 from avahazard.effects.site import Site
 
@@ -46,7 +46,7 @@ def _settled(columns: EventColumns, sites: Sequence[Site]) -> bool:
     return all(sites[k].path.observed_below_m is not None for k in np.unique(known))
 
 
-def _build(facts: Facts) -> Effect:
+def _build(facts: Facts) -> LimitEffect:
     paths: dict[str, dict[str, float]] = facts["paths"]
 
     def limit(columns: EventColumns, values: Floats) -> Floats:
@@ -63,7 +63,7 @@ def _build(facts: Facts) -> Effect:
     margin = Parameter(
         "margin", "m above the highest stop seen", FAR_M, 200.0, 400.0, 0.0, FAR_M, grid
     )
-    return Effect("observation-limit", (margin,), limit=limit)
+    return LimitEffect("observation-limit", (margin,), limit=limit)
 
 
 DEFINITION = Definition(

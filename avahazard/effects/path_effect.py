@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Facts, GroupEffect
 from avahazard.effects.groups import Groups
 from avahazard.effects.site import Site
 from avahazard.effects.spread import spread_parameter
@@ -34,8 +34,8 @@ def _as_nuisance(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     return None if _n_paths(columns) >= MIN_DIFFERENT else "there is one path"
 
 
-def _build(_facts: Facts) -> Effect:
-    return Effect("path-effect", (spread_parameter("tau"),), groups=_groups)
+def _build(_facts: Facts) -> GroupEffect:
+    return GroupEffect("path-effect", (spread_parameter("tau"),), groups=_groups)
 
 
 DEFINITION = Definition(

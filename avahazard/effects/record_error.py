@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Facts, RecordErrorEffect
 from avahazard.effects.error_factor import HALF_OCTAVES, factor, log_factor
 from avahazard.effects.needs import MIN_LEVEL
 from avahazard.effects.site import Site
@@ -17,8 +17,8 @@ def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     return f"fewer than {4 * MIN_LEVEL} events"
 
 
-def _build(_facts: Facts) -> Effect:
-    return Effect("record-error", (log_factor(grid=HALF_OCTAVES),), record_scale=factor)
+def _build(_facts: Facts) -> RecordErrorEffect:
+    return RecordErrorEffect("record-error", (log_factor(grid=HALF_OCTAVES),), scale=factor)
 
 
 DEFINITION = Definition(

@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter
 from avahazard.effects.site import Site
 
 CENTRE_M = 2000.0
@@ -27,9 +27,9 @@ def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     return f"release elevations differ by less than {MIN_SPREAD_M:.0f} m"
 
 
-def _build(_facts: Facts) -> Effect:
+def _build(_facts: Facts) -> FrictionEffect:
     slope = Parameter("slope", "log friction per 1000 m", 0.0, 0.0, 0.4)
-    return Effect("release-elevation", (slope,), design=_design)
+    return FrictionEffect("release-elevation", (slope,), design=_design)
 
 
 DEFINITION = Definition(

@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter
 from avahazard.effects.site import Site
 
 MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0
@@ -26,8 +26,8 @@ def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     return None if enough else f"fewer than {MIN_DATES} events have a day (not only a year)"
 
 
-def _build(_facts: Facts) -> Effect:
-    return Effect(
+def _build(_facts: Facts) -> FrictionEffect:
+    return FrictionEffect(
         "season",
         (
             Parameter("slope", "log friction per 60 days", 0.0, 0.0, 0.2),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Facts, FrictionEffect
 from avahazard.effects.levels import level_effect, level_facts, level_lacking, level_words
 from avahazard.effects.site import Site
 
@@ -24,7 +24,7 @@ def _seen_in(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     return level_words(columns, COLUMN)
 
 
-def _build(facts: Facts) -> Effect:
+def _build(facts: Facts) -> FrictionEffect:
     return level_effect("snow-type", COLUMN, facts)
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
 from avahazard.effects.needs import needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance
 
 
-def _motion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
+def _resistance(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
     ratio, speed = values
     factor = ratio + (1.0 - ratio) / (1.0 + SPEEDS / speed)
     if resistance.speed_factor is not None:
@@ -21,16 +21,16 @@ def _motion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
     return replace(resistance, speed_factor=np.asarray(factor))
 
 
-def _build(_facts: Facts) -> Effect:
+def _build(_facts: Facts) -> MotionEffect:
     ratios = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0)
     speeds = (4.0, 8.0, 16.0, 32.0)
-    return Effect(
+    return MotionEffect(
         "speed-weakening",
         (
             Parameter("ratio", "", 1.0, 1.0, 0.4, ratios[0], 1.0, ratios),
             Parameter("speed", "m/s", 8.0, 10.0, 8.0, speeds[0], speeds[-1], speeds),
         ),
-        motion=_motion,
+        resistance=_resistance,
         speed_dependent=True,
     )
 

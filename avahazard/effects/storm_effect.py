@@ -8,7 +8,7 @@ from datetime import date
 import numpy as np
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Facts, GroupEffect
 from avahazard.effects.groups import MIN_SHARED, Groups, indices
 from avahazard.effects.site import Site
 from avahazard.effects.spread import spread_parameter
@@ -45,7 +45,7 @@ def _facts(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return {"storms": _storms(columns)}
 
 
-def _build(facts: Facts) -> Effect:
+def _build(facts: Facts) -> GroupEffect:
     storms = [(str(place), int(day)) for place, day in facts["storms"]]
     names = tuple(_name(*storm) for storm in storms)
     known = {(place, day + k): _name(place, day) for place, day in storms for k in range(DAYS + 1)}
@@ -55,7 +55,7 @@ def _build(facts: Facts) -> Effect:
         labels = [known.get((str(place), int(day)), "") for place, day in places]
         return Groups(names, indices(labels, names), alone=True)
 
-    return Effect("storm-effect", (spread_parameter("tau_storm"),), groups=groups)
+    return GroupEffect("storm-effect", (spread_parameter("tau_storm"),), groups=groups)
 
 
 DEFINITION = Definition(

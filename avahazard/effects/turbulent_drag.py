@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Definition, Effect, Facts, Parameter
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
 from avahazard.effects.needs import needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
 
 
-def _motion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
+def _resistance(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
     return replace(resistance, drag=resistance.drag + values[0])
 
 
-def _build(_facts: Facts) -> Effect:
+def _build(_facts: Facts) -> MotionEffect:
     grid = (0.0, 0.0003, 0.0007, 0.0013, 0.002, 0.003, 0.0045, 0.0065, 0.009, 0.013, 0.02, 0.03)
     drag = Parameter("drag", "1/m", 0.0, 0.0, 0.005, 0.0, grid[-1], grid)
-    return Effect("turbulent-drag", (drag,), motion=_motion)
+    return MotionEffect("turbulent-drag", (drag,), resistance=_resistance)
 
 
 DEFINITION = Definition(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Facts, VolumeErrorEffect
 from avahazard.effects.error_factor import MOST, factor, log_factor
 from avahazard.effects.needs import MIN_LEVEL
 from avahazard.effects.site import Site
@@ -28,8 +28,8 @@ def _facts(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return {"highest": float(np.clip(np.log(max(largest_factor(columns), 1e-9)), 0.0, MOST))}
 
 
-def _build(facts: Facts) -> Effect:
-    return Effect("volume-error", (log_factor(facts["highest"]),), volume_scale=factor)
+def _build(facts: Facts) -> VolumeErrorEffect:
+    return VolumeErrorEffect("volume-error", (log_factor(facts["highest"]),), scale=factor)
 
 
 DEFINITION = Definition(

@@ -7,7 +7,7 @@ from avahazard.effects.needs import needs_volume
 
 
 def _build(_facts: Facts) -> Effect:
-    return Effect("volume-law")
+    return Effect("volume-law", ())
 
 
 DEFINITION = Definition(

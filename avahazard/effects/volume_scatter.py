@@ -7,7 +7,7 @@ from avahazard.effects.needs import needs_volume
 
 
 def _build(_facts: Facts) -> Effect:
-    return Effect("volume-scatter")
+    return Effect("volume-scatter", ())
 
 
 DEFINITION = Definition(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.effect import Definition, Facts, GroupEffect
 from avahazard.effects.groups import MIN_SHARED, Groups, indices, shared
 from avahazard.effects.site import Site
 from avahazard.effects.spread import spread_parameter
@@ -27,13 +27,13 @@ def _facts(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return {"winters": shared(_labels(columns))}
 
 
-def _build(facts: Facts) -> Effect:
+def _build(facts: Facts) -> GroupEffect:
     names = tuple(facts["winters"])
 
     def groups(columns: EventColumns) -> Groups:
         return Groups(names, indices(_labels(columns), names), alone=True)
 
-    return Effect("winter-effect", (spread_parameter("tau_winter"),), groups=groups)
+    return GroupEffect("winter-effect", (spread_parameter("tau_winter"),), groups=groups)
 
 
 DEFINITION = Definition(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from avahazard.arrays import Floats
+from avahazard.effects.effect import FrontEffect, of_kind
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.classes_to_come import classes_to_come, path_release_zone
 from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volume, with_volumes
@@ -28,8 +28,7 @@ from avahazard.hazard.volume_friction import (
     rising_friction,
     volume_frictions,
 )
-from avahazard.inference.likelihood.block_runs import Values
-from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import front_ahead
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -132,7 +131,7 @@ def hazard_of_classes(
     many = posterior_draws(model, groups, path_id, MAX_PARAMETERS)
     avalanches = _avalanches(model, groups, path_id, mixed, seed)
     # Runs know nothing of volumes; only how far the front is ahead may.
-    alike = all(effect.advance is None for effect in model.posterior.effects)
+    alike = not of_kind(model.posterior.effects, FrontEffect)
     tables = avalanches.tables if alike else None
     return PathHazard(
         path_id=path_id,
@@ -168,7 +167,10 @@ def _avalanches(
         tables=group_tables(model, groups, observations),
         values=groups.values,
         resistances=tuple(posterior.resistance(site, values) for values in groups.values),
-        ahead=tuple(_ahead(posterior, values) for values in groups.values),
+        ahead=tuple(
+            front_ahead(posterior.observations, posterior.effects, values)
+            for values in groups.values
+        ),
         in_log=in_log,
         student=model.specification.tails == "student",
         sigma_m=None if draws.sigma_m is None else draws.sigma_m[again],
@@ -181,13 +183,3 @@ def _mixed(volumes: EventVolumes | None, at: Sequence[float]) -> EventVolumes:
     return with_volumes(
         volumes or one_volume([*at, ANY_VOLUME_M3][0], N_DRAWS), np.log(np.asarray(at, np.float64))
     )
-
-
-def _ahead(posterior: Posterior, values: Values) -> Floats:
-    """Metres of the front ahead of the block for each class `[n_classes]`."""
-    columns = posterior.observations.columns
-    total = np.zeros(posterior.observations.n_events)
-    for effect in posterior.effects:
-        if effect.advance is not None:
-            total = total + effect.advance(columns, values[effect.key])
-    return total

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.effects.effect import ShiftEffect
 from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.observations import Observations
@@ -78,7 +79,7 @@ def group_tables(
 
     What shifts records alone is left out: bounds are of true stops.
     """
-    effects = tuple(replace(effect, shift=None) for effect in model.posterior.effects)
+    effects = tuple(e for e in model.posterior.effects if not isinstance(e, ShiftEffect))
     curvature = float(model.specification.centrifugal)
     return tuple(
         predict_records(observations, effects, values, curvature, runs)

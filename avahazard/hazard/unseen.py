@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.effects.effect import LimitEffect, of_kind
 from avahazard.effects.site import release_place
 from avahazard.hazard.avalanches import Avalanches, friction_below
 from avahazard.hazard.passing import passing_in_metres, stops
@@ -29,10 +30,8 @@ def limits_of_sight(posterior: Posterior, values: tuple[Values, ...]) -> Floats:
     """
     observations = posterior.observations
     found = np.full(len(values), observations.limit[0])
-    for effect in posterior.effects:
-        if effect.limit is not None:
-            limits = [effect.limit(observations.columns, v[effect.key])[0] for v in values]
-            found = np.array(limits)
+    for effect in of_kind(posterior.effects, LimitEffect):
+        found = np.array([effect.limit(observations.columns, v[effect.key])[0] for v in values])
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.given_prior import GIVEN
 from avahazard.inference.model.law_prior import LawPrior, law_prior, prior_of_fit
@@ -157,7 +157,7 @@ def _paths_of(records: Records, source: str) -> Records:
 
 
 def _on_the_motion(effects: Sequence[Effect]) -> tuple[str, ...]:
-    return tuple(sorted(effect.key for effect in effects if effect.motion is not None))
+    return tuple(sorted(effect.key for effect in of_kind(effects, MotionEffect)))
 
 
 def _told(value: object) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
@@ -99,9 +99,7 @@ def places(model: FittedModel, trees: Sequence[str]) -> Iterator[PlaceView]:
     """
     posterior = model.posterior
     values = posterior.layout.effect_values(np.median(model.draws, axis=0))
-    for effect in posterior.effects:
-        if effect.motion is None:
-            continue
+    for effect in of_kind(posterior.effects, MotionEffect):
         for site in model.observations.sites:
             alone = posterior.resistance(site, _alone(posterior.effects, effect, values))
             none = posterior.resistance(site, _alone(posterior.effects, None, values))

@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from avahazard.effects.covariate import covariate, number_column, spline_columns
+from avahazard.effects.effect import FrictionEffect
 from avahazard.records.event import Event
 from tests.effects.examples import columns, sites
 
@@ -48,7 +49,7 @@ def test_a_column_of_numbers_becomes_a_curve_of_order_one() -> None:
     entry, table = covariate("wind"), columns()
     effect = entry.build(entry.facts(table, sites()))
     assert [p.name for p in effect.parameters] == ["slope", "bend_1", "bend_2", "bend_3"]
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     design = effect.design(table)
     assert design[:, 0].mean() == pytest.approx(0.0, abs=1e-12)
     assert design[:, 0].std() == pytest.approx(1.0)
@@ -61,7 +62,7 @@ def test_a_column_of_numbers_becomes_a_curve_of_order_one() -> None:
 def test_a_missing_value_counts_as_the_mean() -> None:
     entry = covariate("wind")
     effect = entry.build(entry.facts(columns(), sites()))
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     mean = float(np.mean(columns().numbers["wind"]))
     gap, middle = (
         columns((Event("g", "P0", covariates=c), Event("z", "P0", covariates={"wind": 9.0})))

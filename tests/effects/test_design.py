@@ -7,7 +7,7 @@ import pytest
 
 from avahazard.arrays import Floats
 from avahazard.effects import path_effect, path_section, release_elevation, season, snow_type
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, FrictionEffect, GroupEffect
 from avahazard.records.event import Event
 from tests.effects.examples import N_PATHS, columns, sites
 
@@ -15,7 +15,7 @@ from tests.effects.examples import N_PATHS, columns, sites
 def _design(entry: Definition, table=None) -> Floats:
     """The design columns; what the effect takes from the data is from all the events."""
     effect = entry.build(entry.facts(columns(), sites()))
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     return effect.design(columns() if table is None else table)
 
 
@@ -57,7 +57,7 @@ def test_the_winter_is_a_parabola_about_its_middle() -> None:
 
 def test_each_path_has_its_group() -> None:
     effect = path_effect.DEFINITION.build({})
-    assert effect.groups is not None
+    assert isinstance(effect, GroupEffect)
     groups = effect.groups(columns())
     assert groups.index.tolist() == [i % N_PATHS for i in range(36)]
     assert (groups.names, groups.alone) == (columns().paths, False)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, FrictionEffect, MotionEffect
 from avahazard.effects.file_forms import FORMS, track_of
 from avahazard.effects.from_file import definition_from
 from avahazard.effects.site import Site, build_site
@@ -56,9 +56,9 @@ def test_what_a_track_shows() -> None:
 def test_on_the_track(form: str, field: str, by_hand: Any) -> None:
     effect = effect_of(f"def {form}(track, k):\n    return k * (track.land_cover == 'rock')\n")
     place = site()
-    assert effect.motion is not None
+    assert isinstance(effect, MotionEffect)
     before = no_resistance(place.terrain)
-    after = effect.motion(place, before, np.array([0.5]))
+    after = effect.resistance(place, before, np.array([0.5]))
     rock = track_of(place, place.terrain).land_cover == "rock"
     np.testing.assert_array_equal(getattr(after, field), by_hand(rock))
     for other in {"drag", "constant", "factor", "offset"} - {field}:
@@ -72,12 +72,12 @@ def test_on_speed() -> None:
     factor = effect_of("def speed_factor(speeds, k):\n    return 1 / (1 + k * speeds)\n")
     force = effect_of("def speed_resistance(speeds, k):\n    return k * speeds\n")
     assert factor.speed_dependent
-    assert factor.motion is not None
-    assert force.motion is not None
-    once = factor.motion(place, before, np.array([0.1]))
-    twice = factor.motion(place, once, np.array([0.1]))
+    assert isinstance(factor, MotionEffect)
+    assert isinstance(force, MotionEffect)
+    once = factor.resistance(place, before, np.array([0.1]))
+    twice = factor.resistance(place, once, np.array([0.1]))
     np.testing.assert_allclose(twice.speed_factor, (1.0 + 0.1 * SPEEDS) ** -2)
-    both = force.motion(place, force.motion(place, once, np.array([0.2])), np.array([0.3]))
+    both = force.resistance(place, force.resistance(place, once, np.array([0.2])), np.array([0.3]))
     np.testing.assert_allclose(both.speed_constant, 0.5 * SPEEDS)
     np.testing.assert_array_equal(both.speed_factor, once.speed_factor)
 
@@ -94,7 +94,7 @@ def test_on_the_record_and_nothing_at_neutral() -> None:
 def test_data_without_the_column_are_not_touched() -> None:
     body = "def friction(columns):\n    return columns.numbers['dust']\n"
     effect = effect_of(body, "['dust']")
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     np.testing.assert_array_equal(effect.design(event_table()), np.zeros((6, 1)))
 
 
@@ -116,7 +116,7 @@ def test_data_without_the_column_are_not_touched() -> None:
 )
 def test_what_a_function_gives_wrong(body: str, message: str) -> None:
     effect = effect_of(body)
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     with pytest.raises(AvahazardError, match=message):
         effect.design(event_table())
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from avahazard.effects.effect import FrictionEffect, MotionEffect
 from avahazard.effects.file_template import TEMPLATE
 from avahazard.effects.from_file import definition_from
 from tests.effects.event_table import event_table
@@ -15,7 +16,7 @@ def test_it_runs_as_it_is() -> None:
     columns = event_table(snow_type=["wet", "dry", "wet", "dry", "mixed"])
     assert found.lacking(columns, ()) is None
     effect = found.build({})
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     np.testing.assert_array_equal(effect.design(columns)[:, 0], [1.0, 0.0, 1.0, 0.0, 0.0])
 
 
@@ -31,4 +32,4 @@ def test_its_second_example_runs_too() -> None:
     example = "\n".join(line.removeprefix("# ") for line in TEMPLATE[start:].splitlines())
     head = TEMPLATE[: TEMPLATE.index("# Exactly one function")]
     found = definition_from(head + example, "template.py")
-    assert found.build({}).motion is not None
+    assert isinstance(found.build({}), MotionEffect)

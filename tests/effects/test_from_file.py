@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.effects.effect import Parameter
+from avahazard.effects.effect import FrictionEffect, Parameter
 from avahazard.effects.from_file import (
     declared_key,
     definition_from,
@@ -36,7 +36,7 @@ def test_a_file_becomes_a_definition() -> None:
     assert found.facts(columns, ()) == {}
     effect = found.build({})
     assert effect.key == "aspect"
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     # A missing number has no effect.
     np.testing.assert_array_equal(
         effect.design(columns), [[0.0], [1.0], [2.0], [0.0], [4.0], [5.0]]

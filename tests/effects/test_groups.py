@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.effects import path_effect, storm_effect, winter_effect
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, GroupEffect
 from avahazard.effects.groups import Groups
 from avahazard.records.event import Event
 from tests.effects.examples import paths, sites
@@ -25,7 +25,7 @@ def dated(*dates: str | None, towns: tuple[str, ...] = ("",)) -> EventColumns:
 
 def groups(entry: Definition, learnt: EventColumns, used: EventColumns | None = None) -> Groups:
     effect = entry.build(entry.facts(learnt, sites()))
-    assert effect.groups is not None
+    assert isinstance(effect, GroupEffect)
     return effect.groups(learnt if used is None else used)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from avahazard.effects.effect import FrictionEffect
 from avahazard.effects.levels import level_effect, level_facts, level_lacking, level_words
 from tests.effects.event_table import event_table
 
@@ -15,7 +16,7 @@ def test_the_commonest_level_is_the_reference_and_rare_ones_have_none() -> None:
     facts = level_facts(event_table(rock=ROCK), "rock")
     assert (facts["reference"], facts["levels"]) == ("gneiss", ["lime"])
     effect = level_effect("covariate:rock", "rock", facts)
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     columns = effect.design(event_table(rock=ROCK))
     assert columns[:, 0].tolist() == [0.0] * 7 + [1.0] * 5 + [0.0] * 4
     assert "gneiss" in effect.parameters[0].unit
@@ -27,7 +28,7 @@ def test_equal_counts_go_by_name() -> None:
 
 def test_a_level_unseen_in_the_calibration_and_a_missing_column_change_nothing() -> None:
     effect = level_effect("k", "rock", {"reference": "gneiss", "levels": ["lime"]})
-    assert effect.design is not None
+    assert isinstance(effect, FrictionEffect)
     assert effect.design(event_table(rock=["new", "lime"])).tolist() == [[0.0], [1.0]]
     assert np.array_equal(effect.design(event_table()), np.zeros((6, 1)))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects import cohesion, entrainment, forest_drag, speed_weakening, turbulent_drag
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, MotionEffect
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
 from avahazard.physics.runout_curve import RunoutCurve
@@ -29,10 +29,10 @@ def table(resistance: Resistance) -> RunoutCurve:
 def _added(entry: Definition, *values: float) -> Resistance:
     """The resistance with the effect on top of some of every kind."""
     effect = entry.build(entry.facts(columns(), sites()))
-    assert effect.motion is not None
+    assert isinstance(effect, MotionEffect)
     n = site().terrain.n_cells
     before = Resistance(np.full(n, 1.1), np.full(n, 0.02), np.full(n, 0.3), np.full(n, 0.001))
-    return effect.motion(site(), before, np.array(values))
+    return effect.resistance(site(), before, np.array(values))
 
 
 def test_drag_is_the_same_everywhere() -> None:
@@ -80,8 +80,8 @@ def test_friction_falls_with_speed() -> None:
 def test_two_effects_on_speed_multiply() -> None:
     once = _added(speed_weakening.DEFINITION, 0.4, 8.0)
     effect = speed_weakening.DEFINITION.build({})
-    assert effect.motion is not None
-    twice = effect.motion(site(), once, np.array([0.4, 8.0]))
+    assert isinstance(effect, MotionEffect)
+    twice = effect.resistance(site(), once, np.array([0.4, 8.0]))
     assert once.speed_factor is not None
     assert twice.speed_factor == pytest.approx(once.speed_factor**2)
 
@@ -97,9 +97,9 @@ def test_two_effects_on_speed_multiply() -> None:
 )
 def test_what_resists_shortens_every_run(entry: Definition, values: list[float]) -> None:
     effect = entry.build(entry.facts(columns(), sites()))
-    assert effect.motion is not None
+    assert isinstance(effect, MotionEffect)
     plain = no_resistance(site().terrain)
-    base, held = table(plain), table(effect.motion(site(), plain, np.array(values)))
+    base, held = table(plain), table(effect.resistance(site(), plain, np.array(values)))
     both = (base.status == 0) & (held.status == 0)
     assert both.any()
     assert np.all(held.x[both] <= base.x[both] + 1e-3)
@@ -109,9 +109,9 @@ def test_what_resists_shortens_every_run(entry: Definition, values: list[float])
 
 def test_a_bed_that_weakens_with_speed_lengthens_runs() -> None:
     effect = speed_weakening.DEFINITION.build({})
-    assert effect.motion is not None
+    assert isinstance(effect, MotionEffect)
     fine = no_resistance(site().fine_terrain)
-    base, held = table(fine), table(effect.motion(site(), fine, np.array([0.5, 8.0])))
+    base, held = table(fine), table(effect.resistance(site(), fine, np.array([0.5, 8.0])))
     # Not those that hardly start: there F is not straight between every fourth friction.
     started = base.x > site().release_x[:, None] + 30.0
     both = (base.status == 0) & (held.status == 0) & started

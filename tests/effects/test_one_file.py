@@ -32,18 +32,20 @@ pytestmark = pytest.mark.usefixtures("drawn_little")
 HEAD = """
 from dataclasses import replace
 import numpy as np
-from avahazard.effects.effect import Definition, Effect, Parameter
+from avahazard.effects.effect import (
+    Definition, FrictionEffect, MotionEffect, Parameter, ShiftEffect
+)
 from avahazard.physics.resistance import SPEEDS
 """
 FILES = {
     "brush-drag": """
-def _motion(site, resistance, values):
+def _resistance(site, resistance, values):
     return replace(resistance, drag=resistance.drag + values[0])
 
 def _build(_facts):
     grid = (0.0, 0.01)
     drag = Parameter("drag", "1/m", 0.0, 0.0, 0.003, 0.0, 0.01, grid)
-    return Effect("brush-drag", (drag,), motion=_motion)
+    return MotionEffect("brush-drag", (drag,), _resistance)
 
 DEFINITION = Definition("brush-drag", "Brush brakes.", "nothing", _build, limits_speed=True)
 """,
@@ -53,7 +55,7 @@ def _design(columns):
     return np.nan_to_num(values / 10.0)[:, None]
 
 def _build(_facts):
-    return Effect("soft-snow", (Parameter("slope", "", 0.0, 0.0, 0.1),), design=_design)
+    return FrictionEffect("soft-snow", (Parameter("slope", "", 0.0, 0.0, 0.1),), _design)
 
 DEFINITION = Definition("soft-snow", "Warmth softens.", "snow_temperature_c", _build,
                         event_columns=True, column="snow_temperature_c")
@@ -64,17 +66,17 @@ def _shift(columns, values):
 
 def _build(_facts):
     shift = Parameter("shift", "m", 0.0, 0.0, 5.0, 0.0, 10.0, (0.0, 10.0))
-    return Effect("high-mark", (shift,), shift=_shift)
+    return ShiftEffect("high-mark", (shift,), _shift)
 
 DEFINITION = Definition("high-mark", "Marks stand high.", "nothing", _build)
 """,
     "slip": """
-def _motion(site, resistance, values):
+def _resistance(site, resistance, values):
     return replace(resistance, speed_factor=1.0 - values[0] * SPEEDS / (SPEEDS + 20.0))
 
 def _build(_facts):
     share = Parameter("share", "", 0.0, 0.0, 0.1, 0.0, 0.2, (0.0, 0.2))
-    return Effect("slip", (share,), motion=_motion, speed_dependent=True)
+    return MotionEffect("slip", (share,), _resistance, speed_dependent=True)
 
 DEFINITION = Definition("slip", "Speed slips.", "nothing", _build, order=1)
 """,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects import epoch_bias, leading_edge, observation_limit
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, FrontEffect, LimitEffect, ShiftEffect
 from avahazard.records.event import Event
 from tests.effects.examples import N_PATHS, columns, events, sites
 
@@ -16,7 +16,7 @@ from tests.effects.examples import N_PATHS, columns, events, sites
 def test_old_records_are_shifted() -> None:
     entry = epoch_bias.DEFINITION
     effect = entry.build(entry.facts(columns(), sites()))
-    assert effect.shift is not None
+    assert isinstance(effect, ShiftEffect)
     by_year = {1920: 50.0, 1948: 50.0, 1949: 37.5, 1950: 25.0, 1951: 12.5, 1952: 0.0, 2000: 0.0}
     dated = (*(Event(str(y), "P0", date=str(y)) for y in by_year), Event("undated", "P0"))
     shift = effect.shift(columns(dated), np.array([50.0, 1950.0]))
@@ -31,7 +31,7 @@ def test_the_year_is_sought_among_the_dates_of_the_records() -> None:
 
 def test_the_front_is_ahead_by_a_share_of_the_deposit() -> None:
     effect = leading_edge.DEFINITION.build({})
-    assert effect.advance is not None
+    assert isinstance(effect, FrontEffect)
     known = (Event("a", "P0", deposit_length_m=80.0), Event("b", "P0"))
     assert effect.advance(columns(known), np.array([0.5])).tolist() == [40.0, 0.0]
 
@@ -43,7 +43,7 @@ def _limit() -> Effect:
 
 def test_a_declared_limit_holds_and_others_lie_above_the_highest_stop() -> None:
     effect, table = _limit(), columns()
-    assert effect.limit is not None
+    assert isinstance(effect, LimitEffect)
     limit = effect.limit(table, np.array([20.0]))
     for k in range(N_PATHS):
         mine = table.path_index == k
@@ -53,7 +53,7 @@ def test_a_declared_limit_holds_and_others_lie_above_the_highest_stop() -> None:
 
 def test_far_above_every_stop_there_is_no_limit() -> None:
     effect, table = _limit(), columns()
-    assert effect.limit is not None
+    assert isinstance(effect, LimitEffect)
     limit = effect.limit(table, effect.neutral)
     assert np.all(np.isnan(limit[table.path_index > 0]))
     assert np.all(limit[table.path_index == 0] == 400.0)
@@ -66,6 +66,6 @@ def test_a_path_without_a_known_stop_has_no_limit() -> None:
         for e in events()
     )
     effect = entry.build(entry.facts(columns(unknown), sites()))
-    assert effect.limit is not None
+    assert isinstance(effect, LimitEffect)
     table = columns(unknown)
     assert np.all(np.isnan(effect.limit(table, np.array([20.0]))[table.path_index == 2]))

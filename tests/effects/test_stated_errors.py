@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects import record_error, volume_error
+from avahazard.effects.effect import RecordErrorEffect, VolumeErrorEffect
 from avahazard.effects.error_factor import MOST
 from avahazard.effects.volume_spread import MIN_SPREAD, largest_factor
 from tests.effects.examples import columns, events
@@ -16,11 +17,10 @@ from tests.effects.examples import columns, events
 def test_the_factor_is_one_at_neutral_and_of_either_side_alike() -> None:
     for entry in (record_error.DEFINITION, volume_error.DEFINITION):
         effect = entry.build(entry.facts(columns(), ()))
-        scale = effect.record_scale or effect.volume_scale
-        assert scale is not None
-        assert scale(effect.neutral) == 1.0
-        assert scale(np.array([np.log(2.5)])) == pytest.approx(2.5)
-        assert scale(np.array([-np.log(2.5)])) == pytest.approx(0.4)
+        assert isinstance(effect, RecordErrorEffect | VolumeErrorEffect)
+        assert effect.scale(effect.neutral) == 1.0
+        assert effect.scale(np.array([np.log(2.5)])) == pytest.approx(2.5)
+        assert effect.scale(np.array([-np.log(2.5)])) == pytest.approx(0.4)
 
 
 def _volumes(path_means: list[float], deviations: list[float], error: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
+from avahazard.effects.effect import FrictionEffect, LimitEffect
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
 from avahazard.physics.block import LEFT_PROFILE
@@ -34,7 +35,7 @@ class NaivePosterior:
         self.nearest = np.searchsorted(middles, self.nu)
         limit = posterior.observations.limit
         for effect in posterior.effects:
-            if effect.limit is not None:
+            if isinstance(effect, LimitEffect):
                 limit = effect.limit(posterior.observations.columns, self.values[effect.key])
         n = posterior.observations.n_events
         declared = posterior.observations.limit
@@ -137,7 +138,7 @@ class NaivePosterior:
             law = layout.law
             middle = float(law.log_friction(self.u[: len(law.coordinates)], volume)[0]) + shift
             for effect in self.posterior.effects:
-                if effect.design is not None:
+                if isinstance(effect, FrictionEffect):
                     design = effect.design(self.posterior.observations.columns)[i]
                     middle += float(design @ self.values[effect.key])
             log_scatter = self.u[layout.scatter]

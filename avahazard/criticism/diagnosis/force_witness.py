@@ -21,6 +21,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.track_energy import Course, Linear, course_of, linear_about
+from avahazard.effects.effect import MotionEffect, of_kind
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 
@@ -52,9 +53,10 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
 
     None where the effect is not on the motion, is neutral at the mode, or the speeds are too few.
     """
-    effect = next((e for e in posterior.effects if e.key == key), None)
+    motions = of_kind(posterior.effects, MotionEffect)
+    effect = next((e for e in motions if e.key == key), None)
     values = posterior.layout.effect_values(mode.u)
-    if effect is None or effect.motion is None or np.array_equal(values[key], effect.neutral):
+    if effect is None or np.array_equal(values[key], effect.neutral):
         return None
     # The strength of the effect is its distance from neutral, in the unit of its first parameter.
     fitted = float(values[key][0] - effect.neutral[0])

@@ -9,6 +9,7 @@ from avahazard.criticism.diagnosis.confounding import explained
 from avahazard.criticism.diagnosis.friction_variance import friction_variance
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.diagnosis.speed_measurement import speed_gain
+from avahazard.effects.effect import FrictionEffect, of_kind
 from avahazard.message import message
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import Measurement
@@ -73,9 +74,8 @@ def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
     shifts = {}
     for mine, other in ((first, second), (second, first)):
         values = mine.posterior.layout.effect_values(mine.mode.u)
-        for effect in mine.posterior.effects:
-            if effect.key in other.specification.effects or effect.design is None:
-                continue
-            columns = effect.design(mine.posterior.observations.columns)
-            shifts[effect.key] = np.asarray(columns @ values[effect.key])
+        for effect in of_kind(mine.posterior.effects, FrictionEffect):
+            if effect.key not in other.specification.effects:
+                columns = effect.design(mine.posterior.observations.columns)
+                shifts[effect.key] = np.asarray(columns @ values[effect.key])
     return shifts

@@ -15,7 +15,7 @@ from avahazard.criticism.diagnosis.verdict import MARGIN, groups_earn_their_name
 from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, VolumeErrorEffect
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.stand_in import within_paths
@@ -147,4 +147,4 @@ def _on_volumes(entry: Definition, observations: Observations) -> bool:
     if entry.changes is not None:
         return False
     facts = entry.facts(observations.columns, observations.sites)
-    return entry.build(facts).volume_scale is not None
+    return isinstance(entry.build(facts), VolumeErrorEffect)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from avahazard.criticism.diagnosis.refits import Refit, refit_side_by_side
 from avahazard.criticism.diagnosis.verdict import least_evidence
 from avahazard.criticism.screening.significance import Screening
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, MotionEffect, of_kind
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 
@@ -30,9 +30,9 @@ def by_what_is_seen(
     where it does, where sight is known, or where the leader is not on the motion. Where a limit's
     best fit gains so little that it could not take that evidence, no fit is made.
     """
-    effect = next((e for e in fits[leader].posterior.effects if e.key == leader), None)
+    motions = of_kind(fits[leader].posterior.effects, MotionEffect)
     sight = [c for c in screening.candidates if c.definition.says_what_is_seen]
-    if effect is None or effect.motion is None or not sight:
+    if leader not in [e.key for e in motions] or not sight:
         return None
     key = sight[0].key
     if key in base.specification.effects:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
+from avahazard.effects.effect import LimitEffect, RecordErrorEffect, of_kind
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import raised_by
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
@@ -87,7 +88,7 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
 def mean_record_sigma(model: FittedModel) -> Floats:
     """Error of the records `[n_events]` (m): root of its mean square over the posterior."""
     posterior, observations = model.posterior, model.observations
-    if all(e.record_scale is None for e in posterior.effects):
+    if not of_kind(posterior.effects, RecordErrorEffect):
         return observations.recorded_sigma(observations.sigma)
     squares = [posterior.record_sigma(u) ** 2 for u in model.draws]
     return observations.recorded_sigma(np.sqrt(np.mean(squares, axis=0)))
@@ -124,11 +125,10 @@ def profile_end(observations: Observations) -> Floats:
 def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
     """Elevation above which a stop is not seen, `[n_events, n_posterior]`; nan where all are."""
     observations = posterior.observations
-    effects = [e for e in posterior.effects if e.limit is not None]
+    effects = of_kind(posterior.effects, LimitEffect)
     if not effects:
         return np.repeat(observations.limit[:, None], len(coordinates), axis=1)
     effect = effects[-1]
-    assert effect.limit is not None
     columns = []
     for u in coordinates:
         values = posterior.layout.effect_values(u)[effect.key]

@@ -22,7 +22,14 @@ from avahazard.criticism.screening.other_designs import (
     with_columns,
 )
 from avahazard.criticism.screening.tables import Tables, with_scatter
-from avahazard.effects.effect import Definition, Effect
+from avahazard.effects.effect import (
+    Definition,
+    Effect,
+    FrictionEffect,
+    LimitEffect,
+    MotionEffect,
+    VolumeErrorEffect,
+)
 from avahazard.inference.fitting.mode_search import thinned
 from avahazard.inference.likelihood.block_runs import BlockRuns
 from avahazard.inference.likelihood.posterior import Posterior
@@ -88,10 +95,10 @@ def alternatives_of(
     if setting is None:
         observations = posterior.observations
         effect = definition.build(definition.facts(observations.columns, observations.sites))
-        if effect.design is not None:
+        if isinstance(effect, FrictionEffect):
             wider = with_columns(design, effect, effect.design(observations.columns))
             return [AtHand([Alternative(key, base, wider, 0.0)])]
-        if effect.volume_scale is not None:
+        if isinstance(effect, VolumeErrorEffect):
             read = volume_error_designs(effect, posterior, u, design)
             return [AtHand([Alternative(key, base, other, prior) for other, prior in read])]
         return _tabulated(effect, posterior, u, design, track_scatter, runs, near, base.about)
@@ -162,12 +169,11 @@ def _tabulated_at(
     about: Floats,
 ) -> list[Alternative]:
     observations = posterior.observations
-    limit = observations.limit
-    if effect.limit is not None:
-        limit = effect.limit(observations.columns, values)
+    limit, margin = observations.limit, None
+    if isinstance(effect, LimitEffect):
+        limit, margin = effect.limit(observations.columns, values), float(values[0])
     effects = (*posterior.effects, effect)
     all_values = {**posterior.layout.effect_values(u), effect.key: values}
-    margin = float(values[0]) if effect.limit is not None else None
     shares = SPEED_SHARES if observations.speeds else (1.0,)
     whole = model_tables(
         observations,
@@ -177,7 +183,7 @@ def _tabulated_at(
         limit,
         track_scatter,
         about,
-        None if effect.motion is not None else runs,
+        None if isinstance(effect, MotionEffect) else runs,
         near,
     )
     tables = [with_scatter(whole, share * track_scatter) for share in shares]
@@ -188,7 +194,8 @@ def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
     """Values of the parameters on a thinned grid, and their log prior against neutral."""
     first, *others = effect.parameters
     away = [g for g in first.grid if g != first.neutral]
-    n_first, n_other = SLOW_POINTS if effect.speed_dependent else (GRID_POINTS, OTHER_POINTS)
+    slow = isinstance(effect, MotionEffect) and effect.speed_dependent
+    n_first, n_other = SLOW_POINTS if slow else (GRID_POINTS, OTHER_POINTS)
     tried = []
     for corner in product(thinned(away, n_first), *(thinned(p.grid, n_other) for p in others)):
         z = (corner[0] - first.prior_mean) / first.prior_sd

@@ -9,6 +9,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
+from avahazard.effects.effect import FrictionEffect, of_kind
 from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.offset_plan import OffsetPlan
@@ -70,10 +71,9 @@ def read_by_volume(
 def _inner(posterior: Posterior) -> list[int]:
     """Slots of the coefficients; effects on the tables and on the errors keep their values."""
     inner = list(range(len(posterior.layout.law.coordinates)))
-    for effect in posterior.effects:
-        if effect.design is not None:
-            place = posterior.layout.places[effect.key]
-            inner += list(range(place.start, place.stop))
+    for effect in of_kind(posterior.effects, FrictionEffect):
+        place = posterior.layout.places[effect.key]
+        inner += list(range(place.start, place.stop))
     return inner
 
 

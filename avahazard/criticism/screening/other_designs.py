@@ -7,7 +7,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.criticism.screening.model_design import read_by_volume
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, VolumeErrorEffect
 from avahazard.effects.error_factor import HALF_OCTAVES
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_scatter import volume_share
@@ -79,17 +79,16 @@ def _grown(exponent: Floats) -> Floats:
 
 
 def volume_error_designs(
-    effect: Effect, posterior: Posterior, u: Floats, design: Design
+    effect: VolumeErrorEffect, posterior: Posterior, u: Floats, design: Design
 ) -> list[Weighed]:
     """True volumes read with other errors than the stated ones."""
-    assert effect.volume_scale is not None
     (p,) = effect.parameters
     tried = [v for v in HALF_OCTAVES[::2] if v < p.high and v != p.neutral]
     if p.high > p.neutral:
         tried.append(p.high)
     result = []
     for v in tried:
-        volumes = rescaled(posterior.volumes(u), effect.volume_scale(np.array([v])))
+        volumes = rescaled(posterior.volumes(u), effect.scale(np.array([v])))
         x, constant, extra, multiplier = read_by_volume(posterior, u, volumes)
         other = design._replace(x=x, constant=constant, extra=extra, multiplier=multiplier)
         log_prior = -0.5 * ((v - p.prior_mean) / p.prior_sd) ** 2

@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.effects.effect import MotionEffect
 from avahazard.inference.fitting.mode import Mode, climb, find_mode
 from avahazard.inference.fitting.refinement import settled
 from avahazard.inference.likelihood.posterior import Posterior
@@ -49,7 +50,8 @@ def _climbs(posterior: Posterior, start: Floats | None) -> list[Mode]:
         held = [k for k in posterior.layout.tables if place.start <= k < place.stop]
         if not held:
             continue
-        first, other = SLOW_POINTS if effect.speed_dependent else (FIRST_POINTS, OTHER_POINTS)
+        slow = isinstance(effect, MotionEffect) and effect.speed_dependent
+        first, other = SLOW_POINTS if slow else (FIRST_POINTS, OTHER_POINTS)
         grids = [
             thinned(posterior.layout.slots[k].grid, other if j else first)
             for j, k in enumerate(held)

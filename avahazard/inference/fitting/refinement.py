@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.effects.effect import MotionEffect, of_kind
 from avahazard.inference.fitting.mode import Mode, covariance_at, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.build_layout import build_layout
@@ -88,7 +89,7 @@ def refined(posterior: Posterior, mode: Mode) -> Posterior:
     grids = {}
     slow = {
         k
-        for e in posterior.effects
+        for e in of_kind(posterior.effects, MotionEffect)
         if e.speed_dependent
         for k in range(len(posterior.layout.slots))[posterior.layout.places[e.key]]
     }

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats, Ints
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.effects.site import ALL_FRICTIONS, KEPT_TERRAINS, Site
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.inference.model.speed_record import SpeedRecord
@@ -46,14 +46,15 @@ def resistance_of(
     bit.
     """
     active = [
-        e for e in effects if e.motion is not None and not np.array_equal(values[e.key], e.neutral)
+        effect
+        for effect in of_kind(effects, MotionEffect)
+        if not np.array_equal(values[effect.key], effect.neutral)
     ]
     fine = any(e.speed_dependent for e in active)
     base = no_resistance(site.fine_terrain if fine else site.terrain)
     resistance = Resistance(base.factor, base.offset, base.constant, base.drag, curvature)
     for effect in active:
-        assert effect.motion is not None
-        resistance = effect.motion(site, resistance, values[effect.key])
+        resistance = effect.resistance(site, resistance, values[effect.key])
     return resistance
 
 
@@ -89,7 +90,7 @@ def run_blocks(
     tables: list[RunoutCurve] = []
     middle: list[Ints] = []
     told: dict[int, tuple[Floats, JumpedStop]] = {}
-    moved = any(effect.motion is not None for effect in effects)
+    moved = bool(of_kind(effects, MotionEffect))
     # Some at a time: cells are large, and gone when their tables are made.
     for first in range(0, len(observations.sites), SITES_AT_ONCE):
         sites = observations.sites[first : first + SITES_AT_ONCE]

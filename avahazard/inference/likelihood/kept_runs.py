@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, MotionEffect, RecordEffect, of_kind
 from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
 from avahazard.inference.likelihood.keeping import make_room, within
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
@@ -38,7 +38,7 @@ class KeptRuns:
         self._observations = observations
         self._effects = effects
         self._curvature = curvature
-        self._moving = [effect for effect in effects if effect.motion is not None]
+        self._moving = of_kind(effects, MotionEffect)
         # What sight is limited of is looked at over all frictions.
         self._near = in_sight and len(self._moving) > 0
         self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
@@ -80,7 +80,7 @@ class KeptRuns:
 
     def _near_runs(self, values: Values) -> BlockRuns:
         """Runs of the block near the records; not kept, as nodes are."""
-        on_record = [e for e in self._effects if e.shift or e.advance or e.record_scale]
+        on_record = of_kind(self._effects, RecordEffect)
         key = tuple(values[e.key].tobytes() for e in on_record)
         if key not in self._asked:
             make_room(self._asked, KEPT_ASKED)

@@ -9,7 +9,13 @@ from itertools import product
 import numpy as np
 
 from avahazard.arrays import Floats, Ints
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import (
+    Effect,
+    LimitEffect,
+    MotionEffect,
+    RecordErrorEffect,
+    of_kind,
+)
 from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.interpolation import (
     Corners,
@@ -73,7 +79,7 @@ class NodeGrid:
         of_block = observations, effects, curvature, self._in_sight
         self._runs = KeptRuns(*of_block)
         # Runs of blocks that no parameter moves serve all points of the grids.
-        near = self._in_sight and any(effect.motion is not None for effect in effects)
+        near = self._in_sight and len(of_kind(effects, MotionEffect)) > 0
         again = len(layout.tables) > 0 and not near
         self._parts = RecordParts(*of_block, again) if in_parts(observations) else None
         self._untracked: dict[tuple[float, ...], Nodes] = {}
@@ -179,7 +185,7 @@ class NodeGrid:
         Nodes of the events without speeds; of those with speeds, which no limit of sight moves,
         the tables (None if there are none).
         """
-        limits = {e.key for e in self.effects if e.limit is not None}
+        limits = {effect.key for effect in of_kind(self.effects, LimitEffect)}
         key = tuple(v.tobytes() for name, v in values.items() if name not in limits)
         measured = len(self.observations.speeds) > 0
         if self._parts is not None:  # packed, they are kept
@@ -216,10 +222,9 @@ class NodeGrid:
     def _asked_panels(self) -> AskedPanels:
         u = np.array([0.0 if np.isnan(s.neutral) else s.neutral for s in self.layout.slots])
         values = self.layout.effect_values(u)
-        for effect in self.effects:
-            if effect.record_scale is not None:
-                place = self.layout.places[effect.key]
-                u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
+        for effect in of_kind(self.effects, RecordErrorEffect):
+            place = self.layout.places[effect.key]
+            u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
         slot = self.layout.track_scatter
         scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
         return AskedPanels(self.layout.effect_values(u), values, scatter, self.in_log)
@@ -264,7 +269,6 @@ class NodeGrid:
 
     def _limit(self, values: Values) -> Floats:
         limit = self.observations.limit
-        for effect in self.effects:
-            if effect.limit is not None:
-                limit = effect.limit(self.observations.columns, values[effect.key])
+        for effect in of_kind(self.effects, LimitEffect):
+            limit = effect.limit(self.observations.columns, values[effect.key])
         return limit

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, VolumeErrorEffect, of_kind
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.block_runs import Values, resistance_of
 from avahazard.inference.likelihood.event_terms import (
@@ -124,7 +124,7 @@ class Posterior:
         inside = np.flatnonzero(np.all((u >= layout.low) & (u <= layout.high), axis=1))
         if not len(inside):
             return result
-        if any(e.volume_scale for e in self.effects):
+        if of_kind(self.effects, VolumeErrorEffect):
             result[inside] = [self._log_likelihood(v, self._nodes(v))[0] for v in u[inside]]
         else:
             size = self.observations.volumes.volume.size
@@ -156,9 +156,8 @@ class Posterior:
         if self.plan:
             return np.empty(0, dtype=np.int64)
         held = {*self.layout.tables, self.layout.track_scatter}
-        for effect in self.effects:
-            if effect.volume_scale is not None:
-                held |= set(range(len(self.layout.slots))[self.layout.places[effect.key]])
+        for effect in of_kind(self.effects, VolumeErrorEffect):
+            held |= set(range(len(self.layout.slots))[self.layout.places[effect.key]])
         return np.array([k for k in range(len(self.layout.slots)) if k not in held], np.int64)
 
     def density_and_slopes(self, u: Floats) -> tuple[float, Floats]:
@@ -259,11 +258,11 @@ class Posterior:
 
     def volumes(self, u: Floats) -> VolumeNodes:
         """True volumes given their records, with the factors of effects on the volumes' errors."""
-        scales = [e for e in self.effects if e.volume_scale is not None]
+        scales = of_kind(self.effects, VolumeErrorEffect)
         if not scales:
             return self.observations.volumes
         values = self.layout.effect_values(u)
-        factor = float(np.prod([e.volume_scale(values[e.key]) for e in scales if e.volume_scale]))
+        factor = float(np.prod([e.scale(values[e.key]) for e in scales]))
         if factor == 1.0:
             return self.observations.volumes
         if factor not in self._volumes:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, FrontEffect, RecordErrorEffect, ShiftEffect, of_kind
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.block_runs import BlockRuns, JumpedStop, Values, run_blocks
 from avahazard.inference.model.observations import LENGTH, PLACE, Observations
@@ -65,7 +65,7 @@ def predict_records(
     x[nowhere] = y[nowhere] = np.nan
     status[nowhere] = STOPPED
     runs = run_blocks(observations, effects, values, curvature) if runs is None else runs
-    advance = _sum_of(observations, effects, values, "advance")
+    advance = front_ahead(observations, effects, values)
     for k, site in enumerate(observations.sites):
         mine = np.flatnonzero(observations.columns.path_index == k)
         table = runs.tables[k]
@@ -133,26 +133,24 @@ def _lengths(fall_height: Floats) -> Floats:
 def record_sigma(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
     """Error of the records `[n_events]` (m), with the factors of effects on it."""
     sigma = observations.sigma
-    for effect in effects:
-        if effect.record_scale is not None:
-            sigma = effect.record_scale(values[effect.key]) * sigma
+    for effect in of_kind(effects, RecordErrorEffect):
+        sigma = effect.scale(values[effect.key]) * sigma
     return sigma
 
 
 def raised_by(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
     """Metres by which effects raise the recorded elevations `[n_events]`."""
-    return _sum_of(observations, effects, values, "shift")
-
-
-def _sum_of(
-    observations: Observations, effects: tuple[Effect, ...], values: Values, action: str
-) -> Floats:
-    """Sum over effects of their metres on the record, `[n_events]`."""
     total = np.zeros(observations.n_events)
-    for effect in effects:
-        move = getattr(effect, action)
-        if move is not None:
-            total = total + move(observations.columns, values[effect.key])
+    for effect in of_kind(effects, ShiftEffect):
+        total = total + effect.shift(observations.columns, values[effect.key])
+    return total
+
+
+def front_ahead(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
+    """Metres `[n_events]` along the path by which the records are ahead of the block."""
+    total = np.zeros(observations.n_events)
+    for effect in of_kind(effects, FrontEffect):
+        total = total + effect.advance(observations.columns, values[effect.key])
     return total
 
 

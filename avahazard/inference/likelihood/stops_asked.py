@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avahazard.arrays import Floats, Ints
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, LimitEffect, of_kind
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.block_runs import BlockRuns, Values
 from avahazard.inference.likelihood.predicted import predict_records
@@ -58,7 +58,7 @@ def stops_asked(
 
 def sight_is_limited(observations: Observations, effects: Sequence[Effect]) -> bool:
     """Whether stops may not be seen: then frictions count that stop a block far from the record."""
-    return bool(np.any(np.isfinite(observations.limit))) or any(e.limit for e in effects)
+    return bool(np.any(np.isfinite(observations.limit)) or of_kind(effects, LimitEffect))
 
 
 def _at_rest(site: Site) -> RunoutCurve:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.effects.effect import Effect, Parameter
+from avahazard.effects.effect import Effect, GroupEffect, Parameter
 from avahazard.inference.model.given_prior import with_given
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.layout import (
@@ -67,7 +67,7 @@ def build_layout(
     places: dict[str, slice] = {}
     spreads: dict[str, int] = {}
     for effect in effects:
-        if effect.groups is not None:
+        if isinstance(effect, GroupEffect):
             spreads[effect.key] = len(slots)
             slots.append(_spread_slot(effect.parameters[0]))
             continue

@@ -9,7 +9,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, FrictionEffect, GroupEffect, of_kind
 from avahazard.inference.model.build_layout import build_layout
 from avahazard.inference.model.friction_scatter import (
     draws,
@@ -53,11 +53,10 @@ class FrictionModel:
         """What friction takes of events."""
         layout = self.layout
         shifts = []
-        for effect in self.effects:
-            if effect.design is not None:
-                place = layout.places[effect.key]
-                scales = np.array([slot.scale for slot in layout.slots[place]])
-                shifts.append((place, effect.design(columns) * scales))
+        for effect in of_kind(self.effects, FrictionEffect):
+            place = layout.places[effect.key]
+            scales = np.array([slot.scale for slot in layout.slots[place]])
+            shifts.append((place, effect.design(columns) * scales))
         return EventFriction(shifts, offset_plan(self.effects, columns))
 
     def line_covariate(self, volume: Floats) -> Floats | None:
@@ -184,5 +183,5 @@ def friction_model(
 ) -> FrictionModel:
     """The friction of a model with these effects, on whatever they act; as in `build_layout`."""
     layout = build_layout(specification, effects, grids or {}, speeds=speeds)
-    on_friction = tuple(e for e in effects if e.design is not None or e.groups is not None)
+    on_friction = tuple(e for e in effects if isinstance(e, FrictionEffect | GroupEffect))
     return FrictionModel(layout, on_friction, specification.tails == "student")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, GroupEffect, of_kind
 
 Indices = NDArray[np.int64]
 
@@ -81,9 +81,7 @@ def offset_plan(effects: Sequence[Effect], columns: EventColumns) -> OffsetPlan:
     lasting: list[bool] = []
     index = np.empty((0, len(columns)), dtype=np.int64)
     alone = np.empty((0, len(columns)), dtype=np.bool_)
-    for effect in effects:
-        if effect.groups is None:
-            continue
+    for effect in of_kind(effects, GroupEffect):
         groups = effect.groups(columns)
         index = np.vstack([index, np.where(groups.index >= 0, groups.index + len(names), -1)])
         alone = np.vstack([alone, groups.alone & (groups.index < 0)])

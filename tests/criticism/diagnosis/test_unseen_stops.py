@@ -16,9 +16,8 @@ from avahazard.synth.making import make_world
 DRAG, SEASON, SIGHT = "turbulent-drag", "season", "observation-limit"
 
 
-def fit(evidence: float, key: str = "", motion: bool = False) -> Any:
-    effect = SimpleNamespace(key=key, motion=motion or None)
-    posterior = SimpleNamespace(effects=(effect,))
+def fit(evidence: float, key: str = SEASON) -> Any:
+    posterior = SimpleNamespace(effects=(definition(key).build({}),))
     return SimpleNamespace(evidence=evidence, posterior=posterior)
 
 
@@ -40,7 +39,7 @@ def test_a_force_must_earn_its_evidence_beside_what_is_seen(
 ) -> None:
     screening = screened(8.0)
     monkeypatch.setattr(unseen_stops, "refit_side_by_side", lambda *_: iter([fit(beside)]))
-    fits = {leader: fit(10.0, leader, leader == DRAG), SIGHT: fit(20.0)}
+    fits = {leader: fit(10.0, leader), SIGHT: fit(20.0)}
     nothing: Any = None
     base: Any = SimpleNamespace(specification=Specification(), evidence=0.0)
     assert by_what_is_seen(nothing, (), base, fits, leader, screening) == expected
@@ -62,7 +61,7 @@ def test_a_limit_that_gains_too_little_to_take_the_evidence_is_not_fitted(
     monkeypatch.setattr(unseen_stops, "refit_side_by_side", refit)
     nothing: Any = None
     base: Any = SimpleNamespace(specification=Specification(), evidence=-100.0)
-    fits = {DRAG: fit(-40.0, DRAG, motion=True)}
+    fits = {DRAG: fit(-40.0, DRAG)}
     assert by_what_is_seen(nothing, (), base, fits, DRAG, screened(5.0)) is None
     assert not asked
     assert by_what_is_seen(nothing, (), base, fits, DRAG, screened(40.0)) == SIGHT

@@ -10,7 +10,7 @@ import pytest
 
 from avahazard.criticism.screening import model_tables as module
 from avahazard.criticism.screening.model_tables import COLUMNS, model_tables
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, LimitEffect, MotionEffect
 from avahazard.inference.likelihood import record_parts
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.block_runs import run_blocks
@@ -52,11 +52,11 @@ def test_tables_in_parts_are_those_of_all_at_once(
     observations, effect = on_paths(), effect_of(key)
     values = {key: np.array([value, *(p.neutral for p in effect.parameters[1:])])}
     limit = observations.limit
-    if effect.limit is not None:
+    if isinstance(effect, LimitEffect):
         limit = effect.limit(observations.columns, values[key])
     about = np.linspace(-1.5, -0.5, observations.n_events)
     # What moves no block has the runs of the model itself.
-    runs = run_blocks(observations, (), {}) if effect.motion is None else None
+    runs = None if isinstance(effect, MotionEffect) else run_blocks(observations, (), {})
     told = observations, (effect,), values, 1.0, limit, 0.0, about, runs, near
     whole = model_tables(*told)
     monkeypatch.setattr(record_parts, "MANY_EVENTS", 10)

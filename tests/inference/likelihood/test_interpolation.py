@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from avahazard.effects.effect import LimitEffect
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.fitting.refinement import refined
 from avahazard.inference.likelihood.interpolation import (
@@ -98,7 +99,7 @@ def _afresh(model: Posterior, u: np.ndarray) -> np.ndarray:
     limit = model.observations.limit
     values = model.layout.effect_values(u)
     for effect in model.effects:
-        if effect.limit is not None:
+        if isinstance(effect, LimitEffect):
             limit = effect.limit(model.observations.columns, values[effect.key])
     nodes = build_nodes(
         model.observations,

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avahazard.effects.effect import Effect, Parameter
+from avahazard.effects.effect import FrontEffect, MotionEffect, Parameter, ShiftEffect
 from avahazard.effects.site import KEPT_TERRAINS
 from avahazard.inference.likelihood.block_runs import resistance_of
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
@@ -49,8 +49,7 @@ def study() -> Observations:
     )
 
 
-def _effect(**action: object) -> Effect:
-    return Effect("e", (Parameter("", "m", 0.0, 0.0, 1.0),), **action)  # type: ignore[arg-type]
+E = (Parameter("", "m", 0.0, 0.0, 1.0),)
 
 
 @cache
@@ -136,7 +135,9 @@ def test_a_stop_of_a_block_and_one_that_left_jump_nothing() -> None:
 
 
 def test_a_shift_moves_recorded_elevations_only() -> None:
-    effect = _effect(shift=lambda _columns, values: np.array([values[0], values[0], 0.0, 0.0]))
+    effect = ShiftEffect(
+        "e", E, lambda _columns, values: np.array([values[0], values[0], 0.0, 0.0])
+    )
     moved = predict_records(study(), (effect,), {"e": np.array([17.0])})
     assert np.array_equal(moved.record[0], base().record[0])
     assert moved.record[1] == pytest.approx(base().record[1] + 17.0)
@@ -145,7 +146,7 @@ def test_a_shift_moves_recorded_elevations_only() -> None:
 
 @pytest.mark.parametrize("metres", [40.0, -40.0])
 def test_the_front_is_ahead_along_the_path(metres: float) -> None:
-    effect = _effect(advance=lambda columns, values: np.full(len(columns), values[0]))
+    effect = FrontEffect("e", E, lambda columns, values: np.full(len(columns), values[0]))
     moved = predict_records(study(), (effect,), {"e": np.array([metres])})
     site = study().sites[0]
     inside = (
@@ -163,7 +164,7 @@ def test_the_front_is_ahead_along_the_path(metres: float) -> None:
 
 
 def test_a_front_past_the_end_has_left_where_the_block_has_not() -> None:
-    effect = _effect(advance=lambda columns, values: np.full(len(columns), values[0]))
+    effect = FrontEffect("e", E, lambda columns, values: np.full(len(columns), values[0]))
     moved = predict_records(study(), (effect,), {"e": np.array([200.0])})
     newly = (moved.status[0] == LEFT_PROFILE) & (base().status[0] == STOPPED)
     assert newly.sum() > 3
@@ -176,7 +177,7 @@ def _drag(_site, resistance, values):
 
 
 def test_a_neutral_effect_is_the_base_model_bit_for_bit() -> None:
-    effect = _effect(motion=_drag)
+    effect = MotionEffect("e", E, _drag)
     neutral = predict_records(study(), (effect,), {"e": np.array([0.0])})
     assert np.array_equal(neutral.record, base().record)
     strong = predict_records(study(), (effect,), {"e": np.array([1e-3])})
@@ -186,7 +187,7 @@ def test_a_neutral_effect_is_the_base_model_bit_for_bit() -> None:
 
 def test_an_effect_of_speed_runs_over_fine_cells() -> None:
     site = study().sites[0]
-    effect = replace(_effect(motion=_drag), speed_dependent=True)
+    effect = MotionEffect("e", E, _drag, speed_dependent=True)
     active = resistance_of(site, (effect,), {"e": np.array([1e-3])}, 1.0)
     assert len(active.drag) == site.fine_terrain.n_cells
     neutral = resistance_of(site, (effect,), {"e": np.array([0.0])}, 1.0)

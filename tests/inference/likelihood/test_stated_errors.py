@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects.catalogue import catalogue
+from avahazard.effects.effect import RecordErrorEffect, VolumeErrorEffect
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
@@ -19,13 +20,12 @@ from tests.inference.misstated import misstated
 
 RECORD, VOLUME = (
     key
-    for action in ("record_scale", "volume_scale")
+    for kind in (RecordErrorEffect, VolumeErrorEffect)
     for key, entry in catalogue().items()
     if entry.changes is None
     and entry.lacking(studies.observations().columns, studies.observations().sites) is None
-    and getattr(
-        entry.build(entry.facts(studies.observations().columns, studies.observations().sites)),
-        action,
+    and isinstance(
+        entry.build(entry.facts(studies.observations().columns, studies.observations().sites)), kind
     )
 )
 FIELD = {RECORD: "runout_sigma_m", VOLUME: "volume_rel_sigma"}

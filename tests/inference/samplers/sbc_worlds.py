@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from avahazard.effects.effect import FrictionEffect, LimitEffect
 from avahazard.effects.site import release_place
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
@@ -130,7 +131,7 @@ def _friction(
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(n))
     location = layout.law.log_friction(u[: len(layout.law.coordinates)], volume)
     for effect in model.effects:
-        if effect.design is not None:
+        if isinstance(effect, FrictionEffect):
             location = location + effect.design(model.observations.columns) @ values[effect.key]
     of_groups = {"path-effect": np.arange(n) % case.n_paths} | groups(n)
     for key, slot in layout.spreads.items():
@@ -155,7 +156,7 @@ def _limit(model: Posterior, u: np.ndarray) -> np.ndarray:
     """Elevations (m) above which stops are not seen `[n_events]`, declared or by an effect."""
     values = model.layout.effect_values(u)
     for effect in model.effects:
-        if effect.limit is not None:
+        if isinstance(effect, LimitEffect):
             return np.asarray(effect.limit(model.observations.columns, values[effect.key]))
     return model.observations.limit
 
