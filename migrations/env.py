@@ -7,11 +7,8 @@ import os
 from alembic import context
 from sqlalchemy import Connection
 
-from avahazard.store import result_tables
-from avahazard.store.engine import make_engine
+from avahazard.store.session import make_engine
 from avahazard.store.tables import Base
-
-assert result_tables.ModelTable.metadata is Base.metadata  # all tables are known
 
 
 def run(connection: Connection) -> None:

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
-from avahazard.store.result_tables import ModelTable
+from avahazard.store.tables import ModelTable
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,22 +1,26 @@
-"""Records out of the database: all, those of some paths, or piece by piece."""
+"""Records in and out of the database: all, those of some paths, or piece by piece."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from itertools import chain, groupby
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from sys import intern
 from typing import Any
 
 import numpy as np
-from sqlalchemy import ColumnElement, Select, select
+from sqlalchemy import ColumnElement, Select, case, delete, func, insert, select, update
 from sqlalchemy.orm import Session
 
 from avahazard.arrays import Floats
 from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Covariate, Path, Profile
+from avahazard.records.terrain_crop import TerrainCrop
+from avahazard.results.base import Rows
+from avahazard.results.terrain import PathSummary
 from avahazard.store.tables import (
     EventCovariateTable,
     EventTable,
@@ -24,6 +28,7 @@ from avahazard.store.tables import (
     PathTable,
     ProfilePointTable,
     SpeedTable,
+    TerrainTable,
 )
 
 AT_A_TIME = {"yield_per": 2000}
@@ -193,3 +198,254 @@ def _whole(words: tuple[str | None, ...]) -> tuple[str, ...] | None:
 
 def _array(values: tuple[Any, ...]) -> Floats | None:
     return None if None in values else np.array(values, dtype=np.float64)
+
+
+KEYS_A_STATEMENT = 500
+POINTS_AT_ONCE = 20_000
+
+
+def save_records(session: Session, records: Records) -> None:
+    """Store `records`; one that is there already (the same id) is replaced whole."""
+    replaced = _save(session, PathTable, "path_id", PATH_COLUMNS, records.paths)
+    _save_covariates(session, PathCovariateTable, "path_id", records.paths, replaced)
+    _save_profiles(session, records.profiles)
+    replaced = _save(session, EventTable, "event_id", EVENT_COLUMNS, records.events)
+    _save_covariates(session, EventCovariateTable, "event_id", records.events, replaced)
+    _save_speeds(session, records.speeds)
+
+
+def _insert(
+    session: Session, table: Any, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]
+) -> None:
+    """Insert rows of these columns by the driver: the mapper would take them one by one."""
+    if not rows:
+        return
+    connection = session.connection()
+    statement = insert(table.__table__).compile(
+        dialect=connection.dialect, column_keys=list(columns)
+    )
+    if statement.positional:
+        assert statement.positiontup is not None
+        order = [columns.index(name) for name in statement.positiontup]
+        if order != list(range(len(columns))):
+            rows = [tuple(row[k] for k in order) for row in rows]
+        connection.exec_driver_sql(str(statement), rows)
+    else:
+        named = [dict(zip(columns, row, strict=True)) for row in rows]
+        connection.exec_driver_sql(str(statement), named)
+
+
+def _save(
+    session: Session,
+    table: Any,
+    key: str,
+    columns: Sequence[str],
+    records: Sequence[Path | Event],
+) -> list[str]:
+    """Insert the records whose key is not there, update the others in their place: their keys."""
+    ids = _stored_ids(session, table, key, [getattr(record, key) for record in records])
+    read = attrgetter(*columns)
+    _insert(session, table, columns, [read(r) for r in records if getattr(r, key) not in ids])
+    old = [
+        {**dict(zip(columns, read(r), strict=True)), "id": ids[getattr(r, key)]}
+        for r in records
+        if getattr(r, key) in ids
+    ]
+    if old:
+        session.execute(update(table), old)
+    return list(ids)
+
+
+def _stored_ids(session: Session, table: Any, key: str, names: Sequence[str]) -> dict[str, int]:
+    """The ids of the rows with one of these names, by name."""
+    column = getattr(table, key)
+    query = select(column, table.id)
+    # One look at few rows takes less time than to ask for many names.
+    if (session.scalar(select(func.count()).select_from(table)) or 0) <= len(names):
+        wanted = set(names)
+        return {name: id_ for name, id_ in session.execute(query) if name in wanted}
+    return {
+        name: id_
+        for some in _batches(names)
+        for name, id_ in session.execute(query.where(column.in_(some)))
+    }
+
+
+def _save_covariates(
+    session: Session,
+    table: type[PathCovariateTable | EventCovariateTable],
+    key: str,
+    records: Sequence[Path | Event],
+    replaced: Sequence[str],
+) -> None:
+    """Insert the covariates of records, in the place of those of the ones that are `replaced`."""
+    _delete(session, table, key, replaced)
+    rows = [
+        (getattr(record, key), name, i, *_covariate(value))
+        for record in records
+        for i, (name, value) in enumerate(record.covariates.items())
+    ]
+    _insert(session, table, [key, "name", "position", "number", "word"], rows)
+
+
+def _covariate(value: Covariate) -> tuple[Covariate | None, Covariate | None]:
+    """The number, or the word, that it is."""
+    return (None, value) if isinstance(value, str) else (value, None)
+
+
+def _save_profiles(session: Session, profiles: Sequence[Profile]) -> None:
+    _delete(session, ProfilePointTable, "path_id", [p.path_id for p in profiles])
+    columns = ["point", *POINT_COLUMNS]
+    rows: list[tuple[Any, ...]] = []
+    for profile in profiles:
+        n = len(profile.x_m)
+        of_points = (_column(getattr(profile, name), n) for name in POINT_COLUMNS)
+        rows += zip(range(n), *of_points, strict=True)
+        if len(rows) > POINTS_AT_ONCE:
+            _insert(session, ProfilePointTable, columns, rows)
+            rows = []
+    _insert(session, ProfilePointTable, columns, rows)
+
+
+def _column(value: Floats | tuple[str, ...] | str | None, n: int) -> Sequence[float | str | None]:
+    if isinstance(value, np.ndarray):
+        return [float(number) for number in value]
+    return value if isinstance(value, tuple) else [value] * n
+
+
+def _save_speeds(session: Session, speeds: Sequence[Speed]) -> None:
+    """Update the speeds that are there at the same place, insert the others."""
+    ids: dict[tuple[str, float | None, float | None], int] = {}
+    for keys in _batches(list(dict.fromkeys(s.event_id for s in speeds))):
+        query = select(
+            SpeedTable.id, SpeedTable.event_id, SpeedTable.x_m, SpeedTable.elevation_m
+        ).where(SpeedTable.event_id.in_(keys))
+        for id_, event_id, x_m, elevation_m in session.execute(query):
+            ids[event_id, x_m, elevation_m] = id_
+    read = attrgetter(*SPEED_COLUMNS)
+    new: list[tuple[Any, ...]] = []
+    old: list[dict[str, Any]] = []
+    for speed in speeds:
+        place = (speed.event_id, speed.x_m, speed.elevation_m)
+        if place in ids:
+            values = dict(zip(SPEED_COLUMNS, read(speed), strict=True))
+            old.append({**values, "id": ids[place]})
+        else:
+            new.append(read(speed))
+    _insert(session, SpeedTable, SPEED_COLUMNS, new)
+    if old:
+        session.execute(update(SpeedTable), old)
+
+
+def _delete(session: Session, table: Any, key: str, owners: Sequence[str]) -> None:
+    for keys in _batches(owners):
+        session.execute(delete(table).where(getattr(table, key).in_(keys)))
+
+
+def _batches(keys: Sequence[str]) -> Iterable[Sequence[str]]:
+    """Cut into pieces that a statement can take: databases limit their parameters."""
+    return (keys[i : i + KEYS_A_STATEMENT] for i in range(0, len(keys), KEYS_A_STATEMENT))
+
+
+def path_summaries(session: Session) -> Rows[PathSummary]:
+    """One entry a path, in the order in which they came; lengths in m, volumes in m3.
+
+    None where something is not known. No record is loaded: a region has many.
+    """
+    profiles, events = _profile_extents(session), _event_extents(session)
+    rows = []
+    query = select(PathTable.path_id, PathTable.name, PathTable.section).order_by(PathTable.id)
+    for path_id, name, section in session.execute(query):
+        n_points, top, lowest, length = profiles.get(path_id, (0, None, None, None))
+        n, left, first, last, small, large = events.get(path_id, (0, 0, None, None, None, None))
+        rows.append(
+            PathSummary(
+                path_id=path_id,
+                name=name,
+                section=section,
+                n_points=n_points,
+                top_m=top,
+                drop_m=None if top is None or lowest is None else top - lowest,
+                length_m=length,
+                n_events=n,
+                n_left_profile=int(left),
+                first_year=None if first is None else int(first),
+                last_year=None if last is None else int(last),
+                volume_min_m3=small,
+                volume_max_m3=large,
+            )
+        )
+    return Rows(rows)
+
+
+def _profile_extents(session: Session) -> dict[str, tuple[Any, ...]]:
+    """Points, top, lowest point and length of each profile."""
+    point = ProfilePointTable
+    query = select(
+        point.path_id,
+        func.count(),
+        func.max(case((point.point == 0, point.y_m))),
+        func.min(point.y_m),
+        func.max(point.x_m) - func.min(point.x_m),
+    )
+    return {row[0]: tuple(row[1:]) for row in session.execute(query.group_by(point.path_id))}
+
+
+def _event_extents(session: Session) -> dict[str, tuple[Any, ...]]:
+    """Number, those that left, first and last year, smallest and largest volume by path."""
+    event = EventTable
+    year = func.substr(event.date, 1, 4)
+    query = select(
+        event.path_id,
+        func.count(),
+        func.sum(case((event.left_profile, 1), else_=0)),
+        func.min(year),
+        func.max(year),
+        func.min(event.volume_m3),
+        func.max(event.volume_m3),
+    )
+    return {row[0]: tuple(row[1:]) for row in session.execute(query.group_by(event.path_id))}
+
+
+LITTLE_ENDIAN = np.dtype("<f4")
+
+
+def save_terrain(
+    session: Session, crops: Sequence[TerrainCrop], outdated: Iterable[str] = ()
+) -> None:
+    """Store `crops`, in the place of those stored before for their paths and for `outdated`."""
+    for path_id in sorted({*outdated, *(crop.path_id for crop in crops)}):
+        session.execute(delete(TerrainTable).where(TerrainTable.path_id == path_id))
+    for crop in crops:
+        n_rows, n_columns = crop.elevation_m.shape
+        values = {
+            "path_id": crop.path_id,
+            "crs": crop.crs,
+            "west_m": crop.west_m,
+            "north_m": crop.north_m,
+            "cell_m": crop.cell_m,
+            "n_rows": n_rows,
+            "n_columns": n_columns,
+            "data": np.ascontiguousarray(crop.elevation_m, LITTLE_ENDIAN).tobytes(),
+        }
+        session.execute(insert(TerrainTable), values)
+
+
+def load_terrain(session: Session, path_id: str) -> TerrainCrop | None:
+    """Return the ground around a path, None where no terrain model was given for it.
+
+    Raises:
+        AvahazardError: what is stored is damaged.
+    """
+    row = session.get(TerrainTable, path_id)
+    if row is None:
+        return None
+    if len(row.data) != row.n_rows * row.n_columns * LITTLE_ENDIAN.itemsize:
+        raise AvahazardError(
+            f"The terrain stored for path {path_id} is damaged: it has {len(row.data)} bytes.",
+            "Import the line of the path again with --dem and --update, or take a backup.",
+        )
+    values = np.frombuffer(row.data, LITTLE_ENDIAN).reshape(row.n_rows, row.n_columns)
+    return TerrainCrop(
+        path_id, row.crs, row.west_m, row.north_m, row.cell_m, values.astype(np.float32)
+    )

@@ -1,19 +1,170 @@
-"""Sessions: one transaction each, for reading or for writing."""
+"""The connection to a database (SQLite by a plain path, any other by its URL) and its sessions."""
 
 from __future__ import annotations
 
+import json
+import os
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from pathlib import Path as FilePath
+from sqlite3 import Connection as SqliteConnection
+from typing import Any
 
-from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
+from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session
+from sqlalchemy.pool import ConnectionPoolEntry
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store.engine import database_name, database_url, make_engine, sqlite_file
 from avahazard.store.schema import require_current
 
-__all__ = ["Session", "reading", "translated", "writing"]
+__all__ = ["Session", "database_name", "database_url", "reading", "sqlite_file", "writing"]
+
+MIGRATION_LOCK = 7_244_306
+"""Any number that other programs on one server hardly take."""
+BUSY_TIMEOUT_S = 600
+"""A writer waits for the others, each of which may import a century's records."""
+
+
+def database_url(database: str) -> URL:
+    """Return the URL of `database`, which is a URL already or the path of an SQLite file.
+
+    Raises:
+        AvahazardError: `database` looks like a URL but is none.
+    """
+    if "://" not in database:
+        return URL.create("sqlite", database=database)
+    try:
+        return make_url(database)
+    except (ArgumentError, ValueError) as error:
+        raise AvahazardError(
+            f"{database.rsplit('@', maxsplit=1)[-1]} is not the URL of a database.",
+            "Give a file path, or a URL such as postgresql+psycopg://user@host/name.",
+        ) from error
+
+
+def database_name(database: str) -> str:
+    """Return how to show `database` to people: without its password."""
+    url = database_url(database)
+    return sqlite_file(url) or url.render_as_string(hide_password=True)
+
+
+def sqlite_file(url: URL) -> str | None:
+    """Return the file of an SQLite database, None for another database."""
+    return (url.database or None) if url.get_backend_name() == "sqlite" else None
+
+
+def make_engine(database: str, *, migrates: bool = False) -> Engine:
+    """Return an engine for `database`; it connects when it is used.
+
+    Writers come one after the other: on SQLite by its lock, for which they wait up to 10 minutes,
+    on PostgreSQL by a lock on the table of the revision, taken before anything is read. SQLite
+    keeps a write-ahead log, synced at every commit, and foreign keys on; from a folder that
+    cannot be written to it is read as it stands. A migration may create the file, and has the
+    foreign keys off: it changes a table by copying it, and dropping the old one would take its
+    children along.
+
+    Raises:
+        AvahazardError: the driver is missing, or the file of an SQLite database is.
+    """
+    url = database_url(database)
+    sqlite = url.get_backend_name() == "sqlite"
+    if sqlite:
+        _check_file(url, migrates)
+    # Every transaction sees one state of the data; SQLite has it so anyway.
+    # A migration looks at the schema after it has waited for others, so it sees what they did.
+    options: dict[str, Any] = (
+        {"connect_args": {"timeout": BUSY_TIMEOUT_S}}
+        if sqlite
+        else {"isolation_level": "READ COMMITTED" if migrates else "REPEATABLE READ"}
+    )
+    frozen = sqlite and not migrates and _is_frozen(FilePath(url.database or ""))
+    if frozen:
+        address = FilePath(url.database or "").absolute().as_uri()
+        options["creator"] = partial(sqlite3.connect, f"{address}?mode=ro&immutable=1", uri=True)
+    writer = partial(json.dumps, ensure_ascii=False, allow_nan=False)
+    try:
+        engine = create_engine(url, json_serializer=writer, **options)
+    except (ArgumentError, ImportError) as error:
+        raise AvahazardError(
+            f"There is no driver for {url.drivername}: {error}",
+            "Install the driver of the database, for PostgreSQL: pip install psycopg[binary]",
+        ) from error
+    if sqlite:
+        set_up = partial(_set_up_sqlite, foreign_keys=not migrates, frozen=frozen)
+        event.listen(engine, "connect", set_up)
+        event.listen(engine, "begin", _begin_sqlite)
+    elif url.get_backend_name() == "postgresql":
+        event.listen(engine, "begin", _wait_to_migrate if migrates else _begin_postgresql)
+    return engine
+
+
+def _is_frozen(file: FilePath) -> bool:
+    """Whether an SQLite file lies in a folder that nobody can write to, with nothing in its log.
+
+    SQLite would have to make the files of the log to read it in the common way.
+    """
+    log = file.with_name(f"{file.name}-wal")
+    unwritten = not log.exists() or log.stat().st_size == 0
+    return unwritten and not can_write(file.absolute().parent)
+
+
+def can_write(folder: FilePath) -> bool:
+    """Whether this process may write into a folder."""
+    return os.access(folder, os.W_OK)
+
+
+def _check_file(url: URL, create: bool) -> None:
+    name = sqlite_file(url)
+    if name is None or name == ":memory:":
+        raise AvahazardError(
+            "The database has no file.", "Give --db a file path: a database has to be kept."
+        )
+    file = FilePath(name)
+    if file.is_dir():
+        raise AvahazardError(f"{file} is a folder, not a database.", "Give --db a file path.")
+    if create and not file.absolute().parent.is_dir():
+        raise AvahazardError(
+            f"There is no folder {file.parent} for the database.", "Make the folder first."
+        )
+    if not create and not file.exists():
+        raise AvahazardError(
+            f"There is no database {file}.",
+            "Create it with `avahazard init`, or name another one with --db.",
+        )
+
+
+def _set_up_sqlite(
+    connection: SqliteConnection, _: ConnectionPoolEntry, *, foreign_keys: bool, frozen: bool
+) -> None:
+    # The driver would begin transactions by itself, and late: they begin in _begin_sqlite.
+    connection.isolation_level = None
+    connection.execute(f"PRAGMA foreign_keys = {'ON' if foreign_keys else 'OFF'}")
+    if frozen:
+        return
+    connection.execute("PRAGMA journal_mode = WAL")
+    # What was confirmed is there after a power cut, also while others hold the file.
+    connection.execute("PRAGMA synchronous = FULL")
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    # A writer takes the lock at once: one that reads first would be refused when it writes.
+    writes = connection.get_execution_options().get("writes", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _begin_postgresql(connection: Connection) -> None:
+    # A lock is no query: the view of the data begins with the first statement after it, so that
+    # a writer never works on what another has changed meanwhile. Readers pass.
+    if connection.get_execution_options().get("writes", False):
+        connection.exec_driver_sql("LOCK TABLE alembic_version IN EXCLUSIVE MODE")
+
+
+def _wait_to_migrate(connection: Connection) -> None:
+    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({MIGRATION_LOCK})")
 
 
 @contextmanager

@@ -1,16 +1,41 @@
-"""Making a database, bringing it up to date, and its state."""
+"""Making, upgrading, copying and checking a database."""
 
 from __future__ import annotations
 
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path as FilePath
 
-from sqlalchemy import Connection, func, select
+from sqlalchemy import Connection, func, select, text
+from sqlalchemy.orm import Session
 
+from avahazard.records.errors import AvahazardError
 from avahazard.store import schema
-from avahazard.store.engine import database_name, make_engine
-from avahazard.store.result_tables import CalibrationTable, ModelTable
-from avahazard.store.session import translated
-from avahazard.store.tables import Base, EventTable, PathTable, SpeedTable
+from avahazard.store.results import chunk_fault, document_checksum, path_checksum
+from avahazard.store.session import (
+    database_name,
+    database_url,
+    make_engine,
+    sqlite_file,
+    translated,
+)
+from avahazard.store.tables import (
+    Base,
+    CalibrationTable,
+    ComparisonTable,
+    DiagnosisTable,
+    DrawChunkTable,
+    EventTable,
+    ModelTable,
+    PathResultTable,
+    PathTable,
+    ResultTable,
+    SpeedTable,
+)
+from avahazard.whole_file import put_new_in_place
 
 COUNTED: dict[str, type[Base]] = {
     "paths": PathTable,
@@ -90,3 +115,144 @@ def _counts(connection: Connection) -> dict[str, int]:
         name: connection.scalar(select(func.count()).select_from(table)) or 0
         for name, table in COUNTED.items()
     }
+
+
+MOST_COPIES = 99
+TOOLS = {"postgresql": "pg_dump", "mysql": "mysqldump", "mariadb": "mariadb-dump"}
+
+
+def backup_beside(database: str, name: str) -> str:
+    """Copy an SQLite database to the file `name`, or with a number after it, if that is there.
+
+    Raises:
+        AvahazardError: the copy cannot be made.
+    """
+    with _copied(database, FilePath(name)) as part:
+        for number in range(1, MOST_COPIES + 1):
+            file = name if number == 1 else f"{name}-{number}"
+            with suppress(FileExistsError):
+                put_new_in_place(part, FilePath(file))
+                return file
+    raise AvahazardError(f"There are {MOST_COPIES} copies {name} already.", "Remove old ones.")
+
+
+def backup(database: str, target: str | FilePath) -> None:
+    """Copy `database` to the new file `target`.
+
+    Raises:
+        AvahazardError: it is no SQLite database or missing, or `target` is there already.
+    """
+    copy = FilePath(target)
+    there = AvahazardError(
+        f"{copy} is there already; nothing was written.", "Name a file that is not there."
+    )
+    if copy.exists():
+        raise there
+    with _copied(database, copy) as part:
+        try:
+            put_new_in_place(part, copy)
+        except FileExistsError:
+            raise there from None
+
+
+@contextmanager
+def _copied(database: str, target: FilePath) -> Iterator[FilePath]:
+    """A whole copy of `database` beside `target`, under a name that none takes for a copy."""
+    url = database_url(database)
+    file = sqlite_file(url)
+    if file is None:
+        backend = url.get_backend_name()
+        raise AvahazardError(
+            f"Only an SQLite database is copied here, and this is {backend}.",
+            f"Use the database's own tool, such as {TOOLS.get(backend, 'its dump program')}.",
+        )
+    make_engine(database).dispose()  # says so when the file is missing
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    part.unlink(missing_ok=True)  # of a process that was killed
+    try:
+        part.open("xb").close()
+        with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(part)) as sink:
+            source.backup(sink)
+            sink.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
+        yield part
+    except sqlite3.Error as error:
+        raise AvahazardError(
+            f"The database {file} could not be copied: {error}",
+            "Look at it with `avahazard db check`.",
+        ) from error
+    except OSError as error:
+        error.filename = str(target)  # the name that was asked for
+        raise
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def check_database(session: Session) -> list[str]:
+    """Return what is wrong: damaged pages, references to nothing, checksums that differ."""
+    problems = []
+    if session.get_bind().dialect.name == "sqlite":
+        for (line,) in session.execute(text("PRAGMA integrity_check")):
+            if line != "ok":
+                problems.append(f"The file is damaged: {line}.")
+        for table, row, parent, _ in session.execute(text("PRAGMA foreign_key_check")):
+            problems.append(f"Row {row} of {table} refers to {parent} that is not there.")
+    for calibration, model in session.execute(select(CalibrationTable.id, CalibrationTable.model)):
+        for fault in _draw_faults(session, calibration):
+            problems.append(f"The draws of {model} (calibration {calibration}): {fault}.")
+    for table in (CalibrationTable, ComparisonTable, DiagnosisTable):
+        problems += _result_faults(session, table)
+    problems += _path_faults(session)
+    return problems
+
+
+def _result_faults(session: Session, table: type[ResultTable]) -> Iterator[str]:
+    for key in session.scalars(select(table.id)).all():
+        where = f"Row {key} of {table.__tablename__}"
+        try:
+            row = session.execute(
+                select(table.model, table.result, table.sha256).where(table.id == key)
+            ).one()
+        except ValueError:
+            yield f"{where} is no document any more."
+            continue
+        if document_checksum(row.model, row.result) != row.sha256:
+            yield f"{where}, by {row.model}, is not what was stored: its checksum differs."
+
+
+def _path_faults(session: Session) -> Iterator[str]:
+    table = PathResultTable
+    told = (table.run, table.position, table.path_id, table.result, table.notes, table.failed)
+    for run, position in session.execute(select(table.run, table.position)).all():
+        where = f"Result {position} of run {run} in path_results"
+        query = select(*told, table.sha256).where(table.run == run, table.position == position)
+        try:
+            *found, digest = session.execute(query).one()
+        except ValueError:
+            yield f"{where} is no document any more."
+            continue
+        if path_checksum(*found) != digest:
+            yield f"{where} is not what was stored: its checksum differs."
+
+
+def _draw_faults(session: Session, calibration: int) -> Iterator[str]:
+    query = (
+        select(DrawChunkTable)
+        .where(DrawChunkTable.calibration == calibration)
+        .order_by(DrawChunkTable.parameter, DrawChunkTable.chunk)
+    )
+    shapes: dict[str, tuple[int, int]] = {}
+    chunks: dict[str, int] = {}
+    for row in session.scalars(query):
+        expected = chunks.get(row.parameter, 0)
+        chunks[row.parameter] = row.chunk + 1
+        if fault := chunk_fault(row, expected):
+            yield fault
+        n_draws = shapes.get(row.parameter, (0, 0))[1] + row.n_draws
+        shapes[row.parameter] = (row.n_chains, n_draws)
+        session.expunge(row)
+    if not shapes:
+        yield "there are none"
+    elif len(set(shapes.values())) > 1:
+        sizes = ", ".join(f"{name} {c} × {n}" for name, (c, n) in shapes.items())
+        yield f"the parameters differ in number of chains or draws ({sizes})"

@@ -16,11 +16,9 @@ from avahazard.results.database import (
     Upgraded,
 )
 from avahazard.store import upkeep
-from avahazard.store.backup import backup, backup_beside
-from avahazard.store.check import check_database
-from avahazard.store.engine import database_name, database_url, sqlite_file
 from avahazard.store.models import list_models
-from avahazard.store.session import reading
+from avahazard.store.session import database_name, database_url, reading, sqlite_file
+from avahazard.store.upkeep import backup, backup_beside, check_database
 
 SAMPLE = 3
 """Models that a full check calibrates again."""

@@ -15,8 +15,8 @@ from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
 from avahazard.store.models import load_model, now
-from avahazard.store.path_results import BOUNDS, ZONES, latest_documents, latest_run, read_run
 from avahazard.store.records import load_records
+from avahazard.store.results import BOUNDS, ZONES, latest_documents, latest_run, read_run
 from avahazard.store.session import reading
 from avahazard.whole_file import put_in_place
 from avahazard.workflow.export_layers import map_layers

@@ -14,7 +14,7 @@ from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import Hazard, HazardRow, failed_document
-from avahazard.store.path_results import BOUNDS, read_run
+from avahazard.store.results import BOUNDS, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.hazard_notes import RowNotes, model_notes
 from avahazard.workflow.hazard_unit import HazardUnit, hazard_of_path

@@ -14,7 +14,7 @@ from avahazard.engine.choice import chosen
 from avahazard.engine.memory import free_bytes, peak_bytes
 from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import HazardPlan
-from avahazard.store.path_results import interrupted_run
+from avahazard.store.results import interrupted_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
 from avahazard.workflow.hazard import HazardQuestion, hazard_work

@@ -22,10 +22,8 @@ from avahazard.records.repeated import repeated, repeated_notes
 from avahazard.records.vague import vague_stops
 from avahazard.results.base import Rows
 from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
-from avahazard.store.records import load_profiles, load_without_profiles
-from avahazard.store.save_records import save_records
+from avahazard.store.records import load_profiles, load_without_profiles, save_records, save_terrain
 from avahazard.store.session import reading, writing
-from avahazard.store.terrain import save_terrain
 
 LINES = (".gpkg", ".geojson", ".shp")
 

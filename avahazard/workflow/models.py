@@ -8,9 +8,9 @@ from avahazard.hazard.notes import unconverged_words
 from avahazard.results.base import Rows
 from avahazard.results.calibration import Calibration
 from avahazard.results.catalogue import ModelSummary
-from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import list_models, load_model
 from avahazard.store.records import load_records
+from avahazard.store.results import latest_calibration
 from avahazard.store.session import reading
 from avahazard.workflow.stored.notes import notes_of
 

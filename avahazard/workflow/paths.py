@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from avahazard.results.base import Rows
 from avahazard.results.terrain import PathSummary
-from avahazard.store.path_summaries import path_summaries
+from avahazard.store.records import path_summaries
 from avahazard.store.session import reading
 
 

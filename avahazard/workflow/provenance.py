@@ -10,9 +10,9 @@ import avahazard
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
 from avahazard.results.provenance import Provenance, Surroundings
-from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import load_model
 from avahazard.store.records import load_records
+from avahazard.store.results import latest_calibration
 from avahazard.store.session import reading
 
 PACKAGES = ("numpy", "scipy", "numba", "plotly")

@@ -12,10 +12,16 @@ from avahazard.report.language import language_of
 from avahazard.results.base import Report, silent
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import list_models
-from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
-from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result
+from avahazard.store.records import load_terrain
+from avahazard.store.results import (
+    BOUNDS,
+    COMPARISON,
+    DIAGNOSIS,
+    ZONES,
+    latest_documents,
+    latest_result,
+)
 from avahazard.store.session import reading
-from avahazard.store.terrain import load_terrain
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.friction_views import friction_densities

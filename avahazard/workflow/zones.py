@@ -21,8 +21,8 @@ from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.zones import Density, ZonedPath, Zones
-from avahazard.store.path_results import ZONES, read_run
 from avahazard.store.records import load_paths
+from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.stored.by_path import run_paths, went_on

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.synth.making import make_world
 from avahazard.workflow.database import init_database

@@ -10,7 +10,7 @@ from pathlib import Path
 from alembic import command
 
 from avahazard.store import schema, upkeep
-from avahazard.store.engine import make_engine
+from avahazard.store.session import make_engine
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
 from avahazard.workflow.import_files import import_files

@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import LargeBinary, MetaData, select
 from sqlalchemy.types import JSON
 
-from avahazard.store.engine import make_engine
+from avahazard.store.session import make_engine
 from avahazard.store.tables import Base
 
 RECORDS = frozenset({"paths", "profile_points", "events", "speeds", "terrain"})

@@ -13,7 +13,7 @@ from alembic import command
 from sqlalchemy import Connection, MetaData, Table, insert, select
 
 from avahazard.store import schema
-from avahazard.store.engine import make_engine
+from avahazard.store.session import make_engine
 from avahazard.workflow.database import check
 from benchmarks.trust.jobs import downgrade, make_state
 from benchmarks.trust.places import Place, copied

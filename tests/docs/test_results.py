@@ -15,8 +15,7 @@ from typer.testing import CliRunner
 
 from avahazard.cli.main import COMMANDS, app
 from avahazard.records.plain import plain
-from avahazard.store.path_results import BOUNDS, ZONES, latest_documents
-from avahazard.store.results import COMPARISON, latest_result
+from avahazard.store.results import BOUNDS, COMPARISON, ZONES, latest_documents, latest_result
 from avahazard.store.session import reading
 from tests.criticism.lengths import as_csv, lengths
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from avahazard.store.path_results import (
+from avahazard.store.results import (
     PathResult,
     RunKind,
     begin_run,

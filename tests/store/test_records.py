@@ -8,24 +8,29 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from sqlalchemy import delete
+from sqlalchemy import delete, update
 
 from avahazard.records.collection import Records
 from avahazard.records.compare import profile_difference
+from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import Fingerprint, data_fingerprint
 from avahazard.records.path import Path, Profile
+from avahazard.records.terrain_crop import TerrainCrop
 from avahazard.store import records as store_records
 from avahazard.store.records import (
     load_by_pieces,
     load_events,
     load_paths,
     load_records,
+    load_terrain,
     load_without_profiles,
+    path_summaries,
+    save_records,
+    save_terrain,
 )
-from avahazard.store.save_records import save_records
 from avahazard.store.session import reading, writing
-from avahazard.store.tables import Base
+from avahazard.store.tables import Base, TerrainTable
 from avahazard.synth.making import make_world
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
@@ -239,3 +244,71 @@ def test_words_that_come_again_are_held_once(any_database: str) -> None:
     with reading(any_database) as session:
         found = load_records(session).profiles
     assert len({id(word) for p in found for word in p.land_cover or ()}) == 2
+
+
+X = np.array([0.0, 100.0, 300.0, 600.0, 1000.0])
+RECORDS = Records(
+    (Path("steep", name="Steep", section="open"), Path("bare"), Path("quiet")),
+    (
+        Profile("steep", X, np.array([900.0, 700.0, 420.0, 300.5, 310.0])),
+        Profile("quiet", X, 500.0 - 0.2 * X),
+    ),
+    (
+        Event("a", path_id="steep", date="1950-02-13", runout_elevation_m=400.0, volume_m3=2e4),
+        Event("b", path_id="steep", date="1911", runout_elevation_m=400.0),
+        Event("c", path_id="steep", left_profile=True, volume_m3=5e3),
+        Event("d", path_id="bare", runout_elevation_m=100.0),
+        Event("e", fall_height_m=300.0, runout_length_m=700.0),
+    ),
+)
+
+
+def test_each_path_is_summed_up(any_database: str) -> None:
+    with writing(any_database) as session:
+        save_records(session, RECORDS)
+    with reading(any_database) as session:
+        steep, bare, quiet = path_summaries(session)
+    assert (steep.path_id, steep.name, steep.section) == ("steep", "Steep", "open")
+    assert (steep.n_points, steep.top_m, steep.drop_m, steep.length_m) == (5, 900.0, 599.5, 1000.0)
+    assert (steep.n_events, steep.n_left_profile) == (3, 1)
+    assert (steep.first_year, steep.last_year) == (1911, 1950)
+    assert (steep.volume_min_m3, steep.volume_max_m3) == (5e3, 2e4)
+    nothing = replace(
+        bare, n_points=0, top_m=None, drop_m=None, length_m=None, n_events=1, n_left_profile=0,
+        first_year=None, last_year=None, volume_min_m3=None, volume_max_m3=None,
+    )  # fmt: skip
+    assert bare == nothing
+    assert (quiet.n_events, quiet.n_points, quiet.volume_max_m3) == (0, 5, None)
+
+
+def crop(path_id: str, start: float) -> TerrainCrop:
+    """Give a small piece of ground with a hole in it."""
+    elevation = np.arange(6, dtype=np.float32).reshape(2, 3) + np.float32(start)
+    elevation[1, 1] = np.nan
+    return TerrainCrop(path_id, "EPSG:31287", 255_000.5, 382_000.25, 12.5, elevation)
+
+
+def test_terrain_comes_back_and_is_replaced(any_database: str) -> None:
+    with writing(any_database) as session:
+        save_records(session, Records(paths=(Path("P"), Path("Q"), Path("R"))))
+        save_terrain(session, [crop("P", 0.0), crop("Q", 1.0)])
+    with writing(any_database) as session:
+        save_terrain(session, [crop("P", 7.0)], outdated=["Q", "R"])
+    with reading(any_database) as session:
+        found = load_terrain(session, "P")
+        assert (load_terrain(session, "Q"), load_terrain(session, "R")) == (None, None)
+    assert found is not None
+    expected = crop("P", 7.0)
+    assert found.elevation_m.dtype == np.float32
+    np.testing.assert_array_equal(found.elevation_m, expected.elevation_m)
+    place = (found.crs, found.west_m, found.north_m, found.cell_m)
+    assert place == (expected.crs, expected.west_m, expected.north_m, expected.cell_m)
+
+
+def test_damaged_terrain_is_told(database: str) -> None:
+    with writing(database) as session:
+        save_records(session, Records(paths=(Path("P"),)))
+        save_terrain(session, [crop("P", 0.0)])
+        session.execute(update(TerrainTable).values(data=b"123"))
+    with reading(database) as session, pytest.raises(AvahazardError, match="damaged"):
+        load_terrain(session, "P")

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import text
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store import result_tables, schema, upkeep
-from avahazard.store.engine import make_engine
-from avahazard.store.session import reading
+from avahazard.store import schema, upkeep
+from avahazard.store.session import make_engine, reading
 from avahazard.store.tables import Base
 
 
@@ -41,7 +41,6 @@ def add_old_revision(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
 
 
 def test_migrations_make_the_tables_of_the_models(any_database: str) -> None:
-    assert result_tables.ModelTable.metadata is Base.metadata
     engine = make_engine(any_database)
     with engine.connect() as connection:
         context = MigrationContext.configure(
@@ -87,3 +86,9 @@ def test_an_old_database_is_refused_and_upgraded(
     assert upkeep.upgrade(any_database) == "current"
     with reading(any_database) as session:  # and the children of a changed table are there
         assert session.scalar(text("SELECT count(*) FROM profile_points")) == 1
+
+
+def test_revisions_are_those_that_alembic_finds() -> None:
+    script = ScriptDirectory.from_config(schema._config())
+    assert schema.head() == script.get_current_head()
+    assert schema._revisions() == {r.revision: r.down_revision for r in script.walk_revisions()}

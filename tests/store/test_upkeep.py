@@ -8,10 +8,13 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text
 
+from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.path import Path as AvalanchePath
 from avahazard.store import upkeep
-from avahazard.store.engine import make_engine
-from avahazard.store.session import reading
+from avahazard.store.records import load_records, save_records
+from avahazard.store.session import make_engine, reading, writing
+from avahazard.store.upkeep import backup, backup_beside, check_database
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
@@ -82,10 +85,10 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_locked_database_says_so(database: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    from avahazard.store import engine  # noqa: PLC0415
+    from avahazard.store import session as store_session  # noqa: PLC0415
     from avahazard.store.session import writing  # noqa: PLC0415
 
-    monkeypatch.setattr(engine, "BUSY_TIMEOUT_S", 0)
+    monkeypatch.setattr(store_session, "BUSY_TIMEOUT_S", 0)
     other = sqlite3.connect(database, isolation_level=None)
     other.execute("BEGIN IMMEDIATE")
     with pytest.raises(AvahazardError, match="locked"), writing(database) as session:
@@ -93,3 +96,89 @@ def test_a_locked_database_says_so(database: str, monkeypatch: pytest.MonkeyPatc
     with reading(database) as session:  # a reader does not wait for a writer
         assert session.scalar(text("SELECT count(*) FROM events")) == 0
     other.close()
+
+
+def test_a_copy_holds_what_was_stored_before_it(database: str, tmp_path: Path) -> None:
+    copy = tmp_path / "copy.db"
+    with writing(database) as session:
+        save_records(session, Records((AvalanchePath("P"),)))
+    with writing(database) as session:
+        save_records(session, Records((AvalanchePath("Q"),)))
+        session.flush()
+        backup(database, copy)  # while another transaction is open
+    assert not Path(f"{copy}-wal").exists()
+    with reading(str(copy)) as session:
+        assert [p.path_id for p in load_records(session).paths] == ["P"]
+
+
+def test_nothing_is_overwritten(database: str, tmp_path: Path) -> None:
+    copy = tmp_path / "copy.db"
+    copy.write_text("mine")
+    with pytest.raises(AvahazardError, match="there already"):
+        backup(database, copy)
+    assert copy.read_text() == "mine"
+
+
+def test_a_copy_has_its_name_when_it_is_whole(
+    database: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = tmp_path / "copy.db"
+    put = upkeep.put_new_in_place
+
+    def watched(part: Path, file: Path) -> None:
+        assert not copy.exists()  # who kills it until now leaves nothing that looks like a copy
+        with reading(str(part)) as session:
+            assert load_records(session).paths == ()
+        put(part, file)
+
+    monkeypatch.setattr(upkeep, "put_new_in_place", watched)
+    backup(database, copy)
+    assert copy.exists()
+    assert [file.name for file in tmp_path.iterdir() if ".part" in file.name] == []
+
+
+def test_copies_beside_one_another_are_numbered(database: str, tmp_path: Path) -> None:
+    name = str(tmp_path / "copy.db")
+    assert [backup_beside(database, name) for _ in range(3)] == [name, f"{name}-2", f"{name}-3"]
+
+
+def test_a_missing_folder_is_told_by_the_name_that_was_asked_for(
+    database: str, tmp_path: Path
+) -> None:
+    copy = tmp_path / "nowhere" / "copy.db"
+    with pytest.raises(FileNotFoundError) as caught:
+        backup(database, copy)
+    assert caught.value.filename == str(copy)
+
+
+def test_other_databases_have_their_own_tools(tmp_path: Path) -> None:
+    with pytest.raises(AvahazardError) as caught:
+        backup("postgresql://me:secret@host/x", tmp_path / "copy.db")
+    assert "pg_dump" in caught.value.hint
+    assert not (tmp_path / "copy.db").exists()
+
+
+def test_a_damaged_database_leaves_no_copy(tmp_path: Path) -> None:
+    file = tmp_path / "notes.txt"
+    file.write_text("These are notes, not a database. " * 50)
+    with pytest.raises(AvahazardError, match="not a database"):
+        backup(str(file), tmp_path / "copy.db")
+    assert not (tmp_path / "copy.db").exists()
+
+
+def test_a_fresh_database_is_whole(any_database: str) -> None:
+    with reading(any_database) as session:
+        assert check_database(session) == []
+
+
+def test_a_reference_to_nothing_is_found(database: str) -> None:
+    connection = sqlite3.connect(database)
+    connection.execute(
+        "INSERT INTO speeds (event_id, x_m, speed_m_s, speed_sigma_m_s) VALUES ('z', 1, 2, 3)"
+    )
+    connection.commit()
+    connection.close()
+    with reading(database) as session:
+        (problem,) = check_database(session)
+    assert "speeds" in problem
+    assert "events" in problem

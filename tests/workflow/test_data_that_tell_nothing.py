@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model

@@ -6,9 +6,9 @@ import json
 
 from sqlalchemy import text
 
-from avahazard.store.checksums import chunk_checksum
-from avahazard.store.result_tables import DrawChunkTable
+from avahazard.store.results import chunk_checksum
 from avahazard.store.session import writing
+from avahazard.store.tables import DrawChunkTable
 from avahazard.workflow.database import check
 
 

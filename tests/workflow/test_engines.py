@@ -13,7 +13,7 @@ from avahazard.engine.choice import EngineName
 from avahazard.inference.likelihood import side_by_side
 from avahazard.inference.model import observations
 from avahazard.store import upkeep
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.synth.making import make_world
 from avahazard.workflow.calibrate import calibrate

@@ -8,7 +8,7 @@ import pytest
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.fit import fit_laws
 from tests.telling import untold

@@ -13,7 +13,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.friction import show_frictions
 from avahazard.workflow.model_friction import apparent_friction

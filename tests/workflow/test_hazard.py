@@ -25,7 +25,7 @@ from avahazard.report.hazard_csv import write_hazard
 from avahazard.report.hazard_picture import draw_hazard
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow, Spread
-from avahazard.store.path_results import BOUNDS, latest_documents
+from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard

@@ -14,9 +14,9 @@ from avahazard.engine import set_engine
 from avahazard.engine.choice import EngineName
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
-from avahazard.store.path_results import BOUNDS, latest_documents
-from avahazard.store.result_tables import PathResultTable, PathRunTable
+from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
+from avahazard.store.tables import PathResultTable, PathRunTable
 from avahazard.workflow import hazard_plan, hazard_unit
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import HazardQuestion, hazard, run_hazard

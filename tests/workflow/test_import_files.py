@@ -14,9 +14,8 @@ import shapely
 from avahazard.gis import packages
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.results.database import Import
-from avahazard.store.records import load_records
+from avahazard.store.records import load_records, load_terrain
 from avahazard.store.session import reading
-from avahazard.store.terrain import load_terrain
 from avahazard.workflow.import_files import import_files
 from tests.gis.surface import BOTTOM, TOP, surface, write_dem, write_lines
 

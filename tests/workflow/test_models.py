@@ -6,7 +6,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.models import show_model, show_models

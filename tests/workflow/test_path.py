@@ -11,7 +11,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.results.terrain import PathCheck, Stretch
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.path import describe_path, stretches, view_path
 from tests.workflow.worlds import bowl, height

@@ -14,7 +14,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
-from avahazard.store.path_results import BOUNDS, latest_documents
+from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard

@@ -17,7 +17,7 @@ from avahazard.records.path import Path as BarePath
 from avahazard.records.path import Profile
 from avahazard.report.runout_figure import with_gaps
 from avahazard.results.terrain import SpeedHere
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.runout import run_model, run_path, run_site, with_table
 from avahazard.workflow.stored.model import load_stored

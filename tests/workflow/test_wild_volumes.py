@@ -10,7 +10,7 @@ import pytest
 from avahazard.inference.model.laws import LAWS
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model

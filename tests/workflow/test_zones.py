@@ -15,7 +15,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.results.base import Rows
 from avahazard.results.zones import ZonedPath
-from avahazard.store.path_results import ZONES, latest_documents
+from avahazard.store.results import ZONES, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard

@@ -9,7 +9,7 @@ from typing import Any
 from avahazard.message import counted
 from avahazard.report.html.content import Cover
 from avahazard.results.project import Step
-from avahazard.store.path_results import BOUNDS, ZONES, RunKind, latest_documents, latest_key
+from avahazard.store.results import BOUNDS, ZONES, RunKind, latest_documents, latest_key
 from avahazard.store.session import reading
 from avahazard.workflow.export import export
 from avahazard.workflow.hazard import HazardQuestion, hazard, hazard_work

@@ -14,10 +14,9 @@ from avahazard.records.lookup import only_paths
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.project import Step
-from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import list_models
 from avahazard.store.records import load_records
-from avahazard.store.results import COMPARISON, DIAGNOSIS
+from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_calibration
 from avahazard.store.session import reading
 from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import asked_for, calibrate

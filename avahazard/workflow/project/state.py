@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path as FilePath
+from typing import Any
 
 from avahazard.results.base import Report
 from avahazard.store.results import Kind, latest_result
@@ -29,7 +30,7 @@ class ProjectState:
     written: float = 0.0
 
 
-def stored_result(run: ProjectState, kind: Kind, model: str):  # type: ignore[no-untyped-def, type-arg]
+def stored_result(run: ProjectState, kind: Kind, model: str) -> dict[str, Any] | None:
     """What was found last by a model; None where nothing was."""
     with reading(run.database) as session:
         return latest_result(session, kind, model)

@@ -15,7 +15,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import of_path
 from avahazard.records.plain import plain
 from avahazard.results.base import Report
-from avahazard.store.path_results import (
+from avahazard.store.records import PATHS_AT_ONCE, load_paths
+from avahazard.store.results import (
     PathResult,
     any_found,
     begin_run,
@@ -23,7 +24,6 @@ from avahazard.store.path_results import (
     finish_run,
     save_paths,
 )
-from avahazard.store.records import PATHS_AT_ONCE, load_paths
 from avahazard.store.session import reading, writing
 from avahazard.workflow.stored.path_unit import PathShared, PathTask, PathWork, path_answer
 from avahazard.workflow.stored.region_fit import RegionFit

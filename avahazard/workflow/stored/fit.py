@@ -19,9 +19,8 @@ from avahazard.inference.model.specification import MethodName, Specification
 from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.records.errors import AvahazardError
 from avahazard.results.calibration import Calibration
-from avahazard.store.calibrations import latest_calibration
-from avahazard.store.draws import load_draws
 from avahazard.store.models import StoredModel, load_model
+from avahazard.store.results import latest_calibration, load_draws
 from avahazard.store.session import Session
 
 COORDINATE, OFFSET = "coordinate:", "offset:"

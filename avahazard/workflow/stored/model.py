@@ -17,10 +17,9 @@ from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
 from avahazard.results.calibration import Calibration
-from avahazard.store.calibrations import latest_calibration, save_calibration
-from avahazard.store.draws import load_draws
 from avahazard.store.models import save_model
 from avahazard.store.records import load_records
+from avahazard.store.results import latest_calibration, load_draws, save_calibration
 from avahazard.store.session import Session, reading
 from avahazard.workflow.provenance import surroundings
 from avahazard.workflow.stored.fit import COORDINATE, OFFSET, Fit, load_kept

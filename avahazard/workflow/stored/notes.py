@@ -23,8 +23,8 @@ from avahazard.results.calibration import (
     PriorDominated,
     PriorTold,
 )
-from avahazard.store.calibrations import latest_calibration
 from avahazard.store.models import load_model
+from avahazard.store.results import latest_calibration
 from avahazard.store.session import Session
 from avahazard.workflow.stored.fit import version_of
 from avahazard.workflow.stored.model import StoredFit

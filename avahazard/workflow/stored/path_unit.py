@@ -11,7 +11,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import Fingerprint
 from avahazard.records.plain import plain
-from avahazard.store.path_results import PathResult, RunKind
+from avahazard.store.results import PathResult, RunKind
 from avahazard.workflow.stored.region_fit import RegionFit
 
 Shared = TypeVar("Shared")

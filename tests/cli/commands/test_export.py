@@ -11,7 +11,7 @@ import pytest
 from typer.testing import Result
 
 from avahazard.store.models import save_model
-from avahazard.store.path_results import BOUNDS
+from avahazard.store.results import BOUNDS
 from avahazard.store.session import writing
 from tests.gis.results import bounds
 from tests.gis.surface import BOTTOM, TOP, write_dem, write_lines

@@ -10,8 +10,8 @@ import numpy as np
 
 from avahazard.records.terrain_crop import TerrainCrop
 from avahazard.store import results, upkeep
+from avahazard.store.records import save_terrain
 from avahazard.store.session import writing
-from avahazard.store.terrain import save_terrain
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_records
 from avahazard.workflow.add import add

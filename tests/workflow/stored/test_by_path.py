@@ -20,7 +20,7 @@ from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.results.base import silent
 from avahazard.store import records as store_records
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow import hazard_plan
 from avahazard.workflow.calibrate import calibrate

@@ -24,7 +24,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import of_path, only_paths
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.store.tables import ProfilePointTable
 from avahazard.workflow.stored.calibration import calibration_result

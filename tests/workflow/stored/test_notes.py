@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text
 
-from avahazard.store.check import check_database
-from avahazard.store.checksums import document_checksum
-from avahazard.store.result_tables import CalibrationTable
+from avahazard.store.results import document_checksum
 from avahazard.store.session import reading, writing
+from avahazard.store.tables import CalibrationTable
+from avahazard.store.upkeep import check_database
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export

@@ -15,7 +15,7 @@ from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
 from avahazard.records.path import Path
 from avahazard.store import records as store_records
-from avahazard.store.save_records import save_records
+from avahazard.store.records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.synth.making import make_world
 from avahazard.workflow.stored.survey import any_events, fingerprint_of, survey
