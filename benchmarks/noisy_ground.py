@@ -12,10 +12,9 @@ import numpy as np
 
 from avahazard.records.collection import Records
 from avahazard.records.path import Profile
-from avahazard.synth.making import make_world
+from avahazard.synth.integrator import make_track
+from avahazard.synth.making import RUN_ON_M, concave_profile, make_sites, make_world
 from avahazard.synth.settings import Settings, SitePlan
-from avahazard.synth.sites import RUN_ON_M, concave_profile, make_sites
-from avahazard.synth.track import make_track
 
 
 @dataclass(frozen=True, slots=True)

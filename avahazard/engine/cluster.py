@@ -10,9 +10,8 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from avahazard.engine.choice import Choice
-from avahazard.engine.packed import call_packed, pack
-from avahazard.engine.window import AHEAD, in_order
+from avahazard.engine import AHEAD, Choice, in_order
+from avahazard.engine.processes import call_packed, pack
 from avahazard.records.errors import AvahazardError
 
 if TYPE_CHECKING:

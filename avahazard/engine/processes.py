@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tempfile
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -9,12 +10,39 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
+import cloudpickle
 from loky import get_reusable_executor
 from loky.process_executor import BrokenProcessPool
 
-from avahazard.engine.packed import call_packed, pack
-from avahazard.engine.window import AHEAD, in_order
+from avahazard.engine import AHEAD, in_order
 from avahazard.records.errors import AvahazardError
+from avahazard.workers import one_worker
+
+_kept: dict[str, tuple[Callable[[Any, Any], Any], Any]] = {}
+"""The last that was unpickled in this worker."""
+
+
+def pack(function: Callable[[Any, Any], Any], shared: object) -> tuple[str, bytes]:
+    """A name for the two, by what they hold, and their bytes.
+
+    cloudpickle takes functions inside functions too, which effects are made of.
+    """
+    data: bytes = cloudpickle.dumps((function, shared))
+    return hashlib.sha256(data).hexdigest(), data
+
+
+def call_packed(name: str, data: bytes | Path, item: object) -> Any:
+    """Call the function on an item in a worker; `data` are the bytes, or the file with them."""
+    found = _kept.get(name)
+    if found is None:
+        content = data if isinstance(data, bytes) else data.read_bytes()
+        found = cloudpickle.loads(content)
+        _kept.clear()
+        _kept[name] = found
+    function, shared = found
+    with one_worker():
+        return function(shared, item)
+
 
 Waiting = deque[tuple[object, Future[Any]]]
 

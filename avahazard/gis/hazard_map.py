@@ -2,14 +2,140 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
-from avahazard.gis.map_layer import Feature, MapLayer, layers_by_system
-from avahazard.gis.path_line import PathLine
+import numpy as np
+import shapely
+from pyproj import CRS
+
+from avahazard.arrays import Floats
+from avahazard.gis.systems import (
+    WGS84,
+    moved,
+    profile_system,
+    read_system,
+    system_code,
+)
 from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.path import Path, Profile
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathLine:
+    """Points `xy` `[n, 2]` (east before north) of `crs` at the places `x` (m) `[n]`.
+
+    `code` names the system.
+    """
+
+    x: Floats
+    y: Floats
+    xy: Floats
+    code: str
+    crs: CRS
+
+    @property
+    def whole(self) -> shapely.LineString:
+        """All of it."""
+        return shapely.LineString(self.xy)
+
+    def at(self, x: float) -> shapely.Point | None:
+        """The point at a place x (m); None off the profile."""
+        if not self.x[0] <= x <= self.x[-1]:
+            return None
+        return shapely.Point(self._point(x))
+
+    def elevation(self, x: float) -> float:
+        """Elevation (m) of the profile at a place x (m)."""
+        return float(np.interp(x, self.x, self.y))
+
+    def between(self, start: float, end: float) -> shapely.LineString | None:
+        """The piece from one place to another (m), cut at the profile's ends; None if empty."""
+        start, end = (float(np.clip(x, self.x[0], self.x[-1])) for x in (start, end))
+        if end <= start:
+            return None
+        inside = self.xy[(self.x > start) & (self.x < end)]
+        return shapely.LineString([self._point(start), *inside, self._point(end)])
+
+    def strip(self, line: shapely.LineString, width: float) -> shapely.Geometry:
+        """The ground within half the width (m) of a piece of it, straight at its ends."""
+        metric = profile_system((self.crs,), moved(self.xy[:1], self.crs, WGS84)[0])
+        there = moved_geometry(line, self.crs, metric)
+        flat = shapely.buffer(there, width / 2.0, cap_style="flat", join_style="round")
+        return moved_geometry(flat, metric, self.crs)
+
+    def _point(self, x: float) -> Floats:
+        return np.array([np.interp(x, self.x, coordinate) for coordinate in self.xy.T])
+
+
+def path_line(profile: Profile) -> PathLine | str:
+    """The line of a profile, or what its coordinates lack."""
+    code = profile.crs or ""
+    if profile.easting_m is not None and profile.northing_m is not None:
+        xy = np.column_stack([profile.easting_m, profile.northing_m])
+        crs = read_system(code)
+        lacking = f"unknown crs '{code}'" if code else "coordinates without a crs"
+    elif profile.lon is not None and profile.lat is not None:
+        xy = np.column_stack([profile.lon, profile.lat])
+        code, crs, lacking = "EPSG:4326", WGS84, ""
+    else:
+        return "no coordinates"
+    if crs is None:
+        return lacking
+    return PathLine(profile.x_m, profile.y_m, xy, system_code(crs) or code, crs.to_2d())
+
+
+def moved_geometry(geometry: shapely.Geometry, source: CRS, target: CRS) -> shapely.Geometry:
+    """A geometry in another system."""
+    return shapely.transform(geometry, lambda xy: moved(xy, source, target))
+
+
+Kind = Literal["Point", "LineString", "Polygon"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feature:
+    """A geometry in the system of `line`, with its attributes: text, numbers, flags or None."""
+
+    line: PathLine
+    geometry: shapely.Geometry
+    attributes: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapLayer:
+    """Features that all have the same attributes; `topic` is its name without a system."""
+
+    name: str
+    topic: str
+    kind: Kind
+    features: tuple[Feature, ...]
+
+    @property
+    def code(self) -> str:
+        """The system of its features."""
+        return self.features[0].line.code
+
+
+def layers_by_system(topic: str, kind: Kind, features: Sequence[Feature]) -> list[MapLayer]:
+    """One layer of the features, none where there are none.
+
+    One for each system where they are in several: `paths_31287`, `paths_32632`.
+    """
+    by_code: dict[str, list[Feature]] = {}
+    for feature in features:
+        by_code.setdefault(feature.line.code, []).append(feature)
+    layers = [MapLayer(topic, topic, kind, tuple(some)) for some in by_code.values()]
+    if len(layers) == 1:
+        return layers
+    return [replace(layer, name=f"{topic}_{_short(layer.code)}") for layer in layers]
+
+
+def _short(code: str) -> str:
+    return re.sub(r"\W+", "_", code.lower().removeprefix("epsg:"))
+
 
 QUANTILES = ("q05", "q50", "q95")
 WIDTH = "width_m"

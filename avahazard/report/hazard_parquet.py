@@ -57,10 +57,10 @@ def write_hazard_parquet(
     about = {b"creator": CREATOR}
     wkb = None
     if systems:
-        from avahazard.gis.packages import require_packages  # noqa: PLC0415
+        from avahazard.gis import require_packages  # noqa: PLC0415
 
         require_packages()
-        from avahazard.gis.point_column import point_column  # noqa: PLC0415 (may be missing)
+        from avahazard.gis.map_files import point_column  # noqa: PLC0415 (may be missing)
 
         wkb, geo = point_column(list(systems))
         about[b"geo"] = geo.encode()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,3 +77,8 @@ class Settings:
     speeds: float | None = None
     decoys: int = 0
     smooth_m: float = 0.0
+
+
+def generator(seed: int, key: str) -> np.random.Generator:
+    """Generator of the stream `key` of the world `seed`."""
+    return np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(key.encode())]))

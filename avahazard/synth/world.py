@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from avahazard.arrays import Floats
-from avahazard.synth.seeds import generator
-from avahazard.synth.settings import Settings, SitePlan
-from avahazard.synth.track import Track, make_track
+from avahazard.synth.integrator import Track, make_track
+from avahazard.synth.settings import Settings, SitePlan, generator
 
 WINTER_DAYS = 150
 STEEP = 0.8  # the tangent of a slope on which nearly all of these avalanches start

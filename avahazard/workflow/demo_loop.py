@@ -7,7 +7,6 @@ from typing import Any, cast
 
 from avahazard.results.base import Report
 from avahazard.results.made import HiddenEffect
-from avahazard.synth.demo import HIDDEN, N_EVENTS, N_PATHS, SEED, STRENGTH
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
 from avahazard.synth.writing import write_records
@@ -20,6 +19,11 @@ from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 from avahazard.workflow.steps import steps
+
+HIDDEN = "snow-type"
+STRENGTH = 2.0
+"""Strong enough that few events and few worlds show it, and quickly."""
+SEED, N_EVENTS, N_PATHS = 0, 120, 6
 
 WORLD, DATABASE, REPORT = "hidden-world", "hidden.db", "hidden-report.html"
 MODEL, CHILD = "base", "child"

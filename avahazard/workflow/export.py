@@ -23,7 +23,7 @@ from avahazard.workflow.export_layers import map_layers
 from avahazard.workflow.stored.notes import notes_of
 
 if TYPE_CHECKING:
-    from avahazard.gis.map_layer import MapLayer
+    from avahazard.gis.hazard_map import MapLayer
 
 ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx", ".parquet")
 TABLES = {
@@ -118,12 +118,12 @@ def _joined(then: Sequence[str], now_known: Sequence[str]) -> list[str]:
 
 def _write_map(file: FilePath, layers: Sequence[MapLayer]) -> None:
     if file.suffix.lower() == ".gpkg":
-        from avahazard.gis.geopackage import is_own_geopackage, write_geopackage  # noqa: PLC0415
+        from avahazard.gis.map_files import is_own_geopackage, write_geopackage  # noqa: PLC0415
 
         day = np.datetime64(now(), "ms")
         _replace(file, is_own_geopackage, lambda part: write_geopackage(part, layers, day))
     else:
-        from avahazard.gis.geojson import is_own_geojson, write_geojson  # noqa: PLC0415
+        from avahazard.gis.map_files import is_own_geojson, write_geojson  # noqa: PLC0415
 
         _replace(file, is_own_geojson, lambda part: write_geojson(part, layers))
 

@@ -12,9 +12,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
 
 if TYPE_CHECKING:
-    from avahazard.gis.hazard_map import MappedPath
-    from avahazard.gis.map_layer import MapLayer
-    from avahazard.gis.path_line import PathLine
+    from avahazard.gis.hazard_map import MapLayer, MappedPath, PathLine
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -24,11 +22,10 @@ def map_layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer
 
     Raises `AvahazardError` where no path has coordinates.
     """
-    from avahazard.gis.packages import require_packages  # noqa: PLC0415 (may be missing)
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
 
     require_packages()
-    from avahazard.gis.hazard_map import hazard_layers  # noqa: PLC0415 (may be missing)
-    from avahazard.gis.path_line import path_line  # noqa: PLC0415
+    from avahazard.gis.hazard_map import hazard_layers, path_line  # noqa: PLC0415
 
     profiles = {profile.path_id: profile for profile in records.profiles}
     drawn: list[MappedPath] = []

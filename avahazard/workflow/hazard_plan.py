@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.engine.choice import chosen
+from avahazard.engine import chosen
 from avahazard.engine.memory import free_bytes, peak_bytes
 from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import HazardPlan

@@ -144,7 +144,7 @@ def _drawn(
                 f"Name one that ends in {', '.join(LINES)}.",
             )
         return []
-    from avahazard.gis.packages import require_packages  # noqa: PLC0415 (may be missing)
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
 
     require_packages()
     from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)

@@ -8,9 +8,8 @@ from typing import Any, cast
 
 from avahazard.results.made import MadeWorld
 from avahazard.synth.making import make_world
-from avahazard.synth.region import PART_PATHS, write_region
 from avahazard.synth.settings import Settings
-from avahazard.synth.writing import refuse_full, write_world
+from avahazard.synth.writing import PART_PATHS, refuse_full, write_region, write_world
 
 
 def synthesise(

@@ -11,7 +11,7 @@ from typer.main import get_command
 from avahazard.cli.commands_group import load
 from avahazard.cli.engine_options import COMMANDS, add_engine_options
 from avahazard.cli.main import COMMANDS as ENTRIES
-from avahazard.engine.choice import chosen
+from avahazard.engine import chosen
 from avahazard.workers import n_workers, set_workers
 
 OPTIONS = {"--engine", "--workers", "--scheduler"}

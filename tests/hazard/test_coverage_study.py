@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.synth.integrator import run_track
-from avahazard.synth.track import make_track
+from avahazard.synth.integrator import make_track, run_track
 from benchmarks.coverage import planned
 from benchmarks.coverage_study.arms import ARMS, LEFT, TAU, UNSEEN
 from benchmarks.coverage_study.judging import judge

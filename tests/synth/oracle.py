@@ -10,11 +10,9 @@ from scipy.special import logsumexp
 
 from avahazard.records.collection import Records
 from avahazard.synth.effects import find_effect
-from avahazard.synth.integrator import run_track
-from avahazard.synth.running import ahead, uphill
+from avahazard.synth.integrator import Track, run_track
+from avahazard.synth.making import ahead, make_sites, uphill
 from avahazard.synth.settings import Settings
-from avahazard.synth.sites import make_sites
-from avahazard.synth.track import Track
 from avahazard.synth.world import draw_world
 from tests.synth.worlds import truth_column, world
 

@@ -18,9 +18,8 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain
 from avahazard.records.path import Profile
 from avahazard.records.reading import read_records
-from avahazard.synth.integrator import run_track
-from avahazard.synth.sites import concave_profile, make_sites
-from avahazard.synth.track import make_track
+from avahazard.synth.integrator import make_track, run_track
+from avahazard.synth.making import concave_profile, make_sites
 from avahazard.synth.writing import write_records
 from benchmarks.noisy_ground import NoisyPlan, measured, noisy_world
 from benchmarks.profile_noise import friction

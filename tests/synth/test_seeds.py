@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avahazard.synth.seeds import generator
+from avahazard.synth.settings import generator
 
 
 def test_a_stream_depends_on_its_seed_and_key_alone() -> None:

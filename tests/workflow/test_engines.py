@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from avahazard.engine import set_engine
-from avahazard.engine.choice import EngineName
+from avahazard.engine import EngineName, set_engine
 from avahazard.inference.likelihood import side_by_side
 from avahazard.inference.model import observations
 from avahazard.store import upkeep

@@ -14,7 +14,7 @@ import pytest
 import shapely
 from pyarrow import parquet
 
-from avahazard.gis import packages
+from avahazard import gis
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
@@ -146,7 +146,7 @@ def test_no_coordinates_at_all(database: str, tmp_path: FilePath) -> None:
 def test_the_table_needs_no_packages(
     stored: str, tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(packages, "find_spec", lambda _name: None)
+    monkeypatch.setattr(gis, "find_spec", lambda _name: None)
     export(stored, "base", tmp_path / "bounds.csv")
     with pytest.raises(AvahazardError, match="rasterio") as caught:
         export(stored, "base", tmp_path / "map.gpkg")

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 from sqlalchemy import func, select
 
-from avahazard.engine import set_engine
-from avahazard.engine.choice import EngineName
+from avahazard.engine import EngineName, set_engine
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.store.results import BOUNDS, latest_documents

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import shapely
 
-from avahazard.gis import packages
+from avahazard import gis
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.results.database import Import
 from avahazard.store.records import load_records, load_terrain
@@ -147,7 +147,7 @@ def test_missing_packages_are_named_with_the_command_that_installs_them(
     maps: tuple[Path, Path], database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        packages, "find_spec", lambda name: None if name == "pyogrio" else find_spec(name)
+        gis, "find_spec", lambda name: None if name == "pyogrio" else find_spec(name)
     )
     with pytest.raises(AvahazardError, match="pyogrio") as caught:
         import_files(database, [maps[0]], dem=maps[1])

@@ -17,8 +17,7 @@ from avahazard.criticism.screening.parametric_bootstrap import (
     real_world,
 )
 from avahazard.criticism.screening.tested_model import TestedModel
-from avahazard.engine import spread_map
-from avahazard.engine.choice import LOCAL, chosen
+from avahazard.engine import LOCAL, chosen, spread_map
 from avahazard.inference.seeds import generator
 from avahazard.workers import ordered_map
 

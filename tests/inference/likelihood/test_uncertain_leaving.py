@@ -21,8 +21,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path
-from avahazard.synth.integrator import run_track
-from avahazard.synth.track import make_track
+from avahazard.synth.integrator import make_track, run_track
 from tests.inference.studies import profile
 
 Z0, SIGMA_Z, SCATTER = 900.0, 40.0, 0.05

@@ -14,8 +14,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path
-from avahazard.synth.integrator import run_track
-from avahazard.synth.track import make_track
+from avahazard.synth.integrator import make_track, run_track
 from tests.inference.studies import profile
 
 Z0, SIGMA_Z, MU = 900.0, 20.0, 0.5

@@ -17,8 +17,7 @@ from avahazard.inference.prediction.stops import look_up
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from avahazard.synth.integrator import run_track
-from avahazard.synth.track import make_track
+from avahazard.synth.integrator import make_track, run_track
 from tests.physics.paths import drawn_profile
 
 X = np.arange(0.0, 2600.0, 20.0)

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.engine import set_engine
-from avahazard.engine.choice import EngineName
+from avahazard.engine import EngineName, set_engine
 from avahazard.records import sorted_lines
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError

@@ -1,0 +1,321 @@
+"""Map files: GeoPackage with its styles, GeoJSON, and the column of places of GeoParquet."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+import pyogrio
+import shapely
+from numpy.typing import NDArray
+from pyogrio.errors import DataLayerError, DataSourceError
+from shapely.geometry import mapping
+
+from avahazard.gis.hazard_map import Feature, Kind, MapLayer, moved_geometry
+from avahazard.gis.systems import WGS84, moved, read_system
+from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
+
+# Colours that the colour-blind tell apart (Okabe and Ito).
+GREY, ORANGE, SKY, GREEN, BLUE, RED = (
+    "#666666", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00",
+)  # fmt: skip
+BY_QUANTILE = {"q05": SKY, "q50": BLUE, "q95": RED}
+SLD = "http://www.opengis.net/sld"
+SE = "http://www.opengis.net/se"
+OGC = "http://www.opengis.net/ogc"
+XLINK = "http://www.w3.org/1999/xlink"
+
+
+@dataclass(frozen=True, slots=True)
+class LayerStyle:
+    """Colours by the values of an attribute, or one colour (`attribute` None, key "").
+
+    `size` in mm of a mark or a line; `opacity` from 0 to 1.
+    """
+
+    kind: Kind
+    colors: Mapping[str, str]
+    attribute: str | None = None
+    size: float = 1.0
+    opacity: float = 1.0
+
+
+def layer_style(layer: MapLayer) -> LayerStyle:
+    """The style of a layer: zones in their own colours, runouts by their quantile."""
+    zones = (
+        {f.attributes["zone"]: f.attributes["color"] for f in layer.features}
+        if (layer.topic in ("zones", "zone_areas"))
+        else {}
+    )
+    styles = {
+        "paths": LayerStyle("LineString", {"": GREY}, size=0.4),
+        "releases": LayerStyle("Point", {"": GREEN}, size=3.0),
+        "events": LayerStyle("Point", {"": ORANGE}, size=1.6),
+        "volume_runouts": LayerStyle("Point", BY_QUANTILE, "quantile", size=1.6, opacity=0.5),
+        "design_runouts": LayerStyle("Point", BY_QUANTILE, "quantile", size=3.2),
+        "zones": LayerStyle("LineString", zones, "zone", size=1.2),
+        "zone_areas": LayerStyle("Polygon", zones, "zone", opacity=0.4),
+    }
+    return styles[layer.topic]
+
+
+def qml(style: LayerStyle) -> str:
+    """The style as QGIS stores it."""
+    root = Element("qgis", version="3.28.0", styleCategories="Symbology")
+    kind = "categorizedSymbol" if style.attribute else "singleSymbol"
+    renderer = SubElement(root, "renderer-v2", type=kind, symbollevels="0", forceraster="0")
+    if style.attribute:
+        renderer.set("attr", style.attribute)
+        categories = SubElement(renderer, "categories")
+        for i, value in enumerate(style.colors):
+            SubElement(
+                categories, "category",
+                symbol=str(i), value=value, label=value, render="true", type="string",
+            )  # fmt: skip
+    symbols = SubElement(renderer, "symbols")
+    shape, layer, options = _QGIS[style.kind]
+    for i, color in enumerate(style.colors.values()):
+        symbol = SubElement(symbols, "symbol", type=shape, name=str(i), alpha=f"{style.opacity:g}")
+        one = SubElement(symbol, "layer", {"class": layer, "enabled": "1", "locked": "0"})
+        one.set("pass", "0")
+        values = SubElement(one, "Option", type="Map")
+        for name, value in options.items():
+            filled = value.format(color=_rgba(color), size=f"{style.size:g}")
+            SubElement(values, "Option", name=name, type="QString", value=filled)
+    return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n" + tostring(
+        root, encoding="unicode"
+    )
+
+
+_QGIS = {
+    "Point": (
+        "marker",
+        "SimpleMarker",
+        {"name": "circle", "color": "{color}", "size": "{size}", "size_unit": "MM",
+         "outline_color": "255,255,255,255", "outline_width": "0.3", "outline_width_unit": "MM"},
+    ),
+    "LineString": (
+        "line",
+        "SimpleLine",
+        {"line_color": "{color}", "line_width": "{size}", "line_width_unit": "MM",
+         "line_style": "solid", "capstyle": "flat", "joinstyle": "round"},
+    ),
+    "Polygon": (
+        "fill",
+        "SimpleFill",
+        {"color": "{color}", "style": "solid", "outline_color": "{color}",
+         "outline_style": "solid", "outline_width": "0.3", "outline_width_unit": "MM"},
+    ),
+}  # fmt: skip
+"""Of each kind the type of symbol, its layer, and what that is made of."""
+
+
+def sld(name: str, style: LayerStyle) -> str:
+    """The style as a Styled Layer Descriptor (OGC, version 1.1)."""
+    root = Element(
+        "StyledLayerDescriptor",
+        {"version": "1.1.0", "xmlns": SLD, "xmlns:se": SE, "xmlns:ogc": OGC, "xmlns:xlink": XLINK},
+    )
+    layer = SubElement(root, "NamedLayer")
+    SubElement(layer, "se:Name").text = name
+    user = SubElement(layer, "UserStyle")
+    SubElement(user, "se:Name").text = name
+    rules = SubElement(user, "se:FeatureTypeStyle")
+    for value, color in style.colors.items():
+        rule = SubElement(rules, "se:Rule")
+        SubElement(rule, "se:Name").text = value or name
+        if style.attribute:
+            equal = SubElement(SubElement(rule, "ogc:Filter"), "ogc:PropertyIsEqualTo")
+            SubElement(equal, "ogc:PropertyName").text = style.attribute
+            SubElement(equal, "ogc:Literal").text = value
+        _symbolizer(rule, style, color)
+    return tostring(root, encoding="unicode", xml_declaration=True)
+
+
+def _symbolizer(rule: Element, style: LayerStyle, color: str) -> None:
+    pixels = f"{style.size / 0.28:.0f}"  # the OGC's pixel is 0.28 mm
+    if style.kind == "LineString":
+        stroke = SubElement(SubElement(rule, "se:LineSymbolizer"), "se:Stroke")
+        _parameters(stroke, {"stroke": color, "stroke-width": pixels})
+    elif style.kind == "Polygon":
+        fill = SubElement(SubElement(rule, "se:PolygonSymbolizer"), "se:Fill")
+        _parameters(fill, {"fill": color, "fill-opacity": f"{style.opacity:g}"})
+    else:
+        graphic = SubElement(SubElement(rule, "se:PointSymbolizer"), "se:Graphic")
+        mark = SubElement(graphic, "se:Mark")
+        SubElement(mark, "se:WellKnownName").text = "circle"
+        _parameters(SubElement(mark, "se:Fill"), {"fill": color})
+        _parameters(SubElement(mark, "se:Stroke"), {"stroke": "#ffffff"})
+        SubElement(graphic, "se:Size").text = pixels
+
+
+def _parameters(element: Element, values: Mapping[str, str]) -> None:
+    for name, value in values.items():
+        SubElement(element, "se:SvgParameter", name=name).text = value
+
+
+def _rgba(color: str) -> str:
+    return ",".join(str(int(color[i : i + 2], 16)) for i in (1, 3, 5)) + ",255"
+
+
+DIGITS = 7
+"""Of a degree: a centimetre."""
+
+
+def write_geojson(file: FilePath, layers: Sequence[MapLayer]) -> None:
+    """Write `layers` to the new file as one collection; `kind` says of which layer a feature is."""
+    collection = {
+        "type": "FeatureCollection",
+        "generator": OWNER,
+        "features": [
+            _feature(layer.topic, feature) for layer in layers for feature in layer.features
+        ],
+    }
+    text = json.dumps(collection, ensure_ascii=False, allow_nan=False)
+    file.write_text(text + "\n", encoding="utf-8")
+
+
+def is_own_geojson(file: FilePath) -> bool:
+    """Whether `file` was made by `write_geojson`."""
+    start = f'{{"type": "FeatureCollection", "generator": "{OWNER}"'.encode()
+    with file.open("rb") as handle:
+        return handle.read(len(start)) == start
+
+
+def _feature(kind: str, feature: Feature) -> dict[str, Any]:
+    geometry = moved_geometry(feature.geometry, feature.line.crs, WGS84)
+    rounded = shapely.transform(geometry, lambda xy: np.round(xy, DIGITS))
+    # Outer rings run against the clock.
+    turned = shapely.orient_polygons(rounded, exterior_cw=False)
+    return {
+        "type": "Feature",
+        "geometry": mapping(turned),
+        "properties": {"kind": kind, **plain(feature.attributes)},
+    }
+
+
+Place = tuple[float, float, str]
+"""East (or longitude), north, and the system, such as `EPSG:31287`."""
+
+
+def point_column(systems: Collection[str]) -> tuple[Callable[[Place], bytes], str]:
+    """How a place becomes WKB in the one system of the column, and the metadata `geo`.
+
+    That system is the places' own where they share one, else WGS 84 (GeoParquet 1.1).
+    """
+    known = {name: read_system(name) for name in systems}
+    one = next(iter(known.values())) if len(known) == 1 else None
+    target = WGS84 if one is None else one
+
+    def wkb(place: Place) -> bytes:
+        east, north, name = place
+        source = known[name]
+        if source is not None and source != target:
+            ((east, north),) = moved(np.array([[east, north]]), source, target)
+        return struct.pack("<BIdd", 1, 1, east, north)
+
+    about = {
+        "version": "1.1.0",
+        "primary_column": "geometry",
+        "columns": {
+            "geometry": {
+                "encoding": "WKB",
+                "geometry_types": ["Point"],
+                "crs": target.to_json_dict(),
+            }
+        },
+    }
+    return wkb, json.dumps(about)
+
+
+OWNER = "avahazard"
+GEOMETRY = "geom"
+STYLES = "layer_styles"
+
+
+def write_geopackage(file: FilePath, layers: Sequence[MapLayer], day: np.datetime64) -> None:
+    """Write `layers` to the new file, each with the style that QGIS takes when it opens it.
+
+    `day` stands with the styles.
+    """
+    for layer in layers:
+        _write_table(
+            file,
+            layer.name,
+            [feature.attributes for feature in layer.features],
+            geometry=shapely.to_wkb(np.array([f.geometry for f in layer.features], object)),
+            geometry_type=layer.kind,
+            crs=layer.code,
+            layer_options={"GEOMETRY_NAME": GEOMETRY},
+        )
+    # The table in which QGIS keeps styles (QgsOgrProvider): schema and catalogue are empty text.
+    rows = [
+        {
+            "f_table_catalog": "",
+            "f_table_schema": "",
+            "f_table_name": layer.name,
+            "f_geometry_column": GEOMETRY,
+            "styleName": layer.name,
+            "styleQML": qml(layer_style(layer)),
+            "styleSLD": sld(layer.name, layer_style(layer)),
+            "useAsDefault": True,
+            "description": "Written by avahazard",
+            "owner": OWNER,
+            "ui": None,
+            "update_time": day,
+        }
+        for layer in layers
+    ]
+    _write_table(file, STYLES, rows, geometry=None, layer_options={"FID": "id"})
+
+
+def is_own_geopackage(file: FilePath) -> bool:
+    """Whether `file` was made by `write_geopackage`."""
+    try:
+        if STYLES not in {name for name, _ in pyogrio.list_layers(file)}:
+            return False
+        columns = pyogrio.raw.read(file, layer=STYLES, columns=["owner"])[3]
+    except (DataSourceError, DataLayerError):
+        return False
+    return bool(columns) and set(columns[0]) == {OWNER}
+
+
+def _write_table(
+    file: FilePath, layer: str, rows: Sequence[dict[str, Any]], **options: Any
+) -> None:
+    names = list(rows[0])
+    columns = [_column([row[name] for row in rows]) for name in names]
+    try:
+        pyogrio.raw.write(
+            file,
+            driver="GPKG",
+            layer=layer,
+            fields=names,
+            field_data=[values for values, _ in columns],
+            field_mask=[missing for _, missing in columns],
+            **options,
+        )
+    except (DataSourceError, DataLayerError) as error:
+        raise AvahazardError(
+            f"{file.parent} cannot be written to: {error}", "Name a file in another folder."
+        ) from error
+
+
+def _column(values: list[Any]) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
+    """Values as an array of one kind, and a mask of those that are None."""
+    missing = np.array([value is None for value in values])
+    kinds = {type(value) for value in values if value is not None}
+    if kinds <= {str}:
+        return np.array(values, dtype=object), None
+    if kinds == {np.datetime64}:
+        return np.array(values), None
+    dtype: type = bool if kinds == {bool} else int if kinds == {int} else float
+    filled = [dtype(0) if value is None else dtype(value) for value in values]
+    return np.array(filled, dtype=dtype), missing
