@@ -14,12 +14,12 @@ from avahazard.arrays import Floats
 from avahazard.gis.systems import WGS84, moved, profile_system, read_system, system_code
 from avahazard.gis.terrain_model import TerrainModel, open_terrain
 from avahazard.gis.vector_layer import VectorLayer, cover_at, read_layer
-from avahazard.records.drawn import Drawn
 from avahazard.records.errors import AvahazardError, RowProblem
-from avahazard.records.files.names import known_name
-from avahazard.records.forms.path import PathRow
+from avahazard.records.intake import Drawn
+from avahazard.records.meanings import known_name
+from avahazard.records.path import TerrainCrop
+from avahazard.records.rows import PathRow
 from avahazard.records.table import table_of
-from avahazard.records.terrain_crop import TerrainCrop
 
 FEWEST_STEPS, MOST_STEPS = 50, 400
 

@@ -1,16 +1,258 @@
-"""Checks between records: what they refer to, and their places on the profiles."""
+"""Checks between records: references, places on the profiles, contradictions in an event."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Set as AbstractSet
+from functools import lru_cache
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats
+from avahazard.message import message
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records import defaults
 from avahazard.records.collection import Records
-from avahazard.records.contradictions import place_fault, volume_fault
-from avahazard.records.event import Event
-from avahazard.records.forms.meanings import ELEVATION
+from avahazard.records.event import Event, Speed
 from avahazard.records.intake import Intake, speed_key
+from avahazard.records.meanings import ELEVATION
 from avahazard.records.path import Path, Profile
-from avahazard.records.terrain import Fault, release_fault, speed_fault, stop_fault
+
+Fault = tuple[str, float, str]  # column, value, what would be accepted
+Rises = tuple[tuple[float, float], ...]
+
+# So many standard deviations of the ground must a path rise before two places count; and amid the
+# path by as much as no stop is known better.
+RISE_SD = 3.0
+LEAST_RISE_M = 10.0
+
+# Elevations read from another map than the profile differ by about this much.
+MAP_TOLERANCE_M = 30.0
+
+# Profiles that are looked at once: events come in any order of a region's paths.
+KEPT = 20_000
+
+
+def stop_fault(event: Event, profile: Profile) -> Fault | None:
+    """Return what is wrong with the stop of `event`, None when it is one place on `profile`.
+
+    Outside the profile is accepted within three standard deviations of the record, and
+    for events that left it.
+    """
+    if event.left_profile:
+        return None
+    slack = 3.0 * event.runout_sigma_m
+    if event.runout_x_m is not None:
+        first, last = float(profile.x_m[0]), float(profile.x_m[-1])
+        if not first - slack <= event.runout_x_m <= last + slack:
+            accepted = f"{first:g} to {last:g} (the profile), or left_profile 1"
+            return "runout_x_m", event.runout_x_m, accepted
+    elif event.runout_elevation_m is not None:
+        elevation = event.runout_elevation_m
+        if on_counter_slope(elevation, profile):
+            return (
+                "runout_elevation_m",
+                elevation,
+                "runout_x_m too: the profile rises again, and reaches this elevation at two places",
+            )
+        low, high = _heights(profile)
+        if not low - slack <= elevation <= high + slack:
+            accepted = f"{low:g} to {high:g} (the profile), or left_profile 1"
+            return "runout_elevation_m", elevation, accepted
+    return None
+
+
+def release_fault(record: Event | Path, profile: Profile) -> Fault | None:
+    """Return what is wrong with the release elevation of an event or a path."""
+    release = record.release_elevation_m
+    if release is None:
+        return None
+    low, high = _heights(profile)
+    if not low - MAP_TOLERANCE_M <= release <= high + MAP_TOLERANCE_M:
+        return "release_elevation_m", release, f"{low:g} to {high:g} (the profile)"
+    if isinstance(record, Event) and record.runout_x_m is None and not record.left_profile:
+        stop = record.runout_elevation_m
+        if stop is not None and stop > release + 3.0 * record.runout_sigma_m:
+            return "release_elevation_m", release, f"an elevation above the runout at {stop:g}"
+    return None
+
+
+def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
+    """Return what is wrong with the place of `speed`."""
+    if speed.x_m is not None:
+        first, last = float(profile.x_m[0]), float(profile.x_m[-1])
+        if not first <= speed.x_m <= last:
+            return "x_m", speed.x_m, f"{first:g} to {last:g} (the profile)"
+    elif speed.elevation_m is not None:
+        if on_counter_slope(speed.elevation_m, profile):
+            return (
+                "elevation_m",
+                speed.elevation_m,
+                "x_m too: the profile rises again, and reaches this elevation at two places",
+            )
+        low, high = _heights(profile)
+        if not low - MAP_TOLERANCE_M <= speed.elevation_m <= high + MAP_TOLERANCE_M:
+            return "elevation_m", speed.elevation_m, f"{low:g} to {high:g} (the profile)"
+    return None
+
+
+def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
+    """Tell whether the profile reaches `elevation_m` again, on ground that rises.
+
+    Points that rise by no more than their error make no counter-slope, nor do small steps amid the
+    path.
+    """
+    # Most elevations lie on no rise of the points themselves, and most profiles have none.
+    rises = _rises_of_points(profile)
+    return bool(rises) and _among(elevation_m, rises) and _among(elevation_m, _rises(profile))
+
+
+def _among(elevation_m: float, rises: Rises) -> bool:
+    return any(low < elevation_m <= high for low, high in rises)
+
+
+@lru_cache(maxsize=KEPT)
+def _heights(profile: Profile) -> tuple[float, float]:
+    """The lowest and the highest point (m)."""
+    return float(profile.y_m.min()), float(profile.y_m.max())
+
+
+@lru_cache(maxsize=KEPT)
+def _rises_of_points(profile: Profile) -> Rises:
+    """From where to where (m) the points rise until they lie lower again."""
+    parts = _risen(profile.y_m, profile.y_m)
+    return tuple((float(y[0]), float(y.max())) for y in parts if y.max() > y[0])
+
+
+@lru_cache(maxsize=KEPT)
+def _rises(profile: Profile) -> Rises:
+    """The same of the ground, by more than its error."""
+    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+    height = smooth.height(profile.x_m)
+    sd = np.zeros(len(height))
+    if smooth.posterior is not None:
+        sd = smooth.posterior.sd(profile.x_m)
+    found = []
+    for part in _risen(height, np.arange(len(height))):
+        rise = height[part] - height[part[0]]
+        if np.any(rise > RISE_SD * np.hypot(sd[part], sd[part[0]])):
+            points = profile.y_m[part]
+            found.append((float(points.min()), float(points.max())))
+    return tuple(found)
+
+
+def _risen(height: Floats, values: NDArray[Any]) -> list[NDArray[Any]]:
+    """The values along each rise that counts, from its valley on until the ground is lower."""
+    valleys = np.flatnonzero(np.diff(np.minimum.accumulate(height), prepend=np.inf) < 0.0)
+    ends = [*valleys[1:].tolist(), len(height)]
+    return [
+        values[valley:end]
+        for valley, end in zip(valleys.tolist(), ends, strict=True)
+        if end == len(height) or height[valley:end].max() - height[valley] > LEAST_RISE_M
+    ]
+
+
+N_SIGMA = 3.0
+# Two measurements of one volume differ by this factor at least before one of them is wrong.
+VOLUME_FACTOR = 2.0
+OF_DEPOSIT = message("about {deposit}, half of length times width times thickness; or one of both")
+AT_THAT_PLACE = message("about {there}, where the profile is at runout_x_m {x}; or one of both")
+NOT_LEFT = message("left_profile 0, or a runout at the end of the profile or beyond, or none")
+BELOW = message("a stop below the release, which is at {release} ({whose})")
+OF_PATH = message("release_elevation_m of the path")
+
+
+def volume_fault(event: Event) -> Fault | None:
+    """Return what is wrong where the volume is not that of its deposit, V = L W H / 2."""
+    sides = (event.deposit_length_m, event.deposit_width_m, event.deposit_thickness_m)
+    known = [side for side in sides if side is not None]
+    if event.volume_m3 is None or len(known) < 3:
+        return None
+    deposit = defaults.deposit_volume_m3(*known)
+    allowed = max(math.log(VOLUME_FACTOR), N_SIGMA * event.volume_rel_sigma)
+    if abs(math.log(event.volume_m3) - math.log(deposit)) > allowed:
+        return "volume_m3", event.volume_m3, OF_DEPOSIT.format(deposit=f"{deposit:g}")
+    return None
+
+
+def place_fault(event: Event, path: Path | None, profile: Profile) -> Fault | None:
+    """Return what is wrong where the places of a stop contradict each other or the release."""
+    slack = N_SIGMA * event.runout_sigma_m
+    if event.left_profile:
+        return _stopped_before_the_end(event, profile, slack)
+    x, elevation = event.runout_x_m, event.runout_elevation_m
+    if x is not None and elevation is not None:
+        low, high = _elevations(profile, x - slack, x + slack)
+        if not low - MAP_TOLERANCE_M <= elevation <= high + MAP_TOLERANCE_M:
+            there = f"{np.interp(x, profile.x_m, profile.y_m):g}"
+            return "runout_elevation_m", elevation, AT_THAT_PLACE.format(there=there, x=f"{x:g}")
+    return _above_the_release(event, path, profile, slack)
+
+
+def unseen_elevation(event: Event, path: Path, profile: Profile | None) -> float | None:
+    """Elevation (m) of a stop over the limit of sight of its path by more than its error; or None.
+
+    What goes on beyond such a limit, up the other side of a valley too, is seen.
+    """
+    limit, slack = path.observed_below_m, N_SIGMA * event.runout_sigma_m
+    if limit is None or event.left_profile:
+        return None
+    elevation = event.runout_elevation_m
+    if event.runout_x_m is not None and profile is not None:
+        start = float(profile.x_m[0])
+        elevation = _elevations(profile, start, max(event.runout_x_m + slack, start))[0]
+        slack = 0.0
+    elif elevation is not None and profile is not None and on_counter_slope(elevation, profile):
+        return None
+    return elevation if elevation is not None and elevation > limit + slack else None
+
+
+def _stopped_before_the_end(event: Event, profile: Profile, slack: float) -> Fault | None:
+    end = float(profile.x_m[-1])
+    if event.runout_x_m is not None:
+        before = event.runout_x_m < end - slack
+        return ("runout_x_m", event.runout_x_m, NOT_LEFT) if before else None
+    elevation = event.runout_elevation_m
+    if elevation is None or on_counter_slope(elevation, profile):
+        return None
+    if elevation > float(profile.y_m[-1]) + slack + MAP_TOLERANCE_M:
+        return "runout_elevation_m", elevation, NOT_LEFT
+    return None
+
+
+def _above_the_release(
+    event: Event, path: Path | None, profile: Profile, slack: float
+) -> Fault | None:
+    """A release is the event's own, else the path's; the top of the profile is above every stop."""
+    own = event.release_elevation_m is not None
+    release = event.release_elevation_m
+    if path is not None and release is None:
+        release = path.release_elevation_m
+    if release is None:
+        return None
+    if event.runout_x_m is not None:
+        # The lowest that the stop may lie at, given its error.
+        column, value = "runout_x_m", event.runout_x_m
+        lowest = _elevations(profile, value - slack, value + slack)[0] - MAP_TOLERANCE_M
+    elif event.runout_elevation_m is not None:
+        column, value = "runout_elevation_m", event.runout_elevation_m
+        lowest = value - slack
+    else:
+        return None
+    if lowest <= release:
+        return None
+    whose = "release_elevation_m" if own else OF_PATH
+    return column, value, BELOW.format(release=f"{release:g}", whose=whose)
+
+
+def _elevations(profile: Profile, first: float, last: float) -> tuple[float, float]:
+    """The lowest and highest elevation of the profile from `first` to `last`."""
+    inside = (profile.x_m > first) & (profile.x_m < last)
+    ends = np.interp([first, last], profile.x_m, profile.y_m)
+    every = np.concatenate([profile.y_m[inside], ends])
+    return float(every.min()), float(every.max())
 
 
 def check_references(

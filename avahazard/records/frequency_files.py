@@ -4,18 +4,37 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path as FilePath
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
+from pydantic import Field
 
 from avahazard.arrays import Floats
+from avahazard.records.cells import plain_cells
+from avahazard.records.conventions import UNKNOWN
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
-from avahazard.records.files.cells import plain_cells
-from avahazard.records.files.conventions import UNKNOWN
-from avahazard.records.files.spelling import spell
-from avahazard.records.forms.return_volume import ReturnVolumeRow, SnowDepthRow
-from avahazard.records.forms.row import Row, check_rows
+from avahazard.records.forms import spell
+from avahazard.records.rows import ID, PLAIN, Name, Positive, Row, Year, check_rows
 from avahazard.records.table import read_tables
+
+
+class ReturnVolumeRow(Row):
+    """The volume of one return period on one path."""
+
+    path_id: Name = Field(description=ID)
+    return_period_years: Annotated[float, Field(gt=1, allow_inf_nan=False), PLAIN] = Field(
+        description="a number of years over 1"
+    )
+    volume_m3: Positive = Field(description="a volume in m3, over 0")
+
+
+class SnowDepthRow(Row):
+    """A three-day snow depth; of several in one year the largest counts."""
+
+    path_id: Name | None = Field(None, description=f"{ID}, or no such column: for all paths")
+    year: Year = Field(description="the year of the winter's January")
+    depth_m: Positive = Field(description="a depth in m, over 0")
+
 
 R = TypeVar("R", bound=Row)
 

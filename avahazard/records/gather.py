@@ -1,29 +1,206 @@
-"""The records of each kind out of the tables of that kind."""
+"""Checked rows made into records, defaults filled in, completed from what is stored."""
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+from itertools import pairwise
+from sys import intern
+from typing import Any
 
-from avahazard.records.build import build_event, build_path, build_profile, build_speed
+import numpy as np
+
+from avahazard.arrays import Floats
+from avahazard.records import defaults
 from avahazard.records.collection import Records
-from avahazard.records.complete import (
-    complete_event,
-    complete_path,
-    complete_profile,
-    complete_speed,
-)
-from avahazard.records.covariates import column_kinds, read_covariates
+from avahazard.records.errors import RowProblem
 from avahazard.records.event import Event, Speed
-from avahazard.records.forms.event import EventRow
-from avahazard.records.forms.path import PathRow
-from avahazard.records.forms.profile import ProfileRow
-from avahazard.records.forms.row import Row, check_rows
-from avahazard.records.forms.straight import StraightRow
-from avahazard.records.forms.velocity import VelocityRow
+from avahazard.records.forms import column_kinds, read_covariates
 from avahazard.records.intake import Intake, speed_key
-from avahazard.records.path import Path, Profile
+from avahazard.records.path import Covariate, Path, Profile
+from avahazard.records.rows import (
+    EventRow,
+    PathRow,
+    ProfileRow,
+    Row,
+    StraightRow,
+    VelocityRow,
+    check_rows,
+)
 from avahazard.records.table import Table
+
+MIN_POINTS = 5
+
+
+def build_path(row: PathRow, covariates: Mapping[str, Covariate]) -> Path:
+    """Make a path of its row."""
+    return Path(**row.model_dump(), covariates=covariates)
+
+
+def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]) -> Event:
+    """Make an event of its row: default errors, and the volume of its deposit."""
+    values = row.__dict__.copy()  # the model's own iteration takes four times as long
+    sides = (row.deposit_length_m, row.deposit_width_m, row.deposit_thickness_m)
+    if row.volume_m3 is None and None not in sides:
+        values["volume_m3"] = defaults.deposit_volume_m3(*(s for s in sides if s is not None))
+    if row.runout_sigma_m is None:
+        values["runout_sigma_m"] = defaults.runout_sigma_m(
+            int(row.date[:4]) if row.date is not None else None
+        )
+    if row.volume_rel_sigma is None:
+        values["volume_rel_sigma"] = defaults.VOLUME_REL_SIGMA
+    if isinstance(row, StraightRow):
+        values["fall_height_m"], values["runout_length_m"] = row.height_and_reach
+        if values["fall_height_m"] is not None:
+            values["h_over_l"] = None
+        values["runout_elevation_m"] = None
+    values["left_profile"] = isinstance(row, EventRow) and row.left_profile
+    return Event(**values, covariates=covariates)
+
+
+def build_speed(row: VelocityRow) -> Speed:
+    """Make a speed of its row; where both are given the distance decides, not the elevation."""
+    sigma = row.speed_sigma_m_s
+    return Speed(
+        event_id=row.event_id,
+        speed_m_s=row.speed_m_s,
+        speed_sigma_m_s=defaults.speed_sigma_m_s(row.speed_m_s) if sigma is None else sigma,
+        x_m=row.x_m,
+        elevation_m=row.elevation_m if row.x_m is None else None,
+    )
+
+
+def build_profile(
+    file: str, points: Sequence[tuple[int, ProfileRow]], problems: list[RowProblem]
+) -> Profile | None:
+    """Make a profile of its rows `(line, row)`; None after adding to `problems` what is wrong."""
+    before = len(problems)
+    line, first = points[0]
+    if len(points) < MIN_POINTS:
+        problems.append(
+            RowProblem(file, line, "path_id", first.path_id, f"at least {MIN_POINTS} points a path")
+        )
+    for (_, left), (line, right) in pairwise(points):
+        if right.x_m <= left.x_m:
+            accepted = f"more than {left.x_m:g}, the x_m of the point before it"
+            problems.append(RowProblem(file, line, "x_m", f"{right.x_m:g}", accepted))
+    line, last = points[-1]
+    if len(problems) == before and last.y_m >= first.y_m:
+        accepted = f"less than {first.y_m:g}, because x_m runs from the top of the path"
+        problems.append(RowProblem(file, line, "y_m", f"{last.y_m:g}", accepted))
+    for name in ("land_cover", "easting_m", "lon", "elevation_sigma_m"):
+        _all_or_none(file, points, name, problems)
+    for line, row in points:
+        if row.crs != first.crs:
+            accepted = f"{first.crs or 'empty'}, as at the first point of the path"
+            problems.append(RowProblem(file, line, "crs", row.crs or "", accepted))
+    if len(problems) > before:
+        return None
+    rows = [row for _, row in points]
+    cover = tuple(intern(row.land_cover) for row in rows if row.land_cover is not None)
+    return Profile(
+        path_id=first.path_id,
+        x_m=np.array([row.x_m for row in rows]),
+        y_m=np.array([row.y_m for row in rows]),
+        land_cover=cover or None,
+        easting_m=_optional([row.easting_m for row in rows]),
+        northing_m=_optional([row.northing_m for row in rows]),
+        crs=first.crs,
+        lon=_optional([row.lon for row in rows]),
+        lat=_optional([row.lat for row in rows]),
+        elevation_sigma_m=_optional([row.elevation_sigma_m for row in rows]),
+    )
+
+
+def _all_or_none(
+    file: str, points: Sequence[tuple[int, ProfileRow]], name: str, problems: list[RowProblem]
+) -> None:
+    empty = [line for line, row in points if getattr(row, name) is None]
+    if len(empty) < len(points):
+        for line in empty:
+            accepted = f"a {name} at every point of the path, or at none"
+            problems.append(RowProblem(file, line, name, "", accepted))
+
+
+def _optional(values: list[float | None]) -> Floats | None:
+    return None if None in values else np.array(values, dtype=np.float64)
+
+
+ON_A_PATH = ("path_id", "runout_elevation_m", "runout_x_m", "left_profile")
+ON_A_LINE = ("fall_height_m", "runout_length_m", "h_over_l")
+COORDINATES = ("easting_m", "northing_m", "crs", "lon", "lat")
+
+
+def complete_path(new: Path, old: Path | None, header: Collection[str]) -> Path:
+    """Return `new` with the values of `old` in the columns that `header` lacks."""
+    return new if old is None else replace(new, **_kept(old, new, header))
+
+
+def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Event:
+    """Return `new` with the values of `old` in the columns that `header` lacks.
+
+    Defaults follow what they stand on: an error by the year, a volume by the deposit.
+    """
+    if old is None:
+        return new
+    kept = _kept(old, new, header)
+    # A row without a path gives its height and reach whole, in one way or another.
+    for name in (*ON_A_LINE, *(ON_A_PATH if new.path_id is None else ())):
+        kept.pop(name, None)
+    if old.runout_sigma_m == defaults.runout_sigma_m(old.year):
+        kept.pop("runout_sigma_m", None)
+    of_deposit = "volume_m3" in kept and old.volume_m3 == _deposit(old)
+    event: Event = replace(new, **kept)
+    if "runout_sigma_m" not in kept and "runout_sigma_m" not in header:
+        event = replace(event, runout_sigma_m=defaults.runout_sigma_m(event.year))
+    if of_deposit or event.volume_m3 is None:
+        event = replace(event, volume_m3=_deposit(event))
+    return event
+
+
+def complete_speed(new: Speed, old: Speed | None, header: Collection[str]) -> Speed:
+    """Return `new` with the error of `old` if `header` lacks it and it was no default."""
+    if old is None or "speed_sigma_m_s" in header:
+        return new
+    if old.speed_sigma_m_s == defaults.speed_sigma_m_s(old.speed_m_s):
+        return new
+    return replace(new, speed_sigma_m_s=old.speed_sigma_m_s)
+
+
+def complete_profile(
+    new: Profile, old: Profile | None, header: Collection[str]
+) -> tuple[Profile, list[str]]:
+    """Return `new` with what `header` lacks from `old`, and the columns that are lost.
+
+    Values of points are kept where the points lie at the same distances.
+    """
+    if old is None:
+        return new, []
+    lacking = [
+        name
+        for name in ("land_cover", "elevation_sigma_m", *COORDINATES)
+        if name not in header and getattr(old, name) is not None
+    ]
+    if any(name in header for name in COORDINATES):
+        lacking = [name for name in lacking if name not in COORDINATES]
+    if np.array_equal(new.x_m, old.x_m):
+        kept: dict[str, Any] = {name: getattr(old, name) for name in lacking}
+        return replace(new, **kept), []
+    return new, lacking
+
+
+def _kept(old: Path | Event, new: Path | Event, header: Collection[str]) -> dict[str, Any]:
+    names = [f.name for f in fields(old) if f.name != "covariates" and f.name not in header]
+    covariates = {c: v for c, v in old.covariates.items() if c not in header}
+    return {n: getattr(old, n) for n in names} | {"covariates": covariates | dict(new.covariates)}
+
+
+def _deposit(event: Event) -> float | None:
+    sides = (event.deposit_length_m, event.deposit_width_m, event.deposit_thickness_m)
+    known = [side for side in sides if side is not None]
+    return defaults.deposit_volume_m3(*known) if len(known) == 3 else None
+
 
 PLACES = frozenset({"runout_x_m", "runout_elevation_m", "left_profile"})
 

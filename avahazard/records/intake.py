@@ -8,10 +8,39 @@ from dataclasses import dataclass, field
 from avahazard.records.collection import Records
 from avahazard.records.errors import RowProblem
 from avahazard.records.event import Speed
-from avahazard.records.files.understood import UnderstoodColumn
+from avahazard.records.path import TerrainCrop
+from avahazard.records.table import Table
 
 Key = tuple[Hashable, ...]  # the kind of a record, and what identifies it
 Origin = tuple[str, int]  # file and line
+
+
+@dataclass(frozen=True, slots=True)
+class UnderstoodColumn:
+    """A column of a file: its name there, what it means, its unit, its first values as read."""
+
+    file: str
+    form: str
+    column: str
+    meaning: str
+    unit: str
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """The lines of a file as rows of `paths.csv` and `profiles.csv`.
+
+    Each with the number of its feature in the place of a line number; the ground around them; and
+    what is wrong with them.
+    """
+
+    file: str
+    paths: Table
+    profiles: Table
+    terrain: tuple[TerrainCrop, ...]
+    problems: tuple[RowProblem, ...]
+    notes: tuple[str, ...]
 
 
 @dataclass

@@ -14,12 +14,19 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from avahazard.arrays import Ints
+from avahazard.records.conventions import FIRST_DAY
 from avahazard.records.errors import RowProblem
-from avahazard.records.files.dates import FIRST_DAY
-from avahazard.records.files.encoding import decode
-from avahazard.records.files.separators import split
-from avahazard.records.files.sheet import AT_ONCE, Sheet, Texts, no_header, texts
-from avahazard.records.files.workbook import is_workbook, read_sheets
+from avahazard.records.sheet import (
+    AT_ONCE,
+    Sheet,
+    Texts,
+    decode,
+    is_workbook,
+    no_header,
+    read_sheets,
+    split,
+    texts,
+)
 
 LONGEST_NAME = 200
 

@@ -17,8 +17,7 @@ from avahazard.arrays import Floats
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
-from avahazard.records.path import Covariate, Path, Profile
-from avahazard.records.terrain_crop import TerrainCrop
+from avahazard.records.path import Covariate, Path, Profile, TerrainCrop
 from avahazard.results.base import Rows
 from avahazard.results.terrain import PathSummary
 from avahazard.store.tables import (

@@ -12,14 +12,12 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from avahazard.records.collection import Records
-from avahazard.records.drawn import Drawn
-from avahazard.records.dwarfing import dwarfing
+from avahazard.records.conventions import UNKNOWN, Conventions
+from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.records.files.conventions import UNKNOWN, Conventions
+from avahazard.records.intake import Drawn
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
-from avahazard.records.repeated import repeated, repeated_notes
-from avahazard.records.vague import vague_stops
 from avahazard.results.base import Rows
 from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
 from avahazard.store.records import load_profiles, load_without_profiles, save_records, save_terrain

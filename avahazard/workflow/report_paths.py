@@ -11,8 +11,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.site import release_place
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
-from avahazard.records.terrain_crop import TerrainCrop
+from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLine
 from avahazard.workflow.path import describe_path
 from avahazard.workflow.report_events import event_view

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path as FilePath
 
-from avahazard.records.files.conventions import Conventions
+from avahazard.records.conventions import Conventions
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.project import ProjectRun, Step
 from avahazard.store.records import load_records

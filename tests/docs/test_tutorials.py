@@ -13,13 +13,13 @@ import pytest
 from typer.testing import CliRunner
 
 from avahazard.cli.main import app
-from avahazard.records.forms.event import EventRow
-from avahazard.records.forms.path import PathRow
-from avahazard.records.forms.profile import ProfileRow
-from avahazard.records.forms.return_volume import ReturnVolumeRow, SnowDepthRow
-from avahazard.records.forms.straight import StraightRow
-from avahazard.records.forms.velocity import VelocityRow
-from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
+from avahazard.records.frequency_files import (
+    ReturnVolumeRow,
+    SnowDepthRow,
+    read_return_volumes,
+    read_snow_depths,
+)
+from avahazard.records.rows import EventRow, PathRow, ProfileRow, StraightRow, VelocityRow
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGES = sorted((DOCS / "tutorial").glob("*.md"))

@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 from sqlalchemy import delete, update
 
 from avahazard.records.collection import Records
-from avahazard.records.compare import profile_difference
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import Fingerprint, data_fingerprint
-from avahazard.records.path import Path, Profile
-from avahazard.records.terrain_crop import TerrainCrop
+from avahazard.records.merge import profile_difference
+from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.store import records as store_records
 from avahazard.store.records import (
     load_by_pieces,

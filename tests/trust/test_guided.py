@@ -36,7 +36,7 @@ def test_words_are_those_of_the_readers() -> None:
     words = words_of(READERS)
     asked = {"runout_elevation_m", "land_cover", "cp1252", "files", "pressure_kpa_min", ";"}
     assert asked <= set(words)
-    assert "friction" not in words_of(["avahazard.records.vague"])
+    assert "friction" not in words_of(["avahazard.records.doubts"])
     assert max(map(len, words)) <= 30
 
 

@@ -11,8 +11,7 @@ from rich.console import Console
 
 from avahazard.cli.output import emit, errors, table, warn
 from avahazard.cli.settings import settings
-from avahazard.records.files.dates import Order
-from avahazard.records.files.numbers import Decimal
+from avahazard.records.conventions import Decimal, Order
 
 
 def import_(
@@ -81,7 +80,7 @@ def import_(
       avahazard import slides.csv --unusual
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
-    from avahazard.records.files.conventions import Conventions  # noqa: PLC0415
+    from avahazard.records.conventions import Conventions  # noqa: PLC0415
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
     found = import_files(

@@ -6,7 +6,7 @@ import numpy as np
 
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.inference.fitting.mode import likely_friction
-from avahazard.records.dwarfing import dwarfing
+from avahazard.records.doubts import dwarfing
 
 FAR = 4.0
 """Scatters off, from which on a record is suspect."""

@@ -8,8 +8,7 @@ from typing import Any
 
 from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.records.path import Path, Profile
-from avahazard.records.terrain_crop import TerrainCrop
+from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.language import ENGLISH, Language
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison

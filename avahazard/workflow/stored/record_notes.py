@@ -9,10 +9,10 @@ import numpy as np
 from avahazard.effects.site import Site
 from avahazard.message import message
 from avahazard.records.collection import Records
-from avahazard.records.contradictions import place_fault, unseen_elevation, volume_fault
+from avahazard.records.crosscheck import place_fault, unseen_elevation, volume_fault
+from avahazard.records.doubts import repeated, repeated_notes
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from avahazard.records.repeated import repeated, repeated_notes
 
 Paths = Mapping[str, Path]
 Profiles = Mapping[str, Profile]

@@ -11,7 +11,7 @@ from typer.testing import Result
 
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from tests.records.files.matrix import save_workbook
+from tests.records.matrix import save_workbook
 
 Run = Callable[..., Result]
 Write = Callable[[str, str], Path]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from avahazard.engine import EngineName, set_engine
-from avahazard.records import sorted_lines
+from avahazard.records import fingerprint as fingerprints
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
@@ -41,7 +41,7 @@ ASKED = HazardQuestion(return_periods=[30.0])
 def few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store_records, "PATHS_AT_ONCE", AT_ONCE)
     monkeypatch.setattr(by_path, "PATHS_AT_ONCE", AT_ONCE)
-    monkeypatch.setattr(sorted_lines, "HELD_BYTES", 50 * PROFILE_BYTES)
+    monkeypatch.setattr(fingerprints, "HELD_BYTES", 50 * PROFILE_BYTES)
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from avahazard.records.collection import Records
+from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.event import Event
-from avahazard.records.repeated import repeated, repeated_notes
+from tests.workflow.worlds import bowl
 
 FIRST = Event(
     "a", "P", "1951-01-20", runout_elevation_m=1300.0, volume_m3=5e3, covariates={"snow": "wet"}
@@ -47,3 +50,42 @@ def test_a_few_are_shown() -> None:
     pairs = [(f"a{k}", f"b{k}") for k in range(6)]
     assert repeated_notes(pairs)[-1] == "3 more avalanches may be written down twice."
     assert repeated_notes(pairs[:4])[-1] == "1 more avalanche may be written down twice."
+
+
+USUAL = [1e3, 2e4, 1e5, 3e5, 8e5]
+
+
+@pytest.mark.parametrize(
+    ("volumes", "found"),
+    [
+        (USUAL, []),
+        ([*USUAL, 8e8], [5]),
+        ([8e8, *USUAL], [0]),
+        ([*USUAL, 5e7], []),
+        ([*USUAL, 8e8, 9e8], []),  # two of seven are no slips
+        ([*USUAL, *USUAL, *USUAL, *USUAL, *USUAL, *USUAL, *USUAL, *USUAL, 9e8, 8e8], [40, 41]),
+        ([1e3, np.nan, 8e8], []),
+        ([*USUAL, np.nan], []),
+    ],
+)
+def test_a_few_beyond_a_gap(volumes: list[float], found: list[int]) -> None:
+    assert dwarfing(np.log(np.array(volumes))).tolist() == found
+
+
+def event(name: str, sigma_m: float, **more: object) -> Event:
+    return Event(name, "B", runout_x_m=1500.0, runout_sigma_m=sigma_m, **more)  # type: ignore[arg-type]
+
+
+def test_errors_of_the_size_of_the_path_are_named() -> None:
+    stored = bowl()  # drops 798 m
+    new = Records((), (), (event("fine", 700.0), event("vague", 800.0), event("out", 1e4)), ())
+    (note,) = vague_stops(new, stored)
+    assert "vague: 800 m, B drops 798 m" in note
+    assert "out: 10000 m" in note
+    assert "fine" not in note
+
+
+def test_no_note_without_reason() -> None:
+    left = Event("left", "B", left_profile=True, runout_sigma_m=1e4)
+    new = Records((), (), (event("fine", 25.0), left, Event("bare", "C")), ())
+    assert vague_stops(new, bowl()) == []

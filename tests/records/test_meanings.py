@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from avahazard.records.files.forms import COLUMNS
-from avahazard.records.files.names import known_name, near_name
-from avahazard.records.forms.meanings import MEANINGS
+from avahazard.records.forms import COLUMNS
+from avahazard.records.meanings import MEANINGS, known_name, near_name
 
 
 @pytest.mark.parametrize(

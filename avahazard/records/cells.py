@@ -6,12 +6,18 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from avahazard.records.conventions import (
+    Conventions,
+    Decimal,
+    Evidence,
+    canonical,
+    is_number,
+    read_dates,
+    weigh,
+)
 from avahazard.records.errors import RowProblem
-from avahazard.records.files.conventions import Conventions
-from avahazard.records.files.dates import read_dates
-from avahazard.records.files.numbers import Decimal, Evidence, canonical, is_number, weigh
-from avahazard.records.files.sheet import Texts
-from avahazard.records.forms.meanings import MEANINGS
+from avahazard.records.meanings import MEANINGS
+from avahazard.records.sheet import Texts
 from avahazard.records.table import Table
 
 Place = tuple[int, str]  # index of the row, column

@@ -1,1 +1,0 @@
-"""Files as they are: encodings, separators, numbers, dates and workbooks, told and read right."""

@@ -1,0 +1,413 @@
+"""The tables of a file by their forms: columns known by their names, cells made plain."""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import re
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice
+from pathlib import PurePath
+from typing import Literal
+
+from avahazard.records.cells import plain_cells
+from avahazard.records.collection import Records
+from avahazard.records.conventions import Conventions
+from avahazard.records.errors import RowProblem
+from avahazard.records.intake import Intake, UnderstoodColumn
+from avahazard.records.meanings import ABOVE_SEA, MEANINGS, Meaning, known_name, near_name, squash
+from avahazard.records.path import Covariate
+from avahazard.records.rows import EventRow, PathRow, ProfileRow, Row, StraightRow, VelocityRow
+from avahazard.records.table import Table
+
+
+def spell(table: Table, stored: Collection[str], problems: list[RowProblem]) -> Table:
+    """Return `table` with known columns and `stored` covariates under their names, and say so.
+
+    Two columns that mean one are added to `problems`.
+    """
+    own = {squash(name): name for name in stored}
+    meant = {name: known_name(name) or own.get(squash(name), name) for name in table.header}
+    for name, known in meant.items():
+        if name != known and known in table.header:
+            accepted = f"one column {known}: rename one of them or leave it out"
+            problems.append(RowProblem(table.file, 1, name, name, accepted))
+    changed = {name: known for name, known in meant.items() if name != known}
+    twice = len(set(meant.values())) < len(meant)
+    if twice and not any(known in table.header for known in changed.values()):
+        accepted = "each column once, in one spelling"
+        problems.append(RowProblem(table.file, 1, "", ", ".join(changed), accepted))
+    if twice or not changed:
+        return table
+    said = ", ".join(f"{name} is {known}" for name, known in changed.items())
+    return replace(
+        table,
+        header=tuple(meant.values()),
+        columns={meant[name]: cells for name, cells in table.columns.items()},
+        dated=frozenset((line, meant[name]) for line, name in table.dated),
+        written=table.written and frozenset((line, meant[name]) for line, name in table.written),
+        words=(*table.words, f"columns: {said}"),
+        spelt={known: name for name, known in changed.items()},
+    )
+
+
+def refuse_near(table: Table, columns: Collection[str], problems: list[RowProblem]) -> None:
+    """Add to `problems` columns of `table` that are nearly one of `columns` of its form."""
+    free = [column for column in columns if column not in table.header]
+    for name in table.header:
+        if name not in columns and (near := near_name(name, free)):
+            accepted = f"{near}, if it is meant; else another name than this"
+            problems.append(RowProblem(table.file, 1, name, name, accepted))
+
+
+Kind = Literal["paths", "profiles", "events", "velocities"]
+
+KNOWN_FORMS = (
+    "the columns of paths (path_id), profiles (path_id, x_m, y_m), events (event_id and path_id, "
+    "or fall_height_m and runout_length_m, or h_over_l) or velocities (event_id, x_m or "
+    "elevation_m, speed_m_s)"
+)
+
+
+def recognise(table: Table, problems: list[RowProblem], *, need_runout: bool = True) -> Kind | None:
+    """Return the kind of `table`, or None after adding to `problems` what its header lacks."""
+    columns = set(table.header)
+    kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
+    if kind is None:
+        problems.append(RowProblem(table.file, 1, "", ", ".join(table.header), KNOWN_FORMS))
+        return None
+    lacking = [names for names in _required(kind, columns, need_runout) if not columns & set(names)]
+    for names in lacking:
+        accepted = "a column " + " or ".join(names)
+        problems.append(RowProblem(table.file, 1, names[0], "", accepted))
+    return None if lacking else kind
+
+
+def _kind(columns: set[str], stem: str) -> Kind | None:
+    if "event_id" in columns:
+        speeds = "speed_m_s" in columns or stem.startswith(("velocit", "speed"))
+        return "velocities" if speeds else "events"
+    if "path_id" in columns:
+        points = {"x_m", "y_m"} <= columns or (
+            bool({"x_m", "y_m"} & columns) and not stem.startswith("path")
+        )
+        return "profiles" if points or stem.startswith("profile") else "paths"
+    for start, kind in _BY_NAME.items():
+        if stem.startswith(start):
+            return kind
+    return None
+
+
+_BY_NAME: dict[str, Kind] = {
+    "path": "paths",
+    "profile": "profiles",
+    "event": "events",
+    "velocit": "velocities",
+    "speed": "velocities",
+}
+
+
+def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[str, ...]]:
+    """Return groups of columns, of each of which one must be there."""
+    if kind == "paths":
+        return [("path_id",)]
+    if kind == "profiles":
+        return [("path_id",), ("x_m",), ("y_m",)]
+    if kind == "velocities":
+        return [("event_id",), ("speed_m_s",), ("x_m", "elevation_m")]
+    straight = {"fall_height_m", "runout_length_m", "h_over_l"}
+    if "path_id" not in columns and columns & straight:
+        if "h_over_l" in columns:
+            return [("event_id",)]
+        heights = ("fall_height_m", "runout_elevation_m")
+        return [("event_id",), heights, *([("runout_length_m",)] if need_runout else [])]
+    needed: list[tuple[str, ...]] = [("event_id",), ("path_id",)]
+    if need_runout:
+        needed.append(("runout_x_m", "runout_elevation_m", "left_profile", *sorted(straight)))
+    return needed
+
+
+Content = Literal["number", "text"]
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+LARGEST = 1e30  # its square must still be a number
+NOT_FINITE = re.compile(r"[+-]?(?:inf|infinity|nan)", re.IGNORECASE)
+
+
+def column_kinds(rows: Iterable[Mapping[str, Covariate]]) -> dict[str, Content]:
+    """Return how each covariate of stored records is held."""
+    kinds: dict[str, Content] = {}
+    for row in rows:
+        for name, value in row.items():
+            kinds.setdefault(name, "text" if isinstance(value, str) else "number")
+    return kinds
+
+
+def read_covariates(
+    tables: Sequence[Table],
+    own_columns: set[str],
+    stored: Mapping[str, Content],
+    problems: list[RowProblem],
+    notes: list[str],
+) -> dict[tuple[str, int], dict[str, Covariate]]:
+    """Return the covariates of every row of `tables`, keyed (file, line).
+
+    A column is one of numbers where its meaning says so or most of its values are numbers,
+    unless the records stored before hold it as text; empty cells are left out. Texts in a
+    column of numbers, and numbers that are not finite or out of bounds, are added to
+    `problems`. Numbers in a column of words are words, which is added to `notes`.
+    """
+    names = dict.fromkeys(c for t in tables for c in t.header if c not in own_columns)
+    kinds = {name: stored.get(name) or _content(tables, name) for name in names}
+    notes += [
+        note for name, kind in kinds.items() if kind == "text" for note in _mixed(tables, name)
+    ]
+    found: dict[tuple[str, int], dict[str, Covariate]] = {}
+    for table in tables:
+        extra = [name for name in table.header if name in kinds]
+        for line, cells in table.numbered(extra):
+            values: dict[str, Covariate] = {}
+            for name, text in cells.items():
+                if kinds[name] == "text":
+                    values[name] = text
+                elif NUMBER.fullmatch(text) and abs(float(text)) <= LARGEST:
+                    values[name] = float(text)
+                else:
+                    problems.append(
+                        RowProblem(table.file, line, name, text, _accepted(name, stored))
+                    )
+            found[table.file, line] = values
+    return found
+
+
+def _content(tables: Sequence[Table], name: str) -> Content:
+    """A column of numbers and a few words is one of numbers with mistakes, not one of words."""
+    if _means_numbers(name):
+        return "number"
+    found = sum((table.counts(name) for table in tables), Counter[str]())
+    numbers = sum(n for text, n in found.items() if _like_a_number(text))
+    return "number" if 2 * numbers > found.total() else "text"
+
+
+def _mixed(tables: Sequence[Table], name: str) -> Iterator[str]:
+    """Say of each file that a column of words holds numbers as well."""
+    for table in tables:
+        numbers = {text: _like_a_number(text) for text in table.counts(name)}
+        if len(set(numbers.values())) == 2:
+            word_k, word = next(cell for cell in table.values(name) if not numbers[cell[1]])
+            k, number = next(cell for cell in table.values(name) if numbers[cell[1]])
+            yield (
+                f"{table.file}: {name} is read as words: line {table.lines[word_k]} holds "
+                f"{word!r}, line {table.lines[k]} {number}."
+            )
+
+
+def _like_a_number(text: str) -> bool:
+    return bool(NUMBER.fullmatch(text) or NOT_FINITE.fullmatch(text))
+
+
+def _means_numbers(name: str) -> bool:
+    return name in MEANINGS and MEANINGS[name].content == "number" and bool(MEANINGS[name].further)
+
+
+def _accepted(name: str, stored: Mapping[str, Content]) -> str:
+    finite = f"a number of at most {LARGEST:g} in size"
+    if name in stored:
+        return f"{finite}: the records stored before hold {name} as numbers"
+    if _means_numbers(name):
+        return f"{finite}, or an empty cell where it is missing"
+    return f"{finite}, as most of the column, or an empty cell where it is missing"
+
+
+YEARS = ("date", "observed_from", "observed_to")
+FIRST_YEAR = 1000
+SHOWN = 3
+
+
+def check_ranges(
+    table: Table, problems: list[RowProblem], notes: list[str], *, unusual: bool = False
+) -> None:
+    """Refuse what is physically impossible, and dates to come; note what is unusual, with rows.
+
+    With `unusual` what is possible is usual: flows of another kind than snow, or of another age.
+    """
+    doubts: list[str] = []
+    for column in table.header:
+        if column in YEARS:
+            _check_years(table, column, problems, doubts)
+        elif column in MEANINGS:
+            _check_numbers(table, column, MEANINGS[column], problems, doubts)
+    if not unusual:
+        notes += doubts
+
+
+def _check_numbers(
+    table: Table, column: str, meaning: Meaning, problems: list[RowProblem], notes: list[str]
+) -> None:
+    if meaning.limits is None:
+        return
+    (first, last), (low, high) = meaning.limits
+    unit = "m" if meaning.unit == ABOVE_SEA else meaning.unit
+    unusual: list[tuple[int, str]] = []
+    for k, text, value in _outside(table, column, low, high):
+        if first <= value <= last:
+            unusual.append((table.lines[k], text))
+        elif value > 0 or first < 0 or meaning.further:  # a row's form refuses what is not over 0
+            accepted = f"a number from {first:g} to {last:g} {unit}".rstrip()
+            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
+    if unusual:
+        notes.append(_note(table, column, unusual, f"outside {low:g} to {high:g} {unit}".rstrip()))
+
+
+def _check_years(table: Table, column: str, problems: list[RowProblem], notes: list[str]) -> None:
+    # A day's grace: the clock may stand in another time zone.
+    tomorrow = (dt.date.today() + dt.timedelta(1)).isoformat()
+    unusual: list[tuple[int, str]] = []
+    odd = {
+        text
+        for text in table.counts(column)
+        if len(text) in (4, 10)
+        and text[:4].isdigit()
+        and (text > tomorrow[: len(text)] or int(text[:4]) < FIRST_YEAR)
+    }
+    for k, text in _rows_with(table, column, odd):
+        if text > tomorrow[: len(text)]:
+            accepted = "a date that is not to come"
+            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
+        else:
+            unusual.append((table.lines[k], text))
+    if unusual:
+        notes.append(_note(table, column, unusual, f"before the year {FIRST_YEAR}"))
+
+
+def _outside(
+    table: Table, column: str, low: float, high: float
+) -> Iterator[tuple[int, str, float]]:
+    """The numbers of a column that are not from `low` to `high`, with their rows from 0."""
+    numbers = {text: _number(text) for text in table.counts(column)}
+    odd = {text: x for text, x in numbers.items() if x is not None and not low <= x <= high}
+    for k, text in _rows_with(table, column, odd):
+        yield k, text, odd[text]
+
+
+def _rows_with(table: Table, column: str, texts: Collection[str]) -> Iterator[tuple[int, str]]:
+    """The rows from 0 whose text is one of these, of which there are few or none."""
+    return ((k, text) for k, text in table.values(column) if text in texts) if texts else iter(())
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _note(table: Table, column: str, rows: list[tuple[int, str]], what: str) -> str:
+    shown = ", ".join(f"line {line}: {text}" for line, text in rows[:SHOWN])
+    more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
+    return (
+        f"{table.file}: {column} {what} ({shown}{more}). Are the unit and the "
+        "value right? If so, --unusual says it."
+    )
+
+
+FIRST_VALUES = 3
+
+
+def understood(table: Table, form: str, columns: Collection[str]) -> list[UnderstoodColumn]:
+    """Say it for every column of `table`; `columns` are those of its form."""
+    found = []
+    for name in table.header:
+        first = tuple(text for _, text in islice(table.values(name), FIRST_VALUES))
+        if name in columns and name in MEANINGS:
+            words, unit = MEANINGS[name].words, MEANINGS[name].unit
+            meaning = f"{name}: {words}" if name in table.spelt else words
+        else:
+            unit = ""
+            numbers = first and all(NUMBER.fullmatch(text) for _, text in table.values(name))
+            kind = "numbers" if numbers else "words"
+            kept = form in ("paths", "events")
+            meaning = f"your own column, {kind}" if kept else "not used"
+        spelt = table.spelt.get(name, name)
+        found.append(UnderstoodColumn(table.file, form, spelt, meaning, unit, first))
+    return found
+
+
+def summary(table: Table, form: str) -> str:
+    """One line for a file or sheet: what it holds, and how it was read."""
+    n = len(table.lines)
+    rows = "1 row" if n == 1 else f"{n} rows"
+    return f"{table.file}: {form}, {rows} ({', '.join(table.words)})"
+
+
+FORMS: dict[Kind, tuple[type[Row], ...]] = {
+    "paths": (PathRow,),
+    "profiles": (ProfileRow,),
+    "events": (EventRow, StraightRow),
+    "velocities": (VelocityRow,),
+}
+COLUMNS: dict[Kind, frozenset[str]] = {
+    kind: frozenset(
+        {
+            *(column for form in forms for column in form.model_fields),
+            *(column for column, meaning in MEANINGS.items() if kind in meaning.further),
+        }
+    )
+    for kind, forms in FORMS.items()
+}
+
+
+def read_forms(
+    sheets: Sequence[Table],
+    known: Records,
+    intake: Intake,
+    faults: Sequence[RowProblem],
+    need_runout: bool,
+    given: Conventions,
+) -> Iterator[tuple[Kind, Table]]:
+    """Yield the tables of one file whose form is known; `faults` are those of reading it.
+
+    What is wrong goes to `intake.problems`, where a wrong header stands for the faults of the
+    rows under it. Of a workbook with a known form, sheets of no form are left out and told.
+    """
+    stored = {
+        *column_kinds(path.covariates for path in known.paths),
+        *column_kinds(event.covariates for event in known.events),
+    }
+    unknown: list[tuple[Table, list[RowProblem]]] = []
+    found: list[tuple[Kind, Table]] = []
+    wrong: list[RowProblem] = []
+    for sheet in sheets:
+        table = spell(sheet, stored, wrong)
+        of_header: list[RowProblem] = []
+        adds = need_runout and not _all_stored(table, known)
+        kind = recognise(table, of_header, need_runout=adds)
+        if kind is None and len(sheets) > 1 and not of_header[0].column:
+            unknown.append((table, of_header))
+            continue
+        wrong += of_header
+        if kind is None:
+            continue
+        refuse_near(table, COLUMNS[kind], wrong)
+        table = plain_cells(table, given, intake.problems)
+        check_ranges(table, intake.problems, intake.notes, unusual=given.unusual)
+        intake.read.append(summary(table, kind))
+        intake.understood += understood(table, kind, COLUMNS[kind])
+        found.append((kind, table))
+    for table, of_header in unknown:
+        if found:
+            intake.notes.append(f"{table.file}: not read, it has the columns of no form.")
+        else:
+            wrong += of_header
+    intake.problems += wrong or faults
+    yield from found
+
+
+def _all_stored(table: Table, known: Records) -> bool:
+    """Tell whether every event of the table is stored, so that its runout is."""
+    stored = {event.event_id for event in known.events}
+    if not stored or "event_id" not in table.header:
+        return False
+    return all(stored.issuperset(block) for block in table.blocks("event_id"))

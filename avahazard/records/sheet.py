@@ -1,0 +1,368 @@
+"""The cells of a text file or a workbook as they were written: encoding, separators, sheets."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import datetime as dt
+import io
+import re
+import warnings
+import zipfile
+from array import array
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.records.conventions import FIRST_DAY, is_number
+from avahazard.records.errors import RowProblem
+from avahazard.records.meanings import known_name
+
+Line = tuple[int, Sequence[str]]  # line number from 1, cells without the blanks around them
+Texts = NDArray[Any]
+"""Texts of one column, of the type `TEXT`."""
+TEXT = np.dtypes.StringDType()
+"""Up to 15 bytes of text take 16 in an array of this type, a fourth of what they take alone."""
+AT_ONCE = 10_000
+"""Rows that are taken apart, or put together, at a time."""
+
+
+class Cells(NamedTuple):
+    """The lines of a table, blank ones left out: names, then `columns` of `lines` `[n_rows]`.
+
+    `columns` are those with a name, in its order. `nameless` are columns (from 0) that hold
+    something under an empty name. `uneven` lines have another number of values, `(line, values)`.
+    """
+
+    first: int
+    names: tuple[str, ...]
+    lines: array[int]
+    columns: tuple[Texts, ...]
+    nameless: frozenset[int]
+    uneven: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """The cells of a text file, or of one sheet of a workbook.
+
+    `name` hints at the form; `words` say how it was read; `separator` is empty in a workbook.
+    Of a workbook: `dated` are the cells `(line, column from 0)` that it holds as dates, `written`
+    the numbers that it holds as texts (None: all, as in a text file); its days count from
+    `first_day`.
+    """
+
+    file: str
+    name: str
+    cells: Cells
+    words: tuple[str, ...]
+    separator: str = ""
+    dated: frozenset[tuple[int, int]] = frozenset()
+    written: frozenset[tuple[int, int]] | None = None
+    first_day: dt.date = FIRST_DAY
+
+
+def no_header(file: str) -> RowProblem:
+    """What is wrong with a file without a line."""
+    return RowProblem(file, 1, "", "", "a header row with the names of the columns")
+
+
+def texts(values: Sequence[str]) -> Texts:
+    """A column of these values."""
+    return np.array(values, dtype=TEXT)
+
+
+def packed(lines: Iterable[Line]) -> Cells | None:
+    """The cells of `lines`, of which the first has the names; None where there is no line."""
+    rows = iter(lines)
+    first, header = next(rows, (0, ()))
+    if not first:
+        return None
+    named = [k for k, name in enumerate(header) if name]
+    empty = [k for k, name in enumerate(header) if not name]
+    fewest = named[-1] + 1 if named else 0
+    numbers = array("q")
+    held: list[Sequence[str]] = []
+    blocks: list[list[Texts]] = []
+    nameless: set[int] = set()
+    uneven: list[tuple[int, int]] = []
+    for line, cells in rows:
+        n = len(cells)
+        if empty:
+            nameless.update(k for k in empty if k < n and cells[k])
+        # Spreadsheets leave columns that hold nothing, not even a name.
+        while n > len(header) and not cells[n - 1]:
+            n -= 1
+        if not fewest <= n <= len(header):
+            uneven.append((line, bisect_left(named, n) + max(n - len(header), 0)))
+            continue
+        numbers.append(line)
+        held.append(cells)
+        if len(held) == AT_ONCE:
+            blocks.append(_columns(held, named))
+            held = []
+    blocks.append(_columns(held, named))
+    columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    return Cells(first, tuple(header), numbers, columns, frozenset(nameless), tuple(uneven))
+
+
+def _columns(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:
+    """The named columns of rows that have at least these."""
+    if not rows:
+        return [texts(()) for _ in named]
+    columns = list(zip(*rows, strict=False))
+    return [texts(columns[k]) for k in named]
+
+
+TEXT_ACCEPTED = "a text file in UTF-8 (in a spreadsheet: save as .xlsx, or as 'CSV UTF-8')"
+MARKS = (
+    (codecs.BOM_UTF8, "utf-8", "UTF-8 with a byte order mark"),
+    (codecs.BOM_UTF32_LE, "utf-32-le", "UTF-32"),
+    (codecs.BOM_UTF32_BE, "utf-32-be", "UTF-32"),
+    (codecs.BOM_UTF16_LE, "utf-16-le", "UTF-16"),
+    (codecs.BOM_UTF16_BE, "utf-16-be", "UTF-16"),
+)
+WORD = re.compile(r"\w*[^\W\x00-\x7f]\w*")
+# Signs that no word holds at these places: what letters of other code pages become in cp1252.
+FOREIGN = re.compile(
+    "(?<=[^\\W\\d_])(?:[‚ƒ„…†‡ˆ‰‹]|[ŠŒŽŸ](?=[a-z])|[“”•–—˜™›¡¢£¤¥¦§¨©«¬®¯±´¶·¸»¼½¾¿×÷](?=[^\\W\\d_]))"
+)
+
+
+def decode(file: str, raw: bytes, problems: list[RowProblem]) -> tuple[str, str] | None:
+    """Return the text of `raw` and the name of its encoding; None after adding to `problems`.
+
+    A byte order mark decides; else UTF-8 where it is valid; else Windows-1252, unless it gives
+    words that no language writes.
+    """
+    for mark, codec, name in MARKS:
+        if raw.startswith(mark):
+            return _strict(file, raw[len(mark) :], codec, name, problems)
+    if unmarked := _without_mark(raw):
+        return _strict(file, raw, unmarked, "UTF-16", problems)
+    try:
+        return _no_zero(file, raw.decode("utf-8"), "UTF-8", problems)
+    except UnicodeDecodeError as error:
+        at = error.start
+    found = _strict(file, raw, "cp1252", "Windows-1252", problems)
+    if found is None:
+        return None
+    text = found[0]
+    if wrong := FOREIGN.search(text):
+        line = text.count("\n", 0, wrong.start()) + 1
+        problems.append(
+            RowProblem(file, line, "", f"byte 0x{raw[wrong.start()]:02x}", TEXT_ACCEPTED)
+        )
+        return None
+    words = [word for word in WORD.findall(text) if any(c > "\x7f" and c.isalpha() for c in word)]
+    example = f" (such as {words[0]!r})" if words else f" (byte 0x{raw[at]:02x})"
+    return text, f"Windows-1252{example}"
+
+
+def _strict(
+    file: str, raw: bytes, codec: str, name: str, problems: list[RowProblem]
+) -> tuple[str, str] | None:
+    try:
+        return _no_zero(file, raw.decode(codec), name, problems)
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        problems.append(RowProblem(file, line, "", f"byte 0x{raw[error.start]:02x}", TEXT_ACCEPTED))
+        return None
+
+
+def _no_zero(file: str, text: str, name: str, problems: list[RowProblem]) -> tuple[str, str] | None:
+    if "\0" in text:
+        line = text.count("\n", 0, text.index("\0")) + 1
+        problems.append(RowProblem(file, line, "", "byte 0x00", TEXT_ACCEPTED))
+        return None
+    return text, name
+
+
+def _without_mark(raw: bytes) -> str | None:
+    """UTF-16 without its mark shows by zeros at every other byte of an ASCII header."""
+    head = raw[:200]
+    even, odd = head[::2].count(0), head[1::2].count(0)
+    if odd > 0.4 * len(head) and even == 0:
+        return "utf-16-le"
+    if even > 0.4 * len(head) and odd == 0:
+        return "utf-16-be"
+    return None
+
+
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
+LINE = re.compile(r"[^\r\n]*(?:\r\n?|\n)|[^\r\n]+")
+HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itself
+
+
+def split(file: str, text: str, encoding: str, problems: list[RowProblem]) -> Sheet | None:
+    """Return the rows of `text`; None after adding to `problems`."""
+    start = HINT.match(text)
+    separator = start.group(1) if start else _separator(text)
+    if separator not in SEPARATORS:
+        names = ", ".join(SEPARATORS.values())
+        problems.append(RowProblem(file, 1, "", separator, f"values separated by {names}"))
+        return None
+    before = len(problems)
+    cells = packed(_filled(file, text, separator, start is not None, problems))
+    if len(problems) > before:
+        return None
+    if cells is None:
+        problems.append(no_header(file))
+        return None
+    words = (encoding, SEPARATORS[separator])
+    return Sheet(file, PurePath(file).stem, cells, words, separator)
+
+
+def _filled(
+    file: str, text: str, separator: str, skip_first: bool, problems: list[RowProblem]
+) -> Iterator[Line]:
+    """The rows that hold anything, with the line where each begins, as far as they can be read."""
+    reader = csv.reader(_lines(text), delimiter=separator, strict=True)
+    line = 1
+    try:
+        for row in reader:
+            cells = [cell.strip() for cell in row]
+            if any(cells) and not (skip_first and line == 1):
+                yield line, cells
+            line = reader.line_num + 1
+    except csv.Error as error:
+        accepted = f"rows of values separated by {SEPARATORS[separator]}"
+        problems.append(RowProblem(file, line, "", str(error), accepted))
+
+
+def _separator(text: str) -> str:
+    """The one by which the header has the most known columns; else the most columns."""
+
+    def rank(separator: str) -> tuple[int, int]:
+        header = next(_records(text, separator), [])
+        return sum(known_name(name) is not None for name in header), len(header)
+
+    return max(SEPARATORS, key=rank)
+
+
+def _lines(text: str) -> Iterator[str]:
+    """The lines with their ends, one by one: a second text would be four times as large."""
+    return (found.group() for found in LINE.finditer(text))
+
+
+def _records(text: str, separator: str) -> Iterator[list[str]]:
+    try:
+        for row in csv.reader(_lines(text), delimiter=separator):
+            if any(cell.strip() for cell in row):
+                yield row
+    except csv.Error:
+        return
+
+
+ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
+SHEET_ACCEPTED = "a workbook saved as .xlsx without a password, or a text file (CSV)"
+FIRST_DAY_1904 = dt.date(1904, 1, 1)
+MOST_BYTES = 1_000_000_000  # unpacked; a small file can hold endless zeros
+
+
+def is_workbook(raw: bytes) -> bool:
+    """Tell whether a spreadsheet program wrote the file, whatever its name."""
+    return raw.startswith((ZIP, OLE))
+
+
+def read_sheets(file: str, raw: bytes, problems: list[RowProblem]) -> list[Sheet]:
+    """Return the sheets that hold anything; add to `problems` the cells that cannot be read."""
+    try:
+        if raw.startswith(OLE) or _unpacked(raw) > MOST_BYTES:
+            raise zipfile.BadZipFile
+        book = _load(raw, values=False)
+        formulas = {
+            (sheet.title, cell.coordinate)
+            for sheet in book.worksheets
+            for row in sheet.iter_rows()
+            for cell in row
+            if cell.data_type == "f"
+        }
+        if formulas:
+            book = _load(raw, values=True)
+    except Exception:
+        problems.append(RowProblem(file, 0, "", PurePath(file).name, SHEET_ACCEPTED))
+        return []
+    several = len(book.worksheets) > 1
+    found = [_sheet(file, sheet, several, formulas, problems) for sheet in book.worksheets]
+    return [sheet for sheet in found if sheet is not None]
+
+
+def _load(raw: bytes, *, values: bool) -> Any:
+    from openpyxl import load_workbook  # noqa: PLC0415 (slow to import)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of what it leaves out: colours, lists of choices
+        return load_workbook(io.BytesIO(raw), data_only=values)
+
+
+def _unpacked(raw: bytes) -> int:
+    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        return sum(entry.file_size for entry in archive.infolist())
+
+
+def _sheet(
+    file: str,
+    sheet: Any,
+    several: bool,
+    formulas: set[tuple[str, str]],
+    problems: list[RowProblem],
+) -> Sheet | None:
+    from openpyxl.utils.datetime import CALENDAR_MAC_1904  # noqa: PLC0415 (slow to import)
+
+    label = f"{file}, sheet {sheet.title}" if several else file
+    lines: list[Line] = []
+    dated: set[tuple[int, int]] = set()
+    written: set[tuple[int, int]] = set()
+    for row in sheet.iter_rows():
+        texts = []
+        for cell in row:
+            text, fault = _text(cell.value, cell.data_type)
+            if cell.value is None and (sheet.title, cell.coordinate) in formulas:
+                fault = "the value of the formula: open the file in a spreadsheet and save it"
+            if fault:
+                problems.append(RowProblem(label, cell.row, cell.column_letter, text, fault))
+            if cell.data_type == "d":
+                dated.add((cell.row, cell.column - 1))
+            elif cell.data_type != "n" and is_number(text):
+                written.add((cell.row, cell.column - 1))
+            texts.append(text)
+        if any(texts):
+            lines.append((row[0].row, tuple(texts)))
+    cells = packed(lines)
+    if cells is None:
+        return None
+    for merged in sheet.merged_cells.ranges:
+        if merged.max_row > cells.first:
+            accepted = "cells that are not merged: each row with values of its own"
+            problems.append(RowProblem(label, merged.min_row, "", str(merged), accepted))
+    name = sheet.title if several else PurePath(file).stem
+    return Sheet(
+        label,
+        name,
+        cells,
+        ("workbook",),
+        dated=frozenset(dated),
+        written=frozenset(written),
+        first_day=FIRST_DAY_1904 if sheet.parent.epoch == CALENDAR_MAC_1904 else FIRST_DAY,
+    )
+
+
+def _text(value: Any, kind: str) -> tuple[str, str]:
+    """A cell as text, and what would be accepted if it cannot be."""
+    if value is None:
+        return "", ""
+    if kind == "e":
+        return str(value), "a value: the spreadsheet could not compute this cell"
+    if isinstance(value, bool):
+        return str(int(value)), ""
+    if isinstance(value, float):
+        return (str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)), ""
+    if isinstance(value, dt.datetime):
+        return value.date().isoformat(), ""
+    return str(value).strip(), ""
