@@ -17,10 +17,10 @@ from avahazard.records.errors import AvahazardError
 
 @cache
 def catalogue() -> Mapping[str, Definition]:
-    """Every effect by key: the `DEFINITION` of each file of this folder that has one."""
+    """Every effect by key: each `Definition` that a file of this folder holds."""
     modules = [import_module(f"{folder.__name__}.{m.name}") for m in iter_modules(folder.__path__)]
-    entries: list[Definition] = [m.DEFINITION for m in modules if hasattr(m, "DEFINITION")]
-    return {entry.key: entry for entry in sorted(entries, key=lambda e: (e.order, e.key))}
+    held = [entry for m in modules for entry in vars(m).values() if isinstance(entry, Definition)]
+    return {entry.key: entry for entry in sorted(held, key=lambda e: (e.order, e.key))}
 
 
 def definition(key: str) -> Definition:

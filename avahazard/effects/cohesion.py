@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
-from avahazard.effects.needs import needs_profile
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter, needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
 

@@ -42,11 +42,11 @@ def covariate(column: str) -> Definition:
 def _lacking(column: str, columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     values = number_column(columns, column)
     if values is None:
-        return level_lacking(columns, column)
+        return level_lacking(column, columns)
     known = values[np.isfinite(values)]
     if len(known) >= MIN_EVENTS and len(np.unique(known)) >= 3:
         return None
-    return level_lacking(columns, column)
+    return level_lacking(column, columns)
 
 
 def number_column(columns: EventColumns, name: str) -> Floats | None:
@@ -64,7 +64,7 @@ def number_column(columns: EventColumns, name: str) -> Floats | None:
 def _facts(column: str, columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     values = number_column(columns, column)
     if values is None or len(np.unique(values[np.isfinite(values)])) < 3:
-        return level_facts(columns, column)
+        return level_facts(column, columns)
     known = values[np.isfinite(values)]
     knots = np.unique(np.quantile(known, np.linspace(0.05, 0.95, N_KNOTS)))
     centre, scale = float(np.mean(known)), float(np.std(known))

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.groups import Groups
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import Resistance
+
+MIN_LEVEL = 5
+"""Fewest events of a level, or on each side of a split, that can speak for it."""
 
 Facts = dict[str, Any]
 """What an effect takes from the data it is calibrated on (levels, knots, ranges), as JSON."""
@@ -74,6 +77,21 @@ class FrictionEffect(Effect):
 
     design: Design
     acts_on: ClassVar[str] = "friction"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Groups:
+    """Groups by name, and that of each event: `index` `[n_events]` into `names`, -1 for none.
+
+    `alone`: an event without a group has an offset of its own, which adds to its scatter; what
+    is to come is in none that is known. Otherwise groups last, as paths do. `told` comes before
+    the name where people read it. Names must not meet those of other effects' groups.
+    """
+
+    names: tuple[str, ...]
+    index: NDArray[np.int64]
+    alone: bool = False
+    told: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +161,11 @@ def of_kind(effects: Iterable[Effect], kind: type[Kind]) -> list[Kind]:
 def nothing_lacks(_columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     """For effects that any data will do for."""
     return None
+
+
+def needs_profile(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    """For effects that act along the profile of a path."""
+    return None if np.any(columns.path_index >= 0) else "no event lies on a path with a profile"
 
 
 def no_facts(_columns: EventColumns, _sites: Sequence[Site]) -> Facts:

@@ -8,8 +8,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, Parameter, ShiftEffect
-from avahazard.effects.needs import MIN_LEVEL
+from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, Parameter, ShiftEffect
 from avahazard.effects.site import Site
 
 EDGE_YEARS = 4.0

@@ -9,10 +9,9 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
-from avahazard.effects.needs import named, needs_profile
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter, needs_profile
 from avahazard.effects.site import Site
-from avahazard.message import message
+from avahazard.message import message, named
 from avahazard.physics.resistance import Resistance
 
 FOREST = "forest"

@@ -1,41 +1,160 @@
-"""Events in groups that share an offset of log friction: those of a path, a winter, a storm."""
+"""Groups of events that share an offset of log friction: those of a path, a winter, a storm.
+
+Each effect has one parameter, the spread of these offsets.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from datetime import date
 
 import numpy as np
 from numpy.typing import NDArray
 
-Indices = NDArray[np.int64]
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Facts, GroupEffect, Groups, Parameter
+from avahazard.effects.site import Site
 
+SPREAD = 0.2
+"""Scale of the half-normal prior, on log friction. The seven paths of Ancey (2005), whose log a
+differs with a standard deviation of 0.09, lie in its middle half."""
+
+MIN_PATHS = 5
+"""Fewest paths that tell their spread well enough for it to be named or added."""
+MIN_DIFFERENT = 2
 MIN_SHARED = 5
 """Fewest groups of two events or more that tell their spread from the scatter of events."""
+DAYS = 3
+"""A storm is what falls within so many days of its first avalanche, on the paths of one location.
+It is counted from the first, not from one to the next, or a busy winter would be one storm."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Groups:
-    """Groups by name, and that of each event: `index` `[n_events]` into `names`, -1 for none.
-
-    `alone`: an event without a group has an offset of its own, which adds to its scatter; what
-    is to come is in none that is known. Otherwise groups last, as paths do. `told` comes before
-    the name where people read it. Names must not meet those of other effects' groups.
-    """
-
-    names: tuple[str, ...]
-    index: Indices
-    alone: bool = False
-    told: str = ""
+def _spread(name: str) -> tuple[Parameter, ...]:
+    """The spread τ between groups; `name` is its own among all spreads."""
+    return (Parameter(name, "log friction", 0.0, 0.0, SPREAD, 0.0),)
 
 
-def shared(labels: Sequence[str]) -> list[str]:
-    """The labels that two events or more have, sorted; '' is none."""
-    names, counts = np.unique([label for label in labels if label], return_counts=True)
-    return [str(name) for name, count in zip(names, counts, strict=True) if count > 1]
-
-
-def indices(labels: Sequence[str], names: Sequence[str]) -> Indices:
+def _indices(labels: Sequence[str], names: Sequence[str]) -> NDArray[np.int64]:
     """Place of each label among the names, -1 where it is not there."""
     place = {name: k for k, name in enumerate(names)}
     return np.array([place.get(label, -1) for label in labels], dtype=np.int64)
+
+
+def _by_path(columns: EventColumns) -> Groups:
+    return Groups(columns.paths, columns.path_index, told="path:")
+
+
+def _n_paths(columns: EventColumns) -> int:
+    return len(np.unique(columns.path_index[columns.path_index >= 0]))
+
+
+def _few_paths(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    n = _n_paths(columns)
+    return None if n >= MIN_PATHS else f"there are {n} paths, fewer than {MIN_PATHS}"
+
+
+def _one_path(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+    return None if _n_paths(columns) >= MIN_DIFFERENT else "there is one path"
+
+
+PATH_EFFECT = Definition(
+    key="path-effect",
+    meaning="Each path has a friction of its own, for a reason that no column tells (roughness, "
+    "exposure, climate). Its spread between paths is τ, on log friction.",
+    needs=f">= {MIN_PATHS} paths",
+    build=lambda _: GroupEffect("path-effect", _spread("tau"), _by_path),
+    lacking=_few_paths,
+    nuisance=_one_path,
+    granted_unasked=True,
+    order=130,
+)
+
+
+def _winter_labels(columns: EventColumns) -> list[str]:
+    return ["" if np.isnan(year) else f"winter:{year:.0f}" for year in columns.winter]
+
+
+def _winters(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+    """Winters of two events or more, sorted."""
+    labels = [label for label in _winter_labels(columns) if label]
+    names, counts = np.unique(labels, return_counts=True)
+    return {"winters": [str(name) for name in names[counts > 1]]}
+
+
+def _few_winters(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+    if len(_winters(columns, sites)["winters"]) >= MIN_SHARED:
+        return None
+    return f"fewer than {MIN_SHARED} winters have two events or more"
+
+
+def _winter_effect(facts: Facts) -> GroupEffect:
+    names = tuple(facts["winters"])
+
+    def groups(columns: EventColumns) -> Groups:
+        return Groups(names, _indices(_winter_labels(columns), names), alone=True)
+
+    return GroupEffect("winter-effect", _spread("tau_winter"), groups)
+
+
+WINTER_EFFECT = Definition(
+    key="winter-effect",
+    meaning="Avalanches of one winter (October to September) share something that no column "
+    "tells, such as its weather or its observer. The spread between winters is τ, on log friction.",
+    needs="date",
+    build=_winter_effect,
+    lacking=_few_winters,
+    facts=_winters,
+    nuisance=_few_winters,
+    order=132,
+)
+
+
+def _storms(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+    """Location and ordinal of the first day of each storm of two events or more."""
+    found: list[list[object]] = []
+    for place in np.unique(columns.location):
+        days = np.sort(columns.day[(columns.location == place) & np.isfinite(columns.day)])
+        while len(days):
+            within = days <= days[0] + DAYS
+            if np.sum(within) > 1:
+                found.append([str(place), int(days[0])])
+            days = days[~within]
+    return {"storms": found}
+
+
+def _few_storms(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+    if len(_storms(columns, sites)["storms"]) >= MIN_SHARED:
+        return None
+    return f"fewer than {MIN_SHARED} times did two avalanches fall within {DAYS} days"
+
+
+def _storm_name(place: str, day: int) -> str:
+    return f"storm:{date.fromordinal(day).isoformat()} {place}".strip()
+
+
+def _storm_effect(facts: Facts) -> GroupEffect:
+    storms = [(str(place), int(day)) for place, day in facts["storms"]]
+    names = tuple(_storm_name(*storm) for storm in storms)
+    known = {
+        (place, day + k): _storm_name(place, day) for place, day in storms for k in range(DAYS + 1)
+    }
+
+    def groups(columns: EventColumns) -> Groups:
+        places = zip(columns.location, np.nan_to_num(columns.day, nan=-1.0), strict=True)
+        labels = [known.get((str(place), int(day)), "") for place, day in places]
+        return Groups(names, _indices(labels, names), alone=True)
+
+    return GroupEffect("storm-effect", _spread("tau_storm"), groups)
+
+
+STORM_EFFECT = Definition(
+    key="storm-effect",
+    meaning=f"Avalanches that fall within {DAYS} days at one location share their snow, in a way "
+    "that no column tells. The spread between storms is τ, on log friction.",
+    needs="date",
+    build=_storm_effect,
+    lacking=_few_storms,
+    facts=_storms,
+    nuisance=_few_storms,
+    order=134,
+)

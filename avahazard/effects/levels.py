@@ -1,15 +1,18 @@
-"""Friction by the levels of a column of text: shared by effects on categories."""
+"""Friction by the levels of a column of text: by snow type, and of channelled and open paths."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Facts, FrictionEffect, Parameter
-from avahazard.effects.needs import MIN_LEVEL, level_counts, named, two_levels
-from avahazard.message import message
+from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, FrictionEffect, Parameter
+from avahazard.effects.site import Site
+from avahazard.message import message, named
 
 SCATTERS = 2.5
 """Prior standard deviation of a level's log friction against the most common one, in spreads of
@@ -34,13 +37,23 @@ def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
     return columns.texts.get(name)
 
 
-def level_lacking(columns: EventColumns, name: str) -> str | None:
-    """What a column lacks for an effect by level."""
+def level_counts(values: NDArray[np.str_]) -> dict[str, int]:
+    """Number of events of each level, missing ones ('') left out."""
+    levels, counts = np.unique(values[values != ""], return_counts=True)
+    return {str(k): int(n) for k, n in zip(levels, counts, strict=True)}
+
+
+def level_lacking(name: str, columns: EventColumns, _sites: Sequence[Site] = ()) -> str | None:
+    """What a column lacks for an effect by level: two levels, each on enough events."""
     values = text_column(columns, name)
-    return f"there is no column {name}" if values is None else two_levels(name, values)
+    if values is None:
+        return f"there is no column {name}"
+    if sum(n >= MIN_LEVEL for n in level_counts(values).values()) >= 2:
+        return None
+    return f"{name} has no two values with at least {MIN_LEVEL} events each"
 
 
-def level_facts(columns: EventColumns, name: str) -> Facts:
+def level_facts(name: str, columns: EventColumns, _sites: Sequence[Site] = ()) -> Facts:
     """The most common level, the others with enough events, and the prior's width for these."""
     values = text_column(columns, name)
     assert values is not None
@@ -65,7 +78,7 @@ def _prior_sd(columns: EventColumns) -> float:
     return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
 
 
-def level_words(columns: EventColumns, name: str) -> str | None:
+def level_words(name: str, columns: EventColumns, _sites: Sequence[Site] = ()) -> str | None:
     """How many events, or for what a path has which paths, have each level; None without a column.
 
     The most common level stands first.
@@ -104,3 +117,37 @@ def level_effect(key: str, name: str, facts: Facts) -> FrictionEffect:
         Parameter(k, f"log friction against {facts['reference']}", 0.0, 0.0, sd) for k in levels
     )
     return FrictionEffect(key, parameters, design=design)
+
+
+def _by_level(key: str, column: str, meaning: str, order: int, *, of_event: bool) -> Definition:
+    """The effect `key` of a column."""
+    return Definition(
+        key=key,
+        meaning=meaning,
+        needs=column,
+        build=partial(level_effect, key, column),
+        lacking=partial(level_lacking, column),
+        facts=partial(level_facts, column),
+        seen_in=partial(level_words, column),
+        event_columns=of_event,
+        column=column if of_event else None,
+        order=order,
+    )
+
+
+SNOW_TYPE = _by_level(
+    "snow-type",
+    "snow_type",
+    "Wet, dry and mixed snow rub differently on the bed. Each type has its own level of "
+    "friction, given against the most common type.",
+    90,
+    of_event=True,
+)
+PATH_SECTION = _by_level(
+    "path-section",
+    "section",
+    "A channel confines the flow and keeps it deep, an open slope lets it spread. The "
+    "two kinds of path then have different friction.",
+    100,
+    of_event=False,
+)

@@ -8,8 +8,14 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, LimitEffect, Parameter
-from avahazard.effects.needs import MIN_LEVEL, needs_profile
+from avahazard.effects.effect import (
+    MIN_LEVEL,
+    Definition,
+    Facts,
+    LimitEffect,
+    Parameter,
+    needs_profile,
+)
 from avahazard.effects.site import Site
 
 FAR_M = 1000.0

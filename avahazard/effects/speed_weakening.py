@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter
-from avahazard.effects.needs import needs_profile
+from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter, needs_profile
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance
 

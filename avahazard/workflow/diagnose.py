@@ -11,10 +11,9 @@ from avahazard.criticism.diagnosis.findings import Diagnosis as Findings
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
-from avahazard.effects.needs import named
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import LEFT
-from avahazard.message import message
+from avahazard.message import message, named
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, silent

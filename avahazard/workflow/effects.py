@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.effects.catalogue import catalogue, definition
 from avahazard.effects.covariate import covariate
 from avahazard.effects.effect import Definition, Effect, Parameter
-from avahazard.effects.file_template import TEMPLATE
+from avahazard.effects.own_file import TEMPLATE
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows

@@ -22,9 +22,7 @@ except ImportError:  # it is in no lock: see benchmarks/trust/guided.py
 READERS = (
     "avahazard.records",
     "avahazard.gis",
-    "avahazard.effects.from_file",
-    "avahazard.effects.file_forms",
-    "avahazard.effects.file_parts",
+    "avahazard.effects.own_file",
     "avahazard.hazard.zones.limits",
     "avahazard.hazard.zones.limits_file",
     "avahazard.workflow.project",

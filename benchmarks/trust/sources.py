@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 from openpyxl import Workbook
 
-from avahazard.effects.file_template import TEMPLATE
-from avahazard.effects.from_file import read_effect_file
+from avahazard.effects.own_file import TEMPLATE, read_effect_file
 from avahazard.hazard.zones.limits_file import read_limits
 from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.workflow.import_files import import_files

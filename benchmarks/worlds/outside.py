@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from avahazard.effects.effect import Definition
-from avahazard.effects.from_file import read_effect_file
+from avahazard.effects.own_file import read_effect_file
 from avahazard.synth.effects import WorldEffect
 from avahazard.synth.world import World
 

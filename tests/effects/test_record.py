@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from avahazard.effects import epoch_bias, leading_edge, observation_limit
+from avahazard.effects.catalogue import definition
+from avahazard.effects.columns import build_columns
 from avahazard.effects.effect import Effect, FrontEffect, LimitEffect, ShiftEffect
 from avahazard.records.event import Event
+from avahazard.records.path import Path
 from tests.effects.examples import N_PATHS, columns, events, sites
+
+PATHS = {name: Path(name) for name in "AB"}
 
 
 def test_old_records_are_shifted() -> None:
@@ -69,3 +76,26 @@ def test_a_path_without_a_known_stop_has_no_limit() -> None:
     assert isinstance(effect, LimitEffect)
     table = columns(unknown)
     assert np.all(np.isnan(effect.limit(table, np.array([20.0]))[table.path_index == 2]))
+
+
+@pytest.mark.parametrize(
+    ("n_stops", "declared", "enough"), [(4, None, False), (5, None, True), (1, 900.0, True)]
+)
+def test_a_limit_of_sight_takes_some_stops_of_a_path_or_is_declared(
+    n_stops: int, declared: float | None, enough: bool
+) -> None:
+    stops = np.full(11, np.nan)
+    stops[:n_stops] = 500.0
+    stops[-4:] = 600.0
+    path = np.repeat([0, 1], [7, 4])
+    table = replace(
+        build_columns([Event(str(i), "AB"[k]) for i, k in enumerate(path)], PATHS, np.zeros(11)),
+        stop_elevation=stops,
+    )
+    sites: Any = [
+        SimpleNamespace(path=Path("A", observed_below_m=declared)),
+        SimpleNamespace(path=Path("B")),
+    ]
+    lack = definition("observation-limit").lacking(table, sites)
+    assert (lack is None) == enough
+    assert lack is None or "5 stops" in lack

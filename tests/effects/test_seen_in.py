@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.effects import forest_drag, path_section
+from avahazard.effects import forest_drag
 from avahazard.effects.columns import EventColumns, build_columns
+from avahazard.effects.levels import PATH_SECTION
 from avahazard.effects.site import Site, path_site
 from avahazard.records.event import Event
 from avahazard.records.path import Path
@@ -36,5 +37,5 @@ def test_paths_with_forest_are_named() -> None:
 
 def test_paths_are_named_by_their_section() -> None:
     table = columns({"A": "open", "B": "channelled", "C": "open"})
-    seen = path_section.DEFINITION.seen_in(table, [])
+    seen = PATH_SECTION.seen_in(table, [])
     assert seen == "section is a matter of the path: A and C: open; B: channelled."

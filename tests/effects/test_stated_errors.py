@@ -7,15 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.effects import record_error, volume_error
 from avahazard.effects.effect import RecordErrorEffect, VolumeErrorEffect
-from avahazard.effects.error_factor import MOST
-from avahazard.effects.volume_spread import MIN_SPREAD, largest_factor
+from avahazard.effects.stated_errors import (
+    MIN_SPREAD,
+    MOST,
+    RECORD_ERROR,
+    VOLUME_ERROR,
+    largest_factor,
+)
 from tests.effects.examples import columns, events
 
 
 def test_the_factor_is_one_at_neutral_and_of_either_side_alike() -> None:
-    for entry in (record_error.DEFINITION, volume_error.DEFINITION):
+    for entry in (RECORD_ERROR, VOLUME_ERROR):
         effect = entry.build(entry.facts(columns(), ()))
         assert isinstance(effect, RecordErrorEffect | VolumeErrorEffect)
         assert effect.scale(effect.neutral) == 1.0
@@ -44,15 +48,15 @@ def test_errors_of_volumes_go_up_to_the_scatter_within_paths() -> None:
 
 def test_volumes_more_alike_than_their_errors_let_these_be_smaller_only() -> None:
     alike = tuple(replace(e, volume_m3=1e4 + i) for i, e in enumerate(events()))
-    entry = volume_error.DEFINITION
+    entry = VOLUME_ERROR
     (parameter,) = entry.build(entry.facts(columns(alike), ())).parameters
     assert (parameter.low, parameter.high) == (-MOST, 0.0)
 
 
 def test_what_they_need() -> None:
     exact = tuple(replace(e, volume_rel_sigma=0.0) for e in events())
-    assert volume_error.DEFINITION.lacking(columns(exact), ()) is not None
-    assert volume_error.DEFINITION.lacking(columns(events()[:19]), ()) is not None
-    assert volume_error.DEFINITION.lacking(columns(), ()) is None
-    assert record_error.DEFINITION.lacking(columns(events()[:19]), ()) is not None
-    assert record_error.DEFINITION.lacking(columns(), ()) is None
+    assert VOLUME_ERROR.lacking(columns(exact), ()) is not None
+    assert VOLUME_ERROR.lacking(columns(events()[:19]), ()) is not None
+    assert VOLUME_ERROR.lacking(columns(), ()) is None
+    assert RECORD_ERROR.lacking(columns(events()[:19]), ()) is not None
+    assert RECORD_ERROR.lacking(columns(), ()) is None

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.effects.file_template import TEMPLATE
+from avahazard.effects.own_file import TEMPLATE
 from avahazard.records.errors import AvahazardError
 from avahazard.store.models import list_models, load_model, save_model
 from avahazard.store.results import COMPARISON, latest_result

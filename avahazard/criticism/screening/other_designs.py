@@ -8,7 +8,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.criticism.screening.model_design import read_by_volume
 from avahazard.effects.effect import Effect, VolumeErrorEffect
-from avahazard.effects.error_factor import HALF_OCTAVES
+from avahazard.effects.stated_errors import HALF_OCTAVES
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.laws import law

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from avahazard.arrays import Floats, Ints
-from avahazard.effects.volume_spread import MIN_SPREAD, variance_within
+from avahazard.effects.stated_errors import MIN_SPREAD, variance_within
 from avahazard.inference.model.largest_volume import cut_normals, largest_volume
 from avahazard.inference.model.volume_shape import VolumeShape, volume_shape
 

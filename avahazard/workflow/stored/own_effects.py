@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from avahazard.effects.effect import Definition
-from avahazard.effects.from_file import EffectFile, declared_key, read_effect_file, read_text
+from avahazard.effects.own_file import EffectFile, declared_key, read_effect_file, read_text
 from avahazard.records.errors import AvahazardError
 from avahazard.store.models import StoredModel, load_model
 from avahazard.store.session import reading

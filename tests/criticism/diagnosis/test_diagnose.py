@@ -8,7 +8,7 @@ import pytest
 from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.findings import Diagnosis
 from avahazard.effects.effect import Definition
-from avahazard.effects.from_file import definition_from
+from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

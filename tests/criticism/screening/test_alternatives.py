@@ -11,7 +11,7 @@ from avahazard.criticism.screening.moments_of_worlds import moments_of
 from avahazard.criticism.screening.other_designs import SCATTER_SLOPES
 from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.tables import LOG_MU, make_tables
-from avahazard.effects import volume_error
+from avahazard.effects.stated_errors import VOLUME_ERROR
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.block_runs import run_blocks
 from avahazard.inference.likelihood.posterior import Posterior
@@ -201,8 +201,8 @@ def _misstated(field: str, factor: float) -> Posterior:
 def test_errors_of_volumes_are_read_as_if_they_were_stated() -> None:
     model = studies.posterior(studies.observations())
     tried = alternatives(model, "volume-error")
-    (parameter,) = volume_error.DEFINITION.build(
-        volume_error.DEFINITION.facts(model.observations.columns, model.observations.sites)
+    (parameter,) = VOLUME_ERROR.build(
+        VOLUME_ERROR.facts(model.observations.columns, model.observations.sites)
     ).parameters
     assert 0.0 < parameter.high < 2.08
     told = _misstated("volume_rel_sigma", float(np.exp(parameter.high)))

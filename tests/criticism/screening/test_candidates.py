@@ -3,8 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
-from avahazard.effects.file_template import TEMPLATE
-from avahazard.effects.from_file import definition_from
+from avahazard.effects.own_file import TEMPLATE, definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths

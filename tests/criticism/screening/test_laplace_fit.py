@@ -15,7 +15,7 @@ from avahazard.criticism.screening.laplace_fit import (
 )
 from avahazard.criticism.screening.record_moments import RecordMoments
 from avahazard.criticism.screening.screen import screen
-from avahazard.effects.spread import SPREAD
+from avahazard.effects.groups import SPREAD
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

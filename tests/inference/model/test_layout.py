@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from avahazard.criticism.screening.group_spreads import scale_of
-from avahazard.effects.spread import SPREAD
+from avahazard.effects.groups import SPREAD
 from avahazard.inference.fitting.evidence import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.given_prior import GivenPrior

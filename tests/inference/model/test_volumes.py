@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import truncnorm
 
 from avahazard.effects.columns import build_columns
-from avahazard.effects.volume_spread import MIN_SPREAD
+from avahazard.effects.stated_errors import MIN_SPREAD
 from avahazard.inference.model.volumes import (
     VolumeNodes,
     bounded,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.effects.file_template import TEMPLATE
+from avahazard.effects.own_file import TEMPLATE
 from avahazard.records.errors import AvahazardError
 from avahazard.store.models import StoredModel
 from avahazard.workflow.stored.own_effects import check_own, read_own, stored_text

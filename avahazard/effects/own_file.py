@@ -1,0 +1,464 @@
+"""A user's own effect, from a file of plain Python.
+
+The file says KEY, MEANING, NEEDS and PARAMETERS, and has exactly one of the functions named in
+`FORMS`. It becomes a definition with the same rights as one of the catalogue.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Bools, Floats
+from avahazard.effects.catalogue import catalogue
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.covariate import number_column
+from avahazard.effects.effect import (
+    Definition,
+    Effect,
+    FrictionEffect,
+    FrontEffect,
+    MotionEffect,
+    Parameter,
+    ShiftEffect,
+    needs_profile,
+)
+from avahazard.effects.levels import text_column
+from avahazard.effects.site import Site
+from avahazard.physics.resistance import SPEEDS, Resistance
+from avahazard.physics.terrain import Terrain
+from avahazard.records.errors import AvahazardError
+
+FORMS = {
+    "friction": "columns",
+    "friction_factor": "track",
+    "resistance": "track",
+    "drag": "track",
+    "speed_factor": "speeds",
+    "speed_resistance": "speeds",
+    "record_shift": "columns",
+    "front": "columns",
+}
+"""The functions that a file may have, as the template explains them, by their first argument.
+
+All but `friction`, which the parameters multiply, take the parameters by name after it."""
+MIN_KNOWN = 5
+N_GRID = 9
+"""Points of a grid that the file leaves open."""
+GIVEN = frozenset(
+    ("profile", "land_cover", "date", "volume_m3", "release_elevation_m", "deposit_length_m",
+     "section")
+)  # fmt: skip
+"""What all observations have a place for."""
+MEND = "Mend the effect file."
+
+
+@dataclass(frozen=True, slots=True)
+class EffectFile:
+    """A user's effect and the text that it stands in."""
+
+    definition: Definition
+    text: str
+
+
+def read_effect_file(file: Path) -> EffectFile:
+    """Run the file that the user names and take the effect from it.
+
+    Raises `AvahazardError` where the file cannot be read or run, or lacks something.
+    """
+    text = read_text(file)
+    return EffectFile(definition_from(text, str(file)), text)
+
+
+def read_text(file: Path) -> str:
+    """The text of an effect file, which is not run. Raises `AvahazardError` without one."""
+    try:
+        return file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise AvahazardError(
+            f"The effect file {file} cannot be read: {error}.",
+            "A template: avahazard effect new FILE.",
+        ) from error
+
+
+def declared_key(text: str) -> str | None:
+    """The KEY that the text of an effect file gives as a literal; the file is not run."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return None
+    for node in tree.body:
+        if not isinstance(node, ast.Assign):
+            continue
+        for target in node.targets:
+            names, values = [target], [node.value]
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                names, values = target.elts, node.value.elts
+            for name, value in zip(names, values, strict=False):
+                if isinstance(name, ast.Name) and name.id == "KEY":
+                    key = value.value if isinstance(value, ast.Constant) else None
+                    return key.strip() if isinstance(key, str) else None
+    return None
+
+
+def definition_from(text: str, name: str) -> Definition:
+    """The definition that a file's text makes; `name` is for messages."""
+    module: dict[str, Any] = {"__name__": "effect_file", "__file__": name}
+    try:
+        # The user's own program, and run only where the user names it (SECURITY.md).
+        exec(compile(text, name, "exec"), module)  # noqa: S102
+    except (Exception, SystemExit) as error:
+        line = getattr(error, "lineno", None) or _line_in(error, name)
+        at = f", line {line}" if line else ""
+        raise AvahazardError(
+            f"The effect file {name} does not run{at}: {type(error).__name__}: {error}.",
+            "Try it with Python alone; a template: avahazard effect new FILE.",
+        ) from error
+    key = _text(module, "KEY", name)
+    if key in catalogue() or ":" in key or len(key.split()) != 1:
+        raise AvahazardError(
+            f"{name}: KEY = {key!r} cannot be the name of an effect of your own.",
+            "Take one word that is not in the catalogue, such as wind-packing.",
+        )
+    needs = _needs(module, name)
+    form = _form(module, name)
+    parameters = _parameters(module, form, name)
+    wanted = [FORMS[form], *(p.name for p in parameters if form != "friction")]
+    if list(inspect.signature(module[form]).parameters) != wanted:
+        raise AvahazardError(
+            f"{name}: the function {form} does not take the right arguments.",
+            f"Begin it with: def {form}({', '.join(wanted)}):",
+        )
+    effect = _effect(_Call(key, form, module[form], parameters, needs))
+    return Definition(
+        key=key,
+        meaning=_text(module, "MEANING", name),
+        needs=", ".join(needs) or "nothing",
+        build=lambda _: effect,
+        lacking=partial(_lacking, needs),
+        # Which columns a user's function reads, and what it does to speed, is not known: it may.
+        event_columns=True,
+        uses_volume=True,
+        limits_speed=True,
+    )
+
+
+def _line_in(error: BaseException, name: str) -> int | None:
+    """The line of the file at which it went wrong."""
+    line, trace = None, error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == name:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line
+
+
+def _text(module: dict[str, Any], what: str, name: str) -> str:
+    """The text that the file `name` gives as `what`."""
+    value = module.get(what)
+    if not isinstance(value, str) or not value.strip():
+        raise AvahazardError(
+            f"{name}: {what} is missing or no text.",
+            f'Write a line such as {what} = "{"aspect" if what == "KEY" else "What it does."}".',
+        )
+    return value.strip()
+
+
+def _needs(module: dict[str, Any], name: str) -> tuple[str, ...]:
+    """The columns that it needs."""
+    value = module.get("NEEDS")
+    if not isinstance(value, list | tuple) or not all(isinstance(v, str) for v in value):
+        raise AvahazardError(
+            f"{name}: NEEDS is missing or no list of texts.",
+            'Write NEEDS = ["snow_type"], the columns that it uses; NEEDS = [] for none.',
+        )
+    return tuple(value)
+
+
+def _form(module: dict[str, Any], name: str) -> str:
+    """Which of the functions it has."""
+    found = [form for form in FORMS if callable(module.get(form))]
+    if len(found) != 1:
+        have = f"has {' and '.join(found)}" if found else "has none of them"
+        raise AvahazardError(
+            f"{name}: exactly one function says what the effect acts on; the file {have}.",
+            f"They are: {', '.join(FORMS)}.",
+        )
+    return found[0]
+
+
+def _parameters(module: dict[str, Any], form: str, name: str) -> tuple[Parameter, ...]:
+    """Its parameters, with grids where the form is tabulated over them."""
+    given = module.get("PARAMETERS")
+    if (
+        not isinstance(given, list | tuple)
+        or not given
+        or not all(isinstance(p, Parameter) for p in given)
+    ):
+        raise AvahazardError(
+            f"{name}: PARAMETERS is missing or no list of Parameter(...).",
+            'Write PARAMETERS = [Parameter("north", "log friction", neutral=0.0, prior_mean=0.0, '
+            "prior_sd=0.2)].",
+        )
+    return tuple(_checked(p, form, name) for p in given)
+
+
+def _checked(p: Parameter, form: str, name: str) -> Parameter:
+    """The parameter, with a grid where the effect is tabulated."""
+    tabulated = form != "friction"
+    wrong = ""
+    if not p.name.isidentifier():
+        wrong = "its name must be one word of letters, digits and _"
+    elif not (np.isfinite(p.prior_mean) and np.isfinite(p.neutral) and 0 < p.prior_sd < np.inf):
+        wrong = "neutral, prior_mean and prior_sd > 0 must be numbers"
+    elif not p.low <= p.neutral <= p.high or not p.low <= p.prior_mean <= p.high:
+        wrong = "neutral and prior_mean must lie in [low, high]"
+    elif not tabulated and p.neutral != 0.0:
+        wrong = "friction is multiplied by the parameter, so that neutral must be 0"
+    elif tabulated and not (np.isfinite(p.low) and np.isfinite(p.high) and p.low < p.high):
+        wrong = f"{form} is tabulated over it and needs low < high"
+    if wrong:
+        raise AvahazardError(f"{name}: parameter {p.name!r}: {wrong}.")
+    if not tabulated:
+        return replace(p, neutral=0.0, grid=())
+    # The neutral value is a point of the grid, so that the effect can vanish exactly.
+    grid = p.grid or np.linspace(p.low, p.high, N_GRID)
+    points = tuple(sorted({*(float(g) for g in grid), float(p.neutral)}))
+    return replace(p, low=points[0], high=points[-1], grid=points)
+
+
+def _lacking(needs: tuple[str, ...], columns: EventColumns, sites: Sequence[Site]) -> str | None:
+    """What the data lack of the columns that a file needs."""
+    for need in needs:
+        if need == "profile":
+            lack = needs_profile(columns, sites)
+        elif need == "land_cover":
+            known = any(site.land_cover is not None for site in sites)
+            lack = None if known else "no profile has a land_cover"
+        else:
+            n = known_values(columns, need)
+            lack = None if n >= MIN_KNOWN else f"{n} events have a value of {need}"
+        if lack is not None:
+            return lack
+    return None
+
+
+def known_values(columns: EventColumns, name: str) -> int:
+    """Number of events with a value in a column."""
+    numbers = columns.year if name == "date" else number_column(columns, name)
+    if numbers is not None:
+        return int(np.sum(np.isfinite(numbers)))
+    texts = text_column(columns, name)
+    return 0 if texts is None else int(np.sum(texts != ""))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffectTrack:
+    """A path as an effect sees it: arrays over its cells `[n_cells]`.
+
+    `x`, `y` (m) are the middle of each cell, `slope` its angle in degrees (> 0 downhill),
+    `land_cover` a text (`open` where unknown); `path_id` and `section` are those of the path.
+    """
+
+    path_id: str
+    section: str
+    x: Floats
+    y: Floats
+    slope: Floats
+    land_cover: NDArray[np.str_]
+
+
+def track_of(site: Site, terrain: Terrain) -> EffectTrack:
+    """The track of a site, over the cells of one of its terrains."""
+    x = terrain.middle_x
+    return EffectTrack(
+        path_id=site.path.path_id,
+        section=site.path.section or "",
+        x=x,
+        y=terrain.middle_y,
+        slope=np.degrees(-np.arctan(site.smooth.derivatives(x)[1])),
+        land_cover=site.cover(terrain),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Call:
+    """A file's function, called with what it asks for; its faults become one message.
+
+    Where data lack a column that it needs, the effect is not there.
+    """
+
+    key: str
+    form: str
+    function: Callable[..., Any]
+    parameters: tuple[Parameter, ...]
+    needs: tuple[str, ...]
+
+    def design(self, columns: EventColumns) -> Floats:
+        n = len(columns)
+        if self._lacks(columns):
+            return np.zeros((n, len(self.parameters)))
+        given = self._result(columns, ())
+        many = given if isinstance(given, list | tuple) else [given]
+        if len(many) != len(self.parameters):
+            raise AvahazardError(
+                f"Effect {self.key}: friction gives {len(many)} columns for "
+                f"{len(self.parameters)} parameters.",
+                "Return one column over the events for each parameter, in their order.",
+            )
+        lacks = self._missing(columns)
+        return np.column_stack([self._array(column, n, lacks) for column in many])
+
+    def metres(self, columns: EventColumns, values: Floats) -> Floats:
+        neutral = np.array_equal(values, [p.neutral for p in self.parameters])
+        if neutral or self._lacks(columns):
+            return np.zeros(len(columns))
+        return self._array(self._result(columns, values), len(columns), self._missing(columns))
+
+    def on_track(self, site: Site, resistance: Resistance, values: Floats) -> Resistance:
+        terrain = site.terrain_for(resistance)
+        given = self._array(self._result(track_of(site, terrain), values), terrain.n_cells)
+        if self.form == "drag":
+            return replace(resistance, drag=resistance.drag + given)
+        if self.form == "resistance":
+            return replace(resistance, constant=resistance.constant + given)
+        return replace(resistance, factor=resistance.factor * given)
+
+    def on_speed(self, _site: Site, resistance: Resistance, values: Floats) -> Resistance:
+        given = self._array(self._result(SPEEDS, values), len(SPEEDS))
+        if self.form == "speed_factor":
+            before = resistance.speed_factor
+            return replace(resistance, speed_factor=given if before is None else before * given)
+        before = resistance.speed_constant
+        return replace(resistance, speed_constant=given if before is None else before + given)
+
+    def _lacks(self, columns: EventColumns) -> bool:
+        """Whether a column that the file names is not among the data at all."""
+        known = {*columns.numbers, *columns.texts, *columns.__slots__, *GIVEN}
+        return any(need not in known for need in self.needs)
+
+    def _missing(self, columns: EventColumns) -> Bools:
+        """Events `[n_events]` that lack a number of the columns that the file needs."""
+        dates = (columns.year, columns.day_of_winter, columns.day, columns.winter)
+        lacks = np.zeros(len(columns), dtype=np.bool_)
+        for need in self.needs:
+            for numbers in dates if need == "date" else (number_column(columns, need),):
+                if numbers is not None:
+                    lacks |= np.isnan(numbers)
+        return lacks
+
+    def _result(self, first: object, values: Any) -> Any:
+        try:
+            return self.function(first, *(float(v) for v in values))
+        except (Exception, SystemExit) as error:
+            raise AvahazardError(
+                f"Effect {self.key}: its function {self.form} fails: "
+                f"{type(error).__name__}: {error}.",
+                MEND,
+            ) from error
+
+    def _array(self, values: object, n: int, may_lack: Bools | None = None) -> Floats:
+        """Numbers `[n]`; one number serves for all.
+
+        nan is no effect where a number of the event is missing (`may_lack` `[n]`), else refused.
+        """
+        wrong = f"Effect {self.key}: {self.form} must give {n} numbers (or one)"
+        try:
+            if values is None:
+                raise TypeError("it gives None")
+            filled = np.array(np.broadcast_to(np.asarray(values, dtype=np.float64), (n,)))
+        except (TypeError, ValueError) as error:
+            raise AvahazardError(f"{wrong}: {error}.", MEND) from error
+        lacks = np.isnan(filled) & (False if may_lack is None else may_lack)
+        bad = ~np.isfinite(filled) & ~lacks
+        if np.any(bad):
+            at = int(np.argmax(bad))
+            raise AvahazardError(
+                f"{wrong}: number {at + 1} is {filled[at]}, and no column of NEEDS lacks there.",
+                "Mend the effect file; columns in which numbers may be missing stand in NEEDS.",
+            )
+        return np.where(lacks, 0.0, filled)
+
+
+def _effect(call: _Call) -> Effect:
+    """The effect of a file's function."""
+    match call.form:
+        case "friction":
+            return FrictionEffect(call.key, call.parameters, call.design)
+        case "record_shift":
+            return ShiftEffect(call.key, call.parameters, call.metres)
+        case "front":
+            return FrontEffect(call.key, call.parameters, call.metres)
+        case "speed_factor" | "speed_resistance":
+            return MotionEffect(call.key, call.parameters, call.on_speed, speed_dependent=True)
+    return MotionEffect(call.key, call.parameters, call.on_track)
+
+
+TEMPLATE = '''\
+"""An effect of your own. Change this file, then: avahazard add MODEL my-effect --as NEW
+--effect-file THIS_FILE. It is plain Python and is run only when you name it.
+"""
+
+import numpy as np
+
+from avahazard.effects.effect import Parameter
+
+# One word, by which the effect is called; not one of `avahazard effects`.
+KEY = "my-effect"
+
+# What it means, in one or two sentences.
+MEANING = "Wet snow rubs more on its bed than dry snow does."
+
+# The columns that it uses; without them it is refused. Besides columns of your files:
+# "date", "profile", "land_cover". [] for none.
+NEEDS = ["snow_type"]
+
+# Its parameters: at `neutral` the effect is not there; the prior is normal with prior_mean and
+# prior_sd, cut to low and high where they are given. Low and high are needed for all functions
+# below but friction.
+PARAMETERS = [
+    Parameter("wet", "log friction", neutral=0.0, prior_mean=0.0, prior_sd=0.2),
+]
+
+
+# Exactly one function, whose name says what the effect acts on. It must not take anything from
+# all events together, such as their mean: it is called for other events too.
+def friction(columns):
+    """A column over the events for each parameter; friction is multiplied by
+    exp(parameter x column). Columns of your files are columns.texts["..."] or
+    columns.numbers["..."]; there are also year, day_of_winter, log_volume,
+    release_elevation, deposit_length and section. A missing number is nan and has no effect.
+    """
+    return [columns.texts["snow_type"] == "wet"]
+
+
+# Instead of friction, one of these; each takes the parameters by their names. All give one
+# number for all, or one for each cell, speed or event.
+#
+# def friction_factor(track, name):    what friction is multiplied by, in each cell of the path
+# def resistance(track, name):         force per mass against the motion in each cell, m/s2
+# def drag(track, name):               d in each cell of a force d u2 per mass, 1/m
+#     track.x, track.y (m), track.slope (degrees), track.land_cover, track.path_id, track.section
+#
+# def speed_factor(speeds, name):      what friction is multiplied by at each speed (m/s)
+# def speed_resistance(speeds, name):  force per mass against the motion at each speed, m/s2
+#
+# def record_shift(columns, name):     metres added to the elevation that is recorded
+# def front(columns, name):            metres along the path from the block to the record
+#
+# Such as:
+#
+# PARAMETERS = [Parameter("drag", "1/m", neutral=0.0, prior_mean=0.0, prior_sd=0.005,
+#                         low=0.0, high=0.03)]
+#
+# def drag(track, drag):
+#     return np.where(track.land_cover == "shrub", drag, 0.0)
+'''
