@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: lock, advisories, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust.
+# For maintainers: lock, advisories, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust, mutation.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -18,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust catalogues lock advisories
+.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
 
 setup: $(VENV)/.installed
 
@@ -66,7 +66,11 @@ coverage: setup
 
 # Kills, power cuts, bad disks, many users, upgrades, bad input: hours long.
 trust: setup
-	$(PYTHON) benchmarks/trust.py
+	$(PYTHON) -m benchmarks.trust
+
+# Mutation testing of what computes: MUTANTS of them, drawn by SEED.
+mutation: $(BENCH)/.installed
+	$(BENCH)/bin/python -m benchmarks.mutation --mutants $(or $(MUTANTS),60) --seed $(or $(SEED),1)
 
 avanodes: setup
 	$(PYTHON) benchmarks/avanodes.py

@@ -4,21 +4,36 @@ from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 import subprocess
 import threading
+import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from avahazard.workflow.database import check
-from benchmarks.trust.alone import Undisturbed, leave_alone, link_records
-from benchmarks.trust.jobs import Job, make_state
-from benchmarks.trust.places import Files
-from benchmarks.trust.power import HERE
-from benchmarks.trust.rows import contents, faults, same_rows
-from benchmarks.trust.running import PROGRAM, Ran, ended, run, start
+from benchmarks.study import Line, bullets, table
+from benchmarks.trust.commands import (
+    JOBS,
+    PROGRAM,
+    Job,
+    Ran,
+    ended,
+    link_records,
+    make_state,
+    run,
+    start,
+    write_records,
+)
+from benchmarks.trust.kills import Undisturbed
+from benchmarks.trust.places import Files, contents, copied, faults, same_rows
+from benchmarks.trust.power import HERE, build
 
 # A disk of its own for the command: a file system in memory that no other process sees.
 MOUNTED = """
@@ -44,6 +59,35 @@ class Disturbed:
     faults: list[str] = field(default_factory=list)
 
 
+def disks(given: Any, folder: Path) -> Line:
+    """Full disks, read-only and vanishing folders, clocks that jump."""
+    write_records(folder)
+    found = []
+    for one in disturb(JOBS, given.sizes, np.random.default_rng(given.seed), folder):
+        print(f"{one.fault}: {one.job}, {'told' if one.told else 'done'} {one.faults}")
+        found.append(one)
+    told = Counter(one.fault for one in found if one.told)
+    rows = [
+        {"fault": kind, "commands": n, "told": told[kind]}
+        for kind, n in Counter(one.fault for one in found).items()
+    ]
+    wrong = [f"{one.fault}, {one.job}: {fault}" for one in found for fault in one.faults]
+    return {"rows": rows, "mounted": can_mount(), "faults": wrong}
+
+
+def page(found: Line) -> str:
+    """How many commands ended by a message."""
+    rows = [(row["fault"], row["commands"], row["told"]) for row in found["rows"]]
+    return (
+        table(("fault", "commands", "ended by a message"), rows)
+        + ("" if found["mounted"] else "\n\nDisks of one's own could not be mounted here.")
+        + "\n\n"
+        + bullets(
+            found["faults"], "No traceback, no message without a remedy, nothing half stored."
+        )
+    )
+
+
 def can_mount() -> bool:
     """Whether file systems of one's own can be mounted here."""
     if shutil.which("unshare") is None or os.geteuid() != 0:
@@ -58,13 +102,12 @@ def disturb(
 
     Disks of `n_sizes` sizes, one that is read only, a folder that vanishes, clocks that jump.
     """
-    place = Files()
     states: dict[str, str] = {}
     for job in jobs:
         if job.state not in states:
             inside = folder / f"state-{job.state}"
             inside.mkdir()
-            states[job.state] = place.new(inside)
+            states[job.state] = Files().new(inside)
             make_state(job.state, states[job.state], folder)
         alone = leave_alone(job, states[job.state], folder)
         if can_mount():
@@ -76,14 +119,33 @@ def disturb(
             yield _jumping(job, alone, folder, jump)
 
 
+def leave_alone(job: Job, start_database: str, folder: Path) -> Undisturbed:
+    """Run a job on a file, in a process of its own, from its start to its end."""
+    inside = folder / "alone"
+    with copied(Files(), start_database, inside) as database:
+        link_records(folder, inside)
+        # Who holds the log keeps it there, as long as it ever was.
+        with closing(sqlite3.connect(database)) as holder:
+            holder.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+            size, began = _size(inside), time.monotonic()
+            ended(start(database, job.words, inside), job.words).check()
+            seconds, grown = time.monotonic() - began, _size(inside) - size
+        file = (inside / job.file).read_bytes() if job.file else None
+        before, after = contents(start_database), contents(database)
+        return Undisturbed(start_database, before, after, file, seconds, written_kb=grown // 1024)
+
+
+def _size(folder: Path) -> int:
+    return sum(entry.stat(follow_symlinks=False).st_size for entry in os.scandir(folder))
+
+
 def _given(alone: Undisturbed, folder: Path) -> Path:
     shutil.rmtree(folder / "disk", ignore_errors=True)
     given = folder / "disk" / "given"
     given.mkdir(parents=True)
     (folder / "disk" / "mounted").mkdir()
     shutil.copy(alone.start, given / "avahazard.db")
-    link_records(folder, given)
-    return given
+    return link_records(folder, given)
 
 
 def on_mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) -> Disturbed:
@@ -95,14 +157,10 @@ def on_mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) 
     how = "ro" if free_kb is None else "rw"
     words = " ".join(f"'{word}'" for word in job.words)
     script = MOUNTED.format(size=room, how=how, program=PROGRAM, words=words)
-    process = subprocess.run(
-        ["unshare", "-m", "sh", "-c", script],
-        cwd=folder / "disk",
-        capture_output=True,
-        text=True,
-        check=False,
+    process = subprocess.Popen(
+        ["unshare", "-m", "sh", "-c", script], cwd=folder / "disk", stdout=-1, stderr=-1, text=True
     )
-    ran = Ran(job.words, process.returncode, process.stdout, process.stderr, "")
+    ran = ended(process, job.words)
     found = _judged("full disk" if how == "rw" else "read-only folder", job, ran)
     _look(found, job, alone, given, confirmed=ran.status == 0)
     return found
@@ -110,9 +168,8 @@ def on_mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) 
 
 def _vanishing(job: Job, alone: Undisturbed, folder: Path, share: float) -> Disturbed:
     """Take the folder away after that share of the time that the job needs."""
-    given = _given(alone, folder)
-    process = start(str(given / "avahazard.db"), job.words, given, stdout=-1, stderr=-1)
-    away = folder / "disk" / "away"
+    given, away = _given(alone, folder), folder / "disk" / "away"
+    process = start(str(given / "avahazard.db"), job.words, given)
     timer = threading.Timer(share * alone.seconds, lambda: given.rename(away))
     timer.start()
     ran = ended(process, job.words)
@@ -126,16 +183,10 @@ def _vanishing(job: Job, alone: Undisturbed, folder: Path, share: float) -> Dist
 def _jumping(job: Job, alone: Undisturbed, folder: Path, jump: int) -> Disturbed:
     """Run a job by a clock that jumps to and fro at every third reading."""
     given = _given(alone, folder)
-    shim = folder / "clock.so"
-    if not shim.exists():
-        flags = ["-shared", "-fPIC", "-O1", "-o", str(shim), str(HERE / "clock.c"), "-ldl"]
-        subprocess.run(["gcc", *flags], check=True)
-    clock = {"LD_PRELOAD": str(shim), "TRUST_EVERY": "3", "TRUST_JUMP": str(jump)}
-    words = job.words
-    process = start(
-        str(given / "avahazard.db"), words, given, stdout=-1, stderr=-1, env={**os.environ, **clock}
-    )
-    ran = ended(process, words)
+    clock = {"LD_PRELOAD": str(build(HERE / "clock.c", folder)), "TRUST_EVERY": "3"}
+    environment = {**os.environ, **clock, "TRUST_JUMP": str(jump)}
+    process = start(str(given / "avahazard.db"), job.words, given, env=environment)
+    ran = ended(process, job.words)
     found = _judged("clock that jumps", job, ran)
     # Ten years back the last records of the world are to come, and that is said.
     if ran.status != 0 and "date" not in ran.errors:
@@ -146,7 +197,7 @@ def _jumping(job: Job, alone: Undisturbed, folder: Path, jump: int) -> Disturbed
 
 def _judged(fault: str, job: Job, ran: Ran) -> Disturbed:
     found = Disturbed(fault, job.name, ran.status != 0)
-    if ran.status not in (0, 1) or "Traceback" in ran.errors:
+    if ran.status not in (0, 1) or ran.broken:
         found.faults.append(f"status {ran.status}: {ran.errors[-400:]}")
     elif ran.status == 1 and not ("Error:" in ran.errors and "Hint:" in ran.errors):
         found.faults.append(f"no message with a hint: {ran.errors[-400:]}")
@@ -165,8 +216,7 @@ def _look(found: Disturbed, job: Job, alone: Undisturbed, given: Path, *, confir
     if job.file is not None:
         file = given / job.file
         ended_well = ended_well and file.exists()
-        same = job.file == "copy.db" or not file.exists() or file.read_bytes() == alone.written
-        if not same:
+        if job.file != "copy.db" and file.exists() and file.read_bytes() != alone.written:
             found.faults.append(f"{job.file} is written in part")
         file.unlink(missing_ok=True)
         if list(given.glob("*.part*")):

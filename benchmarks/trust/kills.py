@@ -4,19 +4,44 @@ from __future__ import annotations
 
 import signal
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from avahazard.workflow.database import check
-from benchmarks.trust.alone import Undisturbed, leave_alone_warm, link_records
-from benchmarks.trust.forked import fork
-from benchmarks.trust.jobs import Job, make_state
-from benchmarks.trust.places import Files, Place, copied
-from benchmarks.trust.rows import contents, faults, same_rows
-from benchmarks.trust.running import run
+from benchmarks.study import Line, bullets, table
+from benchmarks.trust.commands import JOBS, Job, fork, link_records, make_state, run, write_records
+from benchmarks.trust.places import (
+    Contents,
+    Files,
+    Place,
+    contents,
+    copied,
+    faults,
+    places,
+    same_rows,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Undisturbed:
+    """A job that was left alone: the database before and after, its file, how long it took.
+
+    `n_statements`: those it sent within transactions that write, and their commits.
+    `written_kb`: by how much its files grew at most, log and all.
+    """
+
+    start: str
+    before: Contents
+    after: Contents
+    written: bytes | None
+    seconds: float
+    n_statements: int = 0
+    written_kb: int = 0
 
 
 @dataclass(slots=True)
@@ -28,6 +53,44 @@ class Killed:
     moment: float
     stood: str = "before"
     faults: list[str] = field(default_factory=list)
+
+
+def kills(given: Any, folder: Path) -> Line:
+    """kill -9 over all writing commands, shared among the databases."""
+    write_records(folder)
+    jobs = [job for job in JOBS if given.only in ("", job.name)]
+    mine = [place for place in places() if isinstance(place, Files) or jobs[0].on_server]
+    found = []
+    for place in mine:
+        rng = np.random.default_rng([given.seed, len(place.name)])
+        inside = link_records(folder, folder / place.name)
+        for one in kill_jobs(jobs, place, given.kills // len(mine), rng, inside):
+            print(f"{place.name}: {one.job} after {one.moment:.1f} s, {one.stood} {one.faults}")
+            found.append(one)
+    rows = []
+    for name, job in dict.fromkeys((one.place, one.job) for one in found):
+        stood = Counter(one.stood for one in found if (one.place, one.job) == (name, job))
+        rows.append({"place": name, "job": job, "kills": stood.total(), **stood})
+    wrong = [f"{one.place}, {one.job}: {fault}" for one in found for fault in one.faults]
+    return {"rows": rows, "faults": wrong}
+
+
+def page(runs: Sequence[Line]) -> str:
+    """The kills of all seeds together."""
+    rows = [row for run in runs for row in run["rows"]]
+    columns = ("kills", "before", "between", "after")
+    by_job = [
+        (f"`{job}`", *(sum(r.get(k, 0) for r in rows if r["job"] == job) for k in columns))
+        for job in dict.fromkeys(row["job"] for row in rows)
+    ]
+    wrong = [f"`{fault}`" for run in runs for fault in run["faults"]]
+    return (
+        f"{sum(row['kills'] for row in rows)} kills on "
+        f"{' and '.join(dict.fromkeys(row['place'] for row in rows))}.\n\n"
+        + table(("command", "kills", "stood as before", "in between", "as after"), by_job)
+        + f"\n\n{len(wrong)} at fault:\n\n"
+        + bullets(wrong, "None.")
+    )
 
 
 def kill_jobs(
@@ -46,11 +109,28 @@ def kill_jobs(
                 states[job.state] = place.new(inside)
                 make_state(job.state, states[job.state], folder)
             if job.name not in alone:
-                alone[job.name] = leave_alone_warm(job, place, states[job.state], folder)
+                alone[job.name] = _left_alone(job, place, states[job.state], folder)
             yield kill_once(job, place, alone[job.name], rng, folder)
     finally:
         for database in states.values():
             place.drop(database)
+
+
+def _left_alone(job: Job, place: Place, start: str, folder: Path) -> Undisturbed:
+    """Run a job in this process, which is warm then, and time it in one forked off."""
+    inside = folder / "alone"
+    with copied(place, start, inside) as database:
+        run(database, job.words, link_records(folder, inside)).check()
+        after = contents(database)
+        file = (inside / job.file).read_bytes() if job.file else None
+    with copied(place, start, inside) as database:
+        began = time.monotonic()
+        forked = fork(database, job.words, link_records(folder, inside))
+        n_statements = forked.count_statements()
+        if forked.status != 0:
+            raise SystemExit(f"{job.name} does not succeed in a process forked off")
+        seconds = time.monotonic() - began
+    return Undisturbed(start, contents(start), after, file, seconds, n_statements)
 
 
 def kill_once(
@@ -86,12 +166,16 @@ def _judge(
     found.stood = "after" if whole else "before" if now == alone.before else "between"
     if confirmed and not whole:
         found.faults.append("it was confirmed, and is not there")
-    if job.file is not None and (folder / job.file).exists() and not _same_file(job, alone, folder):
-        found.faults.append(f"{job.file} is written in part")
     if job.state != "old" or whole:
         found.faults += check(database, full=True).problems
-    if job.file is not None and (folder / job.file).exists():
-        (folder / job.file).unlink()  # backups are never written over
+    if job.file is not None and (file := folder / job.file).exists():
+        if job.file == "copy.db":  # stamped by the hour of the copy
+            same = contents(str(file)) == alone.before
+        else:
+            same = file.read_bytes() == alone.written
+        if not same:
+            found.faults.append(f"{job.file} is written in part")
+        file.unlink()  # backups are never written over
     again = run(database, job.words, folder)
     stored_already = whole and again.status == 1 and not again.broken
     if again.status != 0 and not stored_already:
@@ -99,9 +183,3 @@ def _judge(
     if not same_rows(contents(database), alone.after):
         found.faults.append("the same command again does not end as the one left alone")
     found.faults += check(database, full=True).problems
-
-
-def _same_file(job: Job, alone: Undisturbed, folder: Path) -> bool:
-    if job.file == "copy.db":  # stamped by the hour of the copy
-        return contents(str(folder / job.file)) == alone.before
-    return (folder / str(job.file)).read_bytes() == alone.written

@@ -1,32 +1,45 @@
-"""Power cuts: what was confirmed is there, when only what was synced has reached the disk."""
+"""Power cuts: what was confirmed is there, when only what was synced has reached the disk.
+
+Run as a program it is the work that a cut ends, imports and then a calibration. Its words: the
+database, `alone` or `held` (another connection keeps the log open), what `synchronous` is to be
+(FULL is the program's own, any other shows that the study sees losses), files to import, and
+`calibrate`.
+"""
 
 from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from sqlalchemy import text
+from sqlalchemy import event, text
+from sqlalchemy.engine import Engine
 
 from avahazard.store import upkeep
 from avahazard.store.session import reading
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import check
+from avahazard.workflow.import_files import import_files
+from benchmarks.study import Line, table
 from benchmarks.trust.disk_replay import Disk, confirmed, disk_of, steps_of
 
 HERE = Path(__file__).resolve().parent
 N_EVENTS = 200
 HOW = ("none", "some", "all")
+HEAD = "event_id,fall_height_m,runout_length_m,volume_m3\n"
 
 
 @dataclass(slots=True)
 class Cuts:
-    """What came of power cuts at random moments of one run of `power_work.py`."""
+    """What came of power cuts at random moments of one run of the work."""
 
     holder: str
     synchronous: str
@@ -37,16 +50,51 @@ class Cuts:
     damaged: int = 0
 
 
+def power(given: Any, folder: Path) -> Line:
+    """Power cuts; with weaker syncs too, which shows that the study sees losses."""
+    from benchmarks.trust.power_server import can_cut_server, cut_server_power  # noqa: PLC0415
+
+    if not can_cut():
+        raise SystemExit("power: no gcc here to build what logs the writes.")
+    rows = []
+    files = [("alone", "FULL"), ("held", "FULL"), ("held", "NORMAL"), ("alone", "OFF")]
+    server = [("server", "on"), ("server", "off")] if can_cut_server() else []
+    for k, (holder, synchronous) in enumerate(files + server):
+        inside = folder / str(k)
+        inside.mkdir()
+        rng = np.random.default_rng([given.seed, k])
+        n = given.cuts if synchronous in ("FULL", "on") else min(given.cuts, 100)
+        if holder == "server":
+            found = cut_server_power(inside, n, rng, synchronous=synchronous)
+        else:
+            found = cut_power(inside, n, rng, holder=holder, synchronous=synchronous)
+        rows.append(asdict(found))
+        print(rows[-1])
+    return {"rows": rows}
+
+
+def page(found: Line) -> str:
+    """A row for each way to sync."""
+    names = {"alone": "SQLite, {}", "held": "SQLite, {}, log held open", "server": "PostgreSQL, {}"}
+    counts = ("n_cuts", "n_confirmed", "lost", "partial", "damaged")
+    rows = [
+        (names[row["holder"]].format(row["synchronous"]), *(row[n] for n in counts))
+        for row in found["rows"]
+    ]
+    return table(("sync", "cuts", "confirmed", "lost", "in part", "damaged"), rows)
+
+
 def can_cut() -> bool:
     """Whether the shim can be built and loaded here."""
     return sys.platform == "linux" and shutil.which("gcc") is not None
 
 
-def build_shim(folder: Path) -> Path:
-    """Compile `disk_log.c` into `folder`."""
-    shim = folder / "disk_log.so"
-    flags = ["-shared", "-fPIC", "-O1", "-o", str(shim), str(HERE / "disk_log.c"), "-ldl"]
-    subprocess.run(["gcc", *flags], check=True)
+def build(source: Path, folder: Path) -> Path:
+    """The shared library of a C file, compiled into `folder`."""
+    shim = folder / source.with_suffix(".so").name
+    if not shim.exists():
+        flags = ["-shared", "-fPIC", "-O1", "-o", str(shim), str(source), "-ldl"]
+        subprocess.run(["gcc", *flags], check=True)
     return shim
 
 
@@ -84,25 +132,30 @@ def cut_power(
 
 def logs(folder: Path, disk_folder: Path) -> dict[str, str]:
     """What in its environment lets a process log to `folder` what it asks of `disk_folder`."""
-    return {
-        "LD_PRELOAD": str(build_shim(folder)),
-        "TRUST_LOG": str(folder / "log"),
-        "TRUST_FOLDER": str(disk_folder),
-    }
+    shim = str(build(HERE / "disk_log.c", folder))
+    return {"LD_PRELOAD": shim, "TRUST_LOG": f"{folder}/log", "TRUST_FOLDER": str(disk_folder)}
 
 
 def work(
     database: str, folder: Path, logging: dict[str, str], *how: str, model: bool = True
 ) -> None:
-    """Do the work of `power_work.py`, logged; its files are written to `folder`."""
-    last = ["calibrate"] if model else []
-    words = [str(HERE / "power_work.py"), database, *how, *_sources(folder / "sources"), *last]
+    """Do the work in a process that is logged; its files are written to `folder`."""
+    sources = []
+    for k in range(4):
+        sources.append(folder / "sources" / str(k) / "events.csv")
+        sources[-1].parent.mkdir(parents=True)
+        rows = (
+            f"{k}-{i},900,{1400 + (37 * i + 11 * k) % 700},{1000 + 50 * i}\n"
+            for i in range(N_EVENTS)
+        )
+        sources[-1].write_text(HEAD + "".join(rows), encoding="utf-8")
+    words = [database, *how, *map(str, sources), *(["calibrate"] if model else [])]
     subprocess.run(
-        [sys.executable, *words],
+        [sys.executable, "-m", "benchmarks.trust.power", *words],
         check=True,
         stdout=subprocess.PIPE,
         cwd=HERE.parents[1],
-        env={**os.environ, **logging, "PYTHONPATH": str(HERE.parents[1])},
+        env={**os.environ, **logging},
     )
 
 
@@ -141,16 +194,23 @@ def judge(found: Cuts, database: str, told: list[str]) -> None:
         found.lost += name not in (models if what == "calibrated" else events)
 
 
-def _sources(folder: Path) -> list[str]:
-    made = []
-    for k in range(4):
-        file = folder / str(k) / "events.csv"
-        file.parent.mkdir(parents=True)
-        rows = "".join(
-            f"{k}-{i},900,{1400 + (37 * i + 11 * k) % 700},{1000 + 50 * i}\n"
-            for i in range(N_EVENTS)
-        )
-        head = "event_id,fall_height_m,runout_length_m,volume_m3\n"
-        file.write_text(head + rows, encoding="utf-8")
-        made.append(str(file))
-    return made
+def main() -> None:
+    """Do the work, and print a line when a part is confirmed."""
+    database, holder, synchronous, *files = sys.argv[1:]
+    if synchronous != "FULL":
+        weaker = f"PRAGMA synchronous = {synchronous}"
+        event.listen(Engine, "begin", lambda c: c.exec_driver_sql(weaker), insert=True)
+    other = sqlite3.connect(database) if holder == "held" else None
+    if other is not None:
+        other.execute("SELECT count(*) FROM events").fetchone()
+    for file in files:
+        if file == "calibrate":
+            calibrate(database, "model", law="power", chains=2, draws=40)
+            print("calibrated model", flush=True)
+        else:
+            import_files(database, [Path(file)])
+            print(f"imported {Path(file).parent.name}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

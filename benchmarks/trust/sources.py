@@ -16,7 +16,7 @@ from avahazard.records.frequency_files import read_return_volumes, read_snow_dep
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.project.file import read_project
 from benchmarks.trust import mutants
-from benchmarks.trust.jobs import PROJECT
+from benchmarks.trust.commands import PROJECT
 
 Mutate = Callable[[bytes, np.random.Generator], bytes]
 VELOCITIES = "event_id,x_m,speed_m_s,speed_sigma_m_s\n" + "".join(

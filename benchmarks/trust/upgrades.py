@@ -5,23 +5,31 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from alembic import command
-from sqlalchemy import Connection, MetaData, Table, insert, select
+from sqlalchemy import Connection, MetaData, insert, select
 
 from avahazard.store import schema
 from avahazard.store.session import make_engine
 from avahazard.workflow.database import check
-from benchmarks.trust.jobs import downgrade, make_state
-from benchmarks.trust.places import Place, copied
-from benchmarks.trust.running import Ran, ended, run, start
+from benchmarks.study import Line, bullets, table
+from benchmarks.trust.commands import (
+    ended,
+    link_records,
+    make_state,
+    migrate,
+    run,
+    start,
+    write_records,
+)
+from benchmarks.trust.places import Place, copied, places
 
 MOVED = {"hazard_results": "hazard", "zone_results": "zones"}
 """Tables of before whose documents stand path by path in `path_results` now, by their kind."""
-
+UPGRADE = ("db", "upgrade")
 ANSWERS = (
     ("compare", "base"),
     ("diagnose", "base", "--worlds", "39"),
@@ -41,6 +49,35 @@ class Upgraded:
     faults: list[str] = field(default_factory=list)
 
 
+def upgrades(_given: Any, folder: Path) -> Line:
+    """Databases of every earlier revision."""
+    write_records(folder)
+    rows = []
+    for place in places():
+        inside = link_records(folder, folder / place.name)
+        for one in upgrade_all(place, inside, earlier_revisions()):
+            rows.append(asdict(one))
+            print(rows[-1])
+    return {"rows": rows}
+
+
+def page(found: Line) -> str:
+    """A row for each revision."""
+    by_revision: dict[str, list[Line]] = {}
+    for row in found["rows"]:
+        by_revision.setdefault(row["revision"], []).append(row)
+    rows = [
+        (revision, mine[0]["n_rows"], len(mine), sum(bool(row["faults"]) for row in mine))
+        for revision, mine in by_revision.items()
+    ]
+    wrong = [f"{r['place']}, {r['revision']}: {f}" for r in found["rows"] for f in r["faults"]]
+    return (
+        table(("revision", "rows", "upgrades", "with a difference"), rows)
+        + "\n\n"
+        + bullets(wrong, "Every row is there as it was.")
+    )
+
+
 def earlier_revisions() -> list[str]:
     """The revisions before that of the program, oldest first."""
     return sorted(set(schema._revisions()) - {schema.head()})
@@ -55,10 +92,9 @@ def upgrade_all(
 ) -> Iterator[Upgraded]:
     """Upgrade a database of each of `revisions`, by one process and by two at once.
 
-    It holds records and a model with its draws; if `full`, answers of every kind too.
-
-    Its rows are those of the program, taken back to that revision; its tables are made as that
-    revision made them.
+    It holds records and a model with its draws; if `full`, answers of every kind too. Its rows are
+    those of the program, taken back to that revision; its tables are made as that revision made
+    them.
     """
     inside = folder / "new"
     inside.mkdir()
@@ -83,11 +119,10 @@ def _upgrade(place: Place, revision: str, at_once: int, database: str, folder: P
     before = dump(database)
     found = Upgraded(place.name, revision, at_once, sum(map(len, before.values())))
     if at_once == 1:
-        ran: list[Ran] = [run(database, ("db", "upgrade"), folder)]
+        ran = [run(database, UPGRADE, folder)]
     else:
-        words = ("db", "upgrade")
-        both = [start(database, words, folder, stdout=-1, stderr=-1) for _ in range(at_once)]
-        ran = [ended(process, words) for process in both]
+        both = [start(database, UPGRADE, folder) for _ in range(at_once)]
+        ran = [ended(process, UPGRADE) for process in both]
     found.faults += [one.errors or one.broken for one in ran if one.status != 0]
     found.faults += differences(before, dump(database))
     found.faults += check(database, full=False).problems
@@ -97,15 +132,13 @@ def _upgrade(place: Place, revision: str, at_once: int, database: str, folder: P
 @contextmanager
 def _made(place: Place, revision: str, back: str, folder: Path) -> Iterator[str]:
     """A database of tables made by the migrations up to `revision`, with the rows of `back`."""
-    downgrade(back, revision)
+    migrate(back, command.downgrade, revision)
     inside = folder / "made"
     inside.mkdir()
     database = place.new(inside)
+    migrate(database, command.upgrade, revision)
     engine = make_engine(database, migrates=True).execution_options(writes=True)
     with engine.begin() as connection:
-        config = schema._config()
-        config.attributes["connection"] = connection
-        command.upgrade(config, revision)
         _fill(connection, dump(back))
     engine.dispose()
     try:
@@ -118,15 +151,15 @@ def _made(place: Place, revision: str, back: str, folder: Path) -> Iterator[str]
 def _fill(connection: Connection, rows: Dump) -> None:
     tables = MetaData()
     tables.reflect(connection)
-    for table in tables.sorted_tables:
-        if table.name != "alembic_version" and rows[table.name]:
-            connection.execute(insert(table), rows[table.name])
+    for table_ in tables.sorted_tables:
+        if table_.name != "alembic_version" and rows[table_.name]:
+            connection.execute(insert(table_), rows[table_.name])
     if connection.dialect.name == "postgresql":  # numbers go on after those that were given
-        for table in tables.sorted_tables:
-            if "id" in table.c:
+        for table_ in tables.sorted_tables:
+            if "id" in table_.c:
                 connection.exec_driver_sql(
-                    f"SELECT setval(pg_get_serial_sequence('{table.name}', 'id'), "
-                    f"(SELECT coalesce(max(id), 1) FROM {table.name}))"
+                    f"SELECT setval(pg_get_serial_sequence('{table_.name}', 'id'), "
+                    f"(SELECT coalesce(max(id), 1) FROM {table_.name}))"
                 )
 
 
@@ -136,33 +169,30 @@ def dump(database: str) -> Dump:
     with engine.connect() as connection:
         tables = MetaData()
         tables.reflect(connection)
-        found = {name: _rows(connection, table) for name, table in tables.tables.items()}
+        found = {
+            name: [
+                dict(r) for r in connection.execute(select(t).order_by(*t.primary_key)).mappings()
+            ]
+            for name, t in tables.tables.items()
+        }
     engine.dispose()
     return found
-
-
-def _rows(connection: Connection, table: Table) -> list[dict[str, Any]]:
-    query = select(table).order_by(*table.primary_key.columns)
-    return [dict(row._mapping) for row in connection.execute(query)]
 
 
 def differences(before: Dump, after: Dump) -> list[str]:
     """Rows of before that are not, column by column, in the tables of after."""
     found = []
     for name, rows in before.items():
-        if name == "alembic_version":
-            continue
         if name in MOVED:
-            kept = _documents(after, MOVED[name])
-            wanted = [(row["model"], row["created"], row["result"]) for row in rows]
-            if kept != wanted:
+            if _documents(after, MOVED[name]) != [
+                (row["model"], row["created"], row["result"]) for row in rows
+            ]:
                 found.append(f"{name}: documents differ")
-            continue
-        there = after.get(name, [])
-        columns = rows[0].keys() if rows else ()
-        mine = [{column: row.get(column) for column in columns} for row in there]
-        if mine != rows:
-            found.append(f"{name}: rows differ")
+        elif name != "alembic_version":
+            columns = rows[0].keys() if rows else ()
+            there = [{column: row.get(column) for column in columns} for row in after.get(name, [])]
+            if there != rows:
+                found.append(f"{name}: rows differ")
     return found
 
 
@@ -171,6 +201,7 @@ def _documents(tables: Dump, kind: str) -> list[tuple[str, Any, list[Any]]]:
     for one in tables["path_runs"]:
         if one["kind"] == kind:
             parts = [row["result"] for row in tables["path_results"] if row["run"] == one["id"]]
-            whole = [entry for part in parts for entry in part]
-            found.append((one["model"], one["created"], whole))
+            found.append(
+                (one["model"], one["created"], [entry for part in parts for entry in part])
+            )
     return found

@@ -5,20 +5,25 @@ from __future__ import annotations
 import multiprocessing
 import time
 from collections import Counter
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from sqlalchemy import text
 
 from avahazard.records.errors import AvahazardError
+from avahazard.store import upkeep
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import check
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.models import show_models
+from benchmarks.study import Line, bullets, table
+from benchmarks.trust.places import places
 
-N_ROWS = 50
+N_ROWS, N_USERS = 50, 6
 ROLES = ("import", "import", "update", "update", "calibrate", "read", "read", "read")
 """What each of eight users does, over and over."""
 
@@ -46,67 +51,97 @@ class Crowd:
     faults: list[str]
 
 
+def users(given: Any, folder: Path) -> Line:
+    """Eight users for a while, and six large imports at once."""
+    rows = []
+    for place in places():
+        for what in ("mix", "large"):
+            inside = folder / f"{place.name}-{what}"
+            inside.mkdir()
+            database = place.new(inside)
+            upkeep.create(database)
+            if what == "mix":
+                done = mix(place.name, database, inside, given.seconds)
+            else:
+                done = large_imports(place.name, database, inside, N_USERS, given.rows)
+            place.drop(database)
+            rows.append(asdict(done))
+            print(rows[-1])
+    return {"rows": rows}
+
+
+def page(found: Line) -> str:
+    """A row for each crowd."""
+    rows = [
+        (row["place"], row["users"], ", ".join(f"{n:,} {role}" for role, n in row["turns"].items()),
+         row["rows"], row["lost"], len(row["faults"]))
+        for row in found["rows"]
+    ]  # fmt: skip
+    return (
+        table(("database", "users", "turns", "confirmed rows", "lost", "refused"), rows)
+        + "\n\n"
+        + bullets([f for row in found["rows"] for f in row["faults"]], "Nobody was refused.")
+    )
+
+
 def mix(place: str, database: str, folder: Path, seconds: float, *, threads: bool = False) -> Crowd:
     """Let the eight `ROLES` work on an empty database for some `seconds`."""
     _write(folder / "first.csv", "shared", 0, N_ROWS)
     import_files(database, [folder / "first.csv"])
-    users = [(role, k, database, str(folder), seconds) for k, role in enumerate(ROLES)]
-    with _pool(len(users), threads) as pool:
-        done = list(pool.map(_work, users))
+    given = [(role, k, database, folder, seconds) for k, role in enumerate(ROLES)]
+    done = _at_once(_work, given, threads)
     turns = Counter(dict.fromkeys(ROLES, 0))
     for one in done:
         turns[one.role] += one.turns
-    lost, rows = 0, 0
+    lost, rows = 0, turns["calibrate"]
     with reading(database) as session:
-        found = Counter(_owners(session.scalars(text("SELECT event_id FROM events")).all()))
+        length = dict(session.execute(text("SELECT event_id, runout_length_m FROM events")).all())
+        found = Counter(name.split("-")[0] for name in length)
         for one in done:
             if one.role == "import":
                 rows += one.turns * N_ROWS
                 lost += one.turns * N_ROWS - found[f"u{one.user}"]
-            if one.role == "update":
-                query = text("SELECT count(*) FROM events WHERE event_id LIKE :mine")
+            elif one.role == "update":
                 rows += 1
-                mine = f"shared-{one.user}"
-                newest = session.scalar(
-                    text("SELECT runout_length_m FROM events WHERE event_id = :mine"),
-                    {"mine": mine},
-                )
-                lost += newest != 1500.0 + one.turns if one.turns else 0
-                assert session.scalar(query, {"mine": "shared-%"}) == N_ROWS
-        models = session.scalar(text("SELECT count(*) FROM models"))
-    rows += turns["calibrate"]
-    lost += turns["calibrate"] - models
-    faults = [fault for one in done for fault in one.faults]
-    faults += check(database).problems
-    return Crowd(place, "mixed work", len(users), dict(turns), rows, lost, faults)
+                lost += one.turns > 0 and length[f"shared-{one.user}"] != 1500.0 + one.turns
+        assert found["shared"] == N_ROWS
+        lost += turns["calibrate"] - session.scalar(text("SELECT count(*) FROM models"))
+    faults = [fault for one in done for fault in one.faults] + list(check(database).problems)
+    return Crowd(place, "mixed work", len(given), dict(turns), rows, lost, faults)
 
 
 def large_imports(
     place: str, database: str, folder: Path, n_users: int, n_rows: int, *, threads: bool = False
 ) -> Crowd:
     """Let `n_users` import `n_rows` events each, all at once."""
-    files = []
-    for k in range(n_users):
-        files.append(folder / f"large{k}" / "events.csv")
-        files[-1].parent.mkdir()
-        _write(files[-1], f"u{k}", 0, n_rows)
-    with _pool(n_users, threads) as pool:
-        refused = list(pool.map(_import, [(database, str(file)) for file in files]))
+    files = [folder / f"large{k}" / "events.csv" for k in range(n_users)]
+    for k, file in enumerate(files):
+        file.parent.mkdir()
+        _write(file, f"u{k}", 0, n_rows)
+    refused = _at_once(_import, [(database, file) for file in files], threads)
     with reading(database) as session:
-        found = Counter(_owners(session.scalars(text("SELECT event_id FROM events")).all()))
-    lost = sum(n_rows - found[f"u{k}"] for k in range(n_users))
+        found = session.scalar(text("SELECT count(*) FROM events"))
     faults = [fault for fault in refused if fault] + list(check(database).problems)
     turns = {"import": n_users - sum(map(bool, refused))}
-    return Crowd(place, "large imports", n_users, turns, n_users * n_rows, lost, faults)
+    rows = n_users * n_rows
+    return Crowd(place, "large imports", n_users, turns, rows, rows - found, faults)
 
 
-def _work(given: tuple[str, int, str, str, float]) -> Used:
-    role, user, database, folder, seconds = given
+def _at_once(
+    work: Callable[..., Any], given: Sequence[tuple[Any, ...]], threads: bool
+) -> list[Any]:
+    """Call `work` once for each user, by threads or by processes."""
+    spawn = multiprocessing.get_context("spawn")
+    n = len(given)
+    with ThreadPoolExecutor(n) if threads else ProcessPoolExecutor(n, mp_context=spawn) as pool:
+        return list(pool.map(work, *zip(*given, strict=True)))
+
+
+def _work(role: str, user: int, database: str, folder: Path, seconds: float) -> Used:
     used = Used(role, user)
-    mine = Path(folder) / f"user{user}"
+    mine = folder / f"user{user}"
     mine.mkdir()
-    until = time.monotonic() + seconds
-    seen = 0
+    until, seen = time.monotonic() + seconds, 0
     while time.monotonic() < until:
         try:
             if role == "read":
@@ -125,10 +160,8 @@ def _turn(role: str, user: int, turn: int, database: str, folder: Path) -> None:
         _write(file, f"u{user}", turn * N_ROWS, N_ROWS)
         import_files(database, [file])
     elif role == "update":
-        file.write_text(
-            f"event_id,fall_height_m,runout_length_m\nshared-{user},900,{1501 + turn}\n",
-            encoding="utf-8",
-        )
+        row = f"shared-{user},900,{1501 + turn}"
+        file.write_text(f"event_id,fall_height_m,runout_length_m\n{row}\n", encoding="utf-8")
         import_files(database, [file], update=True)
     else:
         calibrate(database, f"m{user}-{turn}", law="power", chains=2, draws=40)
@@ -144,16 +177,12 @@ def _read(database: str, seen: int, used: Used) -> int:
     return len(ids)
 
 
-def _import(given: tuple[str, str]) -> str:
+def _import(database: str, file: Path) -> str:
     try:
-        import_files(given[0], [given[1]])
+        import_files(database, [file])
     except AvahazardError as error:
         return error.message
     return ""
-
-
-def _owners(event_ids: list[str]) -> list[str]:
-    return [name.split("-")[0] for name in event_ids]
 
 
 def _write(file: Path, owner: str, first: int, n: int) -> None:
@@ -161,11 +190,5 @@ def _write(file: Path, owner: str, first: int, n: int) -> None:
         f"{owner}-{k},900,{1500 + (k if owner == 'shared' else k % 700)},{1000 + 50 * (k % 90)}\n"
         for k in range(first, first + n)
     )
-    text_ = f"event_id,fall_height_m,runout_length_m,volume_m3\n{rows}"
-    file.write_text(text_, encoding="utf-8")
-
-
-def _pool(n: int, threads: bool) -> Executor:
-    if threads:
-        return ThreadPoolExecutor(n)
-    return ProcessPoolExecutor(n, mp_context=multiprocessing.get_context("spawn"))
+    head = "event_id,fall_height_m,runout_length_m,volume_m3\n"
+    file.write_text(head + rows, encoding="utf-8")

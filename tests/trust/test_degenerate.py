@@ -8,7 +8,7 @@ import pytest
 from _pytest.mark import ParameterSet
 
 from avahazard.workflow.models import show_model
-from benchmarks.trust.degenerate import SETS, run_set
+from benchmarks.trust.answers import SETS, run_set
 
 
 def slow(*given: str) -> ParameterSet:

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.trust.alone import leave_alone
-from benchmarks.trust.disks import can_mount, disturb, on_mounted
-from benchmarks.trust.jobs import JOBS, make_state, write_records
+from benchmarks.trust.commands import JOBS, make_state, write_records
+from benchmarks.trust.disks import can_mount, disturb, leave_alone, on_mounted
 from benchmarks.trust.places import Files
 
 mounts = pytest.mark.skipif(not can_mount(), reason="no file system can be mounted here")

@@ -5,10 +5,8 @@ from __future__ import annotations
 import signal
 from pathlib import Path
 
-from benchmarks.trust.forked import fork
-from benchmarks.trust.jobs import make_state, write_records
-from benchmarks.trust.places import Files, copied
-from benchmarks.trust.rows import contents
+from benchmarks.trust.commands import fork, make_state, write_records
+from benchmarks.trust.places import Files, contents, copied
 
 IMPORT = ("import", "world")
 

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.trust.jobs import JOBS, SHORT, write_records
+from benchmarks.trust.commands import JOBS, write_records
 from benchmarks.trust.kills import kill_jobs
-from benchmarks.trust.places import Files, places
-from benchmarks.trust.rows import faults, same_rows
+from benchmarks.trust.places import Files, faults, places, same_rows
 from tests.conftest import missing
+
+SHORT = ("import", "calibrate", "compare", "hazard", "db upgrade", "export .csv")
+"""The jobs of the short run."""
 
 
 @pytest.fixture

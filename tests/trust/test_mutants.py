@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.trust.chain import faults_of
-from benchmarks.trust.jobs import write_databases
-from benchmarks.trust.readers import mutants_of, read_mutants
-from benchmarks.trust.running import Ran
+from benchmarks.trust.answers import faults_of
+from benchmarks.trust.commands import Ran, write_databases
+from benchmarks.trust.inputs import mutants_of, read_mutants
 from benchmarks.trust.sources import Source, sources
 
 N_MUTANTS = 5

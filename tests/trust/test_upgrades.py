@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from avahazard.store import schema
-from benchmarks.trust.jobs import write_records
+from benchmarks.trust.commands import write_records
 from benchmarks.trust.places import Files
 from benchmarks.trust.upgrades import differences, earlier_revisions, upgrade_all
 
