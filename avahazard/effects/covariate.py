@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter
+from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter, Sites
 from avahazard.effects.levels import level_effect, level_facts, level_lacking
-from avahazard.effects.site import Site
 
 PREFIX = "covariate:"
 VOLUME = "volume_m3"
@@ -39,7 +37,7 @@ def covariate(column: str) -> Definition:
     )
 
 
-def _lacking(column: str, columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _lacking(column: str, columns: EventColumns, _sites: Sites) -> str | None:
     values = number_column(columns, column)
     if values is None:
         return level_lacking(column, columns)
@@ -61,7 +59,7 @@ def number_column(columns: EventColumns, name: str) -> Floats | None:
     return known[name] if name in known else columns.numbers.get(name)
 
 
-def _facts(column: str, columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+def _facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
     values = number_column(columns, column)
     if values is None or len(np.unique(values[np.isfinite(values)])) < 3:
         return level_facts(column, columns)

@@ -158,29 +158,18 @@ def of_kind(effects: Iterable[Effect], kind: type[Kind]) -> list[Kind]:
     return [effect for effect in effects if isinstance(effect, kind)]
 
 
-def nothing_lacks(_columns: EventColumns, _sites: Sequence[Site]) -> str | None:
-    """For effects that any data will do for."""
-    return None
+Sites = Sequence[Site]
+Answer = Callable[[EventColumns, Sites], str | None]
+"""A sentence on the data, or None."""
 
 
-def needs_profile(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
-    """For effects that act along the profile of a path."""
+def needs_profile(columns: EventColumns, _sites: Sites) -> str | None:
+    """What effects lack that act along the profile of a path."""
     return None if np.any(columns.path_index >= 0) else "no event lies on a path with a profile"
 
 
-def no_facts(_columns: EventColumns, _sites: Sequence[Site]) -> Facts:
-    """For effects that take nothing from the data."""
-    return {}
-
-
-def nowhere(_columns: EventColumns, _sites: Sequence[Site]) -> str | None:
-    """For effects of which the records do not say where they would act."""
+def _no_answer(_columns: EventColumns, _sites: Sites) -> None:
     return None
-
-
-def never(_columns: EventColumns, _sites: Sequence[Site]) -> bool:
-    """For effects of which the data do not state what they would estimate."""
-    return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,20 +227,20 @@ class Definition:
     meaning: str
     needs: str
     build: Callable[[Facts], Effect]
-    lacking: Callable[[EventColumns, Sequence[Site]], str | None] = nothing_lacks
-    facts: Callable[[EventColumns, Sequence[Site]], Facts] = no_facts
+    lacking: Answer = _no_answer
+    facts: Callable[[EventColumns, Sites], Facts] = lambda _columns, _sites: {}
     changes: Setting | None = None
     event_columns: bool = False
     uses_volume: bool = False
     limits_speed: bool = False
-    nuisance: Callable[[EventColumns, Sequence[Site]], str | None] | None = None
+    nuisance: Answer | None = None
     granted_unasked: bool = False
     says_what_is_seen: bool = False
     names_cause: bool = True
     column: str | None = None
     reads: str | None = None
-    settled: Callable[[EventColumns, Sequence[Site]], bool] = never
-    seen_in: Callable[[EventColumns, Sequence[Site]], str | None] = nowhere
+    settled: Callable[[EventColumns, Sites], bool] = lambda _columns, _sites: False
+    seen_in: Answer = _no_answer
     trees: bool = False
     order: int = 1000
 

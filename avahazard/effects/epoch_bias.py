@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, Parameter, ShiftEffect
-from avahazard.effects.site import Site
+from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, Parameter, ShiftEffect, Sites
 
 EDGE_YEARS = 4.0
 """The change is blurred over these years, so that the likelihood is smooth in its date."""
@@ -21,14 +18,14 @@ def _shift(columns: EventColumns, values: Floats) -> Floats:
     return np.asarray(shift * np.nan_to_num(before))
 
 
-def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _lacking(columns: EventColumns, _sites: Sites) -> str | None:
     years = columns.year[np.isfinite(columns.year)]
     if len(years) >= 4 * MIN_LEVEL and np.ptp(years) >= 20:
         return None
     return "fewer than 20 dated events over 20 years"
 
 
-def _facts(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+def _facts(columns: EventColumns, _sites: Sites) -> Facts:
     years = columns.year[np.isfinite(columns.year)]
     return {
         "years": [float(q) for q in np.unique(np.quantile(years, np.linspace(0.1, 0.9, 9)).round())]

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, GroupEffect, Groups, Parameter
-from avahazard.effects.site import Site
+from avahazard.effects.effect import Definition, Facts, GroupEffect, Groups, Parameter, Sites
 
 SPREAD = 0.2
 """Scale of the half-normal prior, on log friction. The seven paths of Ancey (2005), whose log a
@@ -48,12 +47,12 @@ def _n_paths(columns: EventColumns) -> int:
     return len(np.unique(columns.path_index[columns.path_index >= 0]))
 
 
-def _few_paths(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _few_paths(columns: EventColumns, _sites: Sites) -> str | None:
     n = _n_paths(columns)
     return None if n >= MIN_PATHS else f"there are {n} paths, fewer than {MIN_PATHS}"
 
 
-def _one_path(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _one_path(columns: EventColumns, _sites: Sites) -> str | None:
     return None if _n_paths(columns) >= MIN_DIFFERENT else "there is one path"
 
 
@@ -74,14 +73,14 @@ def _winter_labels(columns: EventColumns) -> list[str]:
     return ["" if np.isnan(year) else f"winter:{year:.0f}" for year in columns.winter]
 
 
-def _winters(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+def _winters(columns: EventColumns, _sites: Sites) -> Facts:
     """Winters of two events or more, sorted."""
     labels = [label for label in _winter_labels(columns) if label]
     names, counts = np.unique(labels, return_counts=True)
     return {"winters": [str(name) for name in names[counts > 1]]}
 
 
-def _few_winters(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+def _few_winters(columns: EventColumns, sites: Sites) -> str | None:
     if len(_winters(columns, sites)["winters"]) >= MIN_SHARED:
         return None
     return f"fewer than {MIN_SHARED} winters have two events or more"
@@ -109,7 +108,7 @@ WINTER_EFFECT = Definition(
 )
 
 
-def _storms(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+def _storms(columns: EventColumns, _sites: Sites) -> Facts:
     """Location and ordinal of the first day of each storm of two events or more."""
     found: list[list[object]] = []
     for place in np.unique(columns.location):
@@ -122,7 +121,7 @@ def _storms(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
     return {"storms": found}
 
 
-def _few_storms(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+def _few_storms(columns: EventColumns, sites: Sites) -> str | None:
     if len(_storms(columns, sites)["storms"]) >= MIN_SHARED:
         return None
     return f"fewer than {MIN_SHARED} times did two avalanches fall within {DAYS} days"

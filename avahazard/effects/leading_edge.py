@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, FrontEffect, Parameter
-from avahazard.effects.site import Site
+from avahazard.effects.effect import Definition, Facts, FrontEffect, Parameter, Sites
 
 
 def _advance(columns: EventColumns, values: Floats) -> Floats:
     return np.asarray(values[0] * np.nan_to_num(columns.deposit_length))
 
 
-def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _lacking(columns: EventColumns, _sites: Sites) -> str | None:
     known = columns.deposit_length[np.isfinite(columns.deposit_length)]
     return None if len(known) >= 10 else "fewer than 10 events have a deposit length"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -10,8 +9,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, FrictionEffect, Parameter
-from avahazard.effects.site import Site
+from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, FrictionEffect, Parameter, Sites
 from avahazard.message import message, named
 
 SCATTERS = 2.5
@@ -43,7 +41,7 @@ def level_counts(values: NDArray[np.str_]) -> dict[str, int]:
     return {str(k): int(n) for k, n in zip(levels, counts, strict=True)}
 
 
-def level_lacking(name: str, columns: EventColumns, _sites: Sequence[Site] = ()) -> str | None:
+def level_lacking(name: str, columns: EventColumns, _sites: Sites = ()) -> str | None:
     """What a column lacks for an effect by level: two levels, each on enough events."""
     values = text_column(columns, name)
     if values is None:
@@ -53,7 +51,7 @@ def level_lacking(name: str, columns: EventColumns, _sites: Sequence[Site] = ())
     return f"{name} has no two values with at least {MIN_LEVEL} events each"
 
 
-def level_facts(name: str, columns: EventColumns, _sites: Sequence[Site] = ()) -> Facts:
+def level_facts(name: str, columns: EventColumns, _sites: Sites = ()) -> Facts:
     """The most common level, the others with enough events, and the prior's width for these."""
     values = text_column(columns, name)
     assert values is not None
@@ -78,7 +76,7 @@ def _prior_sd(columns: EventColumns) -> float:
     return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
 
 
-def level_words(name: str, columns: EventColumns, _sites: Sequence[Site] = ()) -> str | None:
+def level_words(name: str, columns: EventColumns, _sites: Sites = ()) -> str | None:
     """How many events, or for what a path has which paths, have each level; None without a column.
 
     The most common level stands first.

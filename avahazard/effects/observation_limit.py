@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from avahazard.arrays import Floats
@@ -14,15 +12,15 @@ from avahazard.effects.effect import (
     Facts,
     LimitEffect,
     Parameter,
+    Sites,
     needs_profile,
 )
-from avahazard.effects.site import Site
 
 FAR_M = 1000.0
 """A limit this far above the highest stop seen is no limit."""
 
 
-def _facts(columns: EventColumns, sites: Sequence[Site]) -> Facts:
+def _facts(columns: EventColumns, sites: Sites) -> Facts:
     highest = {}
     for k, site in enumerate(sites):
         stops = columns.stop_elevation[columns.path_index == k]
@@ -35,7 +33,7 @@ def _facts(columns: EventColumns, sites: Sequence[Site]) -> Facts:
     return {"paths": highest}
 
 
-def _lacking(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+def _lacking(columns: EventColumns, sites: Sites) -> str | None:
     known = columns.path_index[columns.path_index >= 0]
     if any(sites[k].path.observed_below_m is not None for k in np.unique(known)):
         return None
@@ -47,7 +45,7 @@ def _lacking(columns: EventColumns, sites: Sequence[Site]) -> str | None:
     return needs_profile(columns, sites) or lack
 
 
-def _settled(columns: EventColumns, sites: Sequence[Site]) -> bool:
+def _settled(columns: EventColumns, sites: Sites) -> bool:
     known = columns.path_index[columns.path_index >= 0]
     return all(sites[k].path.observed_below_m is not None for k in np.unique(known))
 

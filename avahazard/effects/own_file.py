@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,7 @@ from avahazard.effects.effect import (
     MotionEffect,
     Parameter,
     ShiftEffect,
+    Sites,
     needs_profile,
 )
 from avahazard.effects.levels import text_column
@@ -235,7 +236,7 @@ def _checked(p: Parameter, form: str, name: str) -> Parameter:
     return replace(p, low=points[0], high=points[-1], grid=points)
 
 
-def _lacking(needs: tuple[str, ...], columns: EventColumns, sites: Sequence[Site]) -> str | None:
+def _lacking(needs: tuple[str, ...], columns: EventColumns, sites: Sites) -> str | None:
     """What the data lack of the columns that a file needs."""
     for need in needs:
         if need == "profile":

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter
-from avahazard.effects.site import Site
+from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter, Sites
 
 CENTRE_M = 2000.0
 MIN_SPREAD_M = 50.0
@@ -20,7 +17,7 @@ def _design(columns: EventColumns) -> Floats:
     return np.nan_to_num(z)[:, None]
 
 
-def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _lacking(columns: EventColumns, _sites: Sites) -> str | None:
     z = columns.release_elevation[np.isfinite(columns.release_elevation)]
     if len(z) and np.std(z) >= MIN_SPREAD_M:
         return None

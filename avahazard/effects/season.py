@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter
-from avahazard.effects.site import Site
+from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter, Sites
 
 MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0
 MIN_DATES = 20
@@ -20,7 +17,7 @@ def _design(columns: EventColumns) -> Floats:
     return np.column_stack([t, t * t])
 
 
-def _lacking(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _lacking(columns: EventColumns, _sites: Sites) -> str | None:
     days = columns.day_of_winter[np.isfinite(columns.day_of_winter)]
     enough = len(days) >= MIN_DATES and float(np.std(days)) > 5.0
     return None if enough else f"fewer than {MIN_DATES} events have a day (not only a year)"

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Effect, Setting, needs_profile
-from avahazard.effects.site import Site
+from avahazard.effects.effect import Definition, Effect, Setting, Sites, needs_profile
 
 
-def _needs_volume(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _needs_volume(columns: EventColumns, _sites: Sites) -> str | None:
     known = columns.log_volume[np.isfinite(columns.log_volume)]
     return None if len(known) and np.ptp(known) > 0 else "the events have no (different) volumes"
 

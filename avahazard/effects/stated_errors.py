@@ -14,9 +14,9 @@ from avahazard.effects.effect import (
     Facts,
     Parameter,
     RecordErrorEffect,
+    Sites,
     VolumeErrorEffect,
 )
-from avahazard.effects.site import Site
 
 PRIOR_SD = float(np.log(2.0))
 """Errors are stated by judgement; that they are off by two either way is common, by four rare."""
@@ -37,7 +37,7 @@ def _factor(values: Floats) -> float:
     return float(np.exp(values[0]))
 
 
-def _few_records(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _few_records(columns: EventColumns, _sites: Sites) -> str | None:
     return None if len(columns) >= 4 * MIN_LEVEL else f"fewer than {4 * MIN_LEVEL} events"
 
 
@@ -74,7 +74,7 @@ def largest_factor(columns: EventColumns) -> float:
     return float(np.sqrt(max(total2 - MIN_SPREAD**2, 0.0) / stated2))
 
 
-def _few_volumes(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
+def _few_volumes(columns: EventColumns, _sites: Sites) -> str | None:
     known = np.isfinite(columns.log_volume)
     if int(np.sum(known)) < 4 * MIN_LEVEL or np.ptp(columns.log_volume[known]) == 0.0:
         return f"fewer than {4 * MIN_LEVEL} events have (different) volumes"
@@ -83,7 +83,7 @@ def _few_volumes(columns: EventColumns, _sites: Sequence[Site]) -> str | None:
     return None
 
 
-def _highest(columns: EventColumns, _sites: Sequence[Site]) -> Facts:
+def _highest(columns: EventColumns, _sites: Sites) -> Facts:
     # Errors cannot scatter the recorded volumes more than these do.
     return {"highest": float(np.clip(np.log(max(largest_factor(columns), 1e-9)), 0.0, MOST))}
 
