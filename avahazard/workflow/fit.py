@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.paper.back_calculation import back_calculate
+from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.least_squares import LawFit, fit_every_law, usable
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths

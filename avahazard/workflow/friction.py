@@ -14,8 +14,7 @@ import numpy as np
 
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.paper.apparent import STATUSES
-from avahazard.inference.paper.back_calculation import BackCalculation, back_calculate
+from avahazard.inference.paper.apparent import STATUSES, BackCalculation, back_calculate
 from avahazard.inference.paper.density import DEFAULT_KAPPA
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError

@@ -11,7 +11,7 @@ from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.paper.back_calculation import N_REPLICATES, BackCalculation
+from avahazard.inference.paper.apparent import N_REPLICATES, BackCalculation
 from avahazard.inference.paper.density import DEFAULT_KAPPA, choose_kappa, holy_density
 from avahazard.inference.paper.least_squares import fit_law
 from avahazard.physics.runout_curve import MU

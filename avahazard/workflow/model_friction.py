@@ -8,7 +8,7 @@ from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.friction_scatter import draws, friction, volume_share
-from avahazard.inference.paper.back_calculation import BackCalculation, back_calculate
+from avahazard.inference.paper.apparent import BackCalculation, back_calculate
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.report.html.content import FrictionView

@@ -11,9 +11,8 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.paper.back_calculation import BackCalculation, back_calculate
-from avahazard.inference.paper.density import DEFAULT_KAPPA
-from avahazard.inference.paper.density_band import density_band
+from avahazard.inference.paper.apparent import BackCalculation, back_calculate
+from avahazard.inference.paper.density import DEFAULT_KAPPA, density_band
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths

@@ -14,7 +14,7 @@ from avahazard.inference.model.law_prior import LawPrior, law_prior, prior_of_fi
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.paper.back_calculation import back_calculate
+from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.least_squares import fit_law, usable
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.records.collection import Records

@@ -9,8 +9,7 @@ import numpy as np
 from numba import njit
 
 from avahazard.inference.model.laws import law
-from avahazard.inference.paper.metropolis import walk
-from avahazard.inference.paper.runout_fit import runout_records, squared_residuals
+from avahazard.inference.paper.metropolis import runout_records, squared_residuals, walk
 from avahazard.inference.samplers.convergence import diagnose_chains
 from benchmarks.cases.twin import twin
 from benchmarks.measuring import Result, alternate

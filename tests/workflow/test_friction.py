@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
-from avahazard.inference.paper.back_calculation import N_REPLICATES
+from avahazard.inference.paper.apparent import N_REPLICATES
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event

@@ -10,7 +10,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.paper.back_calculation import back_calculate
+from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records

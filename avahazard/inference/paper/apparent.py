@@ -1,5 +1,6 @@
 """Apparent friction: the μ whose block stops where the record says (the inverse of F).
 
+And the paper's perturbation check: records moved within their errors, and the spread this causes.
 On stepped terrain F jumps and has no inverse there. That is said in the status, and no other part
 of the product infers from these values except the paper's own methods, which are built on them.
 """
@@ -11,12 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Bools, Floats, Ints
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.model.laws import Law
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
+from avahazard.inference.paper.least_squares import fit_law
+from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
-from avahazard.physics.block import STOPPED
-from avahazard.physics.runout_curve import RunoutCurve
+from avahazard.physics.block import NOT_RELEASED, STOPPED
+from avahazard.physics.runout_curve import MU, RunoutCurve
 
-Array = NDArray[np.float64]
-
+SEED = 0
+"""The perturbation is the same each time that the records are."""
+N_REPLICATES = 200
+ENOUGH = 0.5
+"""Share of replicates with a friction below which no spread is given."""
 STATUSES = (
     "unique",  # one friction stops there
     "jump",  # no friction does: F jumps over the record; μ is where it jumps
@@ -28,56 +38,161 @@ STATUSES = (
 UNIQUE, JUMP, SEVERAL, ABOVE, BELOW, NO_RECORD = range(6)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ApparentFriction:
-    """Per event [n_events]: μ, the bracket that F gives, and a code that `STATUSES` names.
+    """μ of records, the bracket that F gives, and a code that `STATUSES` names; all of one shape.
 
     μ is nan for "above" and "below", where only one side of the bracket is finite, and for
     "no-record".
     """
 
-    mu: Array
-    mu_low: Array
-    mu_high: Array
-    status: NDArray[np.int64]
+    mu: Floats
+    mu_low: Floats
+    mu_high: Floats
+    status: Ints
 
-    def labels(self) -> list[str]:
-        """The status in words, one per event."""
-        return [STATUSES[code] for code in self.status]
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Perturbation:
+    """`mu` [n_replicates, n_events], nan where no friction stops at the moved record.
+
+    `mu_sd` [n_events] is its spread, nan where fewer than half of the replicates have a friction.
+    """
+
+    mu: Floats
+    mu_sd: Floats
+
+    def law_spread(self, law: Law, volume: Floats) -> tuple[Floats, Floats]:
+        """Mean and sd [n_parameters] of the law's parameters, refitted to every replicate.
+
+        `volume` [n_events] in m3. Raises `AvahazardError` when there are too few events.
+        """
+        fitted = np.array([fit_law(law, volume, mu).parameters for mu in self.mu])
+        return fitted.mean(axis=0), fitted.std(axis=0, ddof=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BackCalculation(ApparentFriction):
+    """Apparent friction of events, each `[n_events]`, and that of the moved records."""
+
+    perturbation: Perturbation
+
+
+def back_calculate(observations: Observations, predicted: Predicted) -> BackCalculation:
+    """Invert F at every record, and again at `N_REPLICATES` sets of records moved by their errors.
+
+    `predicted` is that of the model without effects. Without a profile μ = H/L.
+    """
+    straight = observations.kind == LENGTH
+    # A place x falls with friction, where elevations rise.
+    sign = np.where(observations.kind == ELEVATION, 1.0, -1.0)
+    sign[observations.kind == LEFT] = 1.0
+    records = np.where(observations.kind == LEFT, -np.inf, sign * observations.observed)
+    rows = np.flatnonzero(~straight)
+    tables = (
+        np.arange(len(rows)),
+        sign[rows, None] * predicted.record[rows],
+        predicted.curve[rows],
+    )
+    mu = observations.fall_height / observations.observed
+    low, high, status = mu.copy(), mu.copy(), np.full(observations.n_events, UNIQUE)
+    moved = np.full((N_REPLICATES, observations.n_events), np.nan)
+    sd = np.full(observations.n_events, np.nan)
+    if len(rows):
+        inverse = apparent_friction(records[rows], *tables)
+        mu[rows], low[rows] = inverse.mu, inverse.mu_low
+        # Where no friction stops the block on the profile, one that held it is too high.
+        high[rows] = np.minimum(inverse.mu_high, _held_from(predicted.status[rows]))
+        status[rows] = inverse.status
+        spread = perturb(
+            records[rows], observations.sigma[rows], *tables, seed=SEED, n_replicates=N_REPLICATES
+        )
+        moved[:, rows], sd[rows] = spread.mu, spread.mu_sd
+    if np.any(straight):
+        moved[:, straight] = _perturb_straight(observations, straight)
+        sd[straight] = np.nanstd(moved[:, straight], axis=0, ddof=1)
+    return BackCalculation(mu, low, high, status, Perturbation(moved, sd))
+
+
+def _held_from(status: NDArray[np.int8]) -> Floats:
+    """Lowest friction of the grid that held the block at its release, `[n_events]`; else ∞."""
+    held = status == NOT_RELEASED
+    return np.where(held.any(axis=1), MU[held.argmax(axis=1)], np.inf)
+
+
+def _perturb_straight(observations: Observations, straight: Bools) -> Floats:
+    """H/L of moved lengths, `[N_REPLICATES, n_straight]`; nan where a length fell below zero."""
+    noise = generator(SEED, "perturbation", "straight").standard_normal(
+        (N_REPLICATES, int(np.sum(straight)))
+    )
+    length = observations.observed[straight] + observations.sigma[straight] * noise
+    return np.where(length > 0.0, observations.fall_height[straight] / length, np.nan)
 
 
 def apparent_friction(
-    runout: Array,
-    table: NDArray[np.int64],
-    stop_y: Array,
-    curves: RunoutCurve,
+    runout: Floats, table: Ints, stop_y: Floats, curves: RunoutCurve
 ) -> ApparentFriction:
-    """Inverts the curves [n_tables, n_mu] at the recorded elevations `runout` [n_events], m.
+    """Inverts the curves [n_tables, n_mu] at recorded elevations `runout` [..., n_events], m.
 
     `stop_y` [n_tables, n_mu] is where they stop, in the coordinate of the records and rising, and
     `table` [n_events] the row of each event. Only stops bracket a record; jumps are those of
     `runout_curve`. The record of an event that left the profile is -inf.
     """
     runout = np.asarray(runout, np.float64)
-    mu, mu_low, mu_high = np.full((3, runout.size), np.nan)
-    status = np.full(runout.size, NO_RECORD)
-    for k in np.unique(table):
-        stopped, broken = curves.status[k] == STOPPED, curves[k].broken
-        for i in np.flatnonzero(np.asarray(table) == k):
-            low, high, code = bracket(runout[i], stop_y[k], stopped, broken, curves.mu)
-            mu_low[i], mu_high[i], status[i] = low, high, code
-            if code <= SEVERAL:
-                mu[i] = 0.5 * (low + high)
-    return ApparentFriction(mu, mu_low, mu_high, status)
+    rows = runout.reshape(-1, runout.shape[-1])
+    stopped = curves.status == STOPPED
+    found = _inverted(rows, np.asarray(table), stop_y, stopped, curves.broken, curves.mu)
+    return ApparentFriction(*(part.reshape(runout.shape) for part in found))
+
+
+def perturb(
+    runout: Floats,
+    runout_sigma: Floats,
+    table: Ints,
+    stop_y: Floats,
+    curves: RunoutCurve,
+    *,
+    seed: int,
+    n_replicates: int = N_REPLICATES,
+) -> Perturbation:
+    """Apparent friction of `n_replicates` sets of records, each moved by its normal error.
+
+    `runout`, `runout_sigma` [n_events] in m; the curves as in `apparent_friction`.
+    """
+    noise = generator(seed, "perturbation").standard_normal((n_replicates, runout.size))
+    mu = apparent_friction(runout + runout_sigma * noise, table, stop_y, curves).mu
+    mu_sd = np.full(runout.size, np.nan)
+    for i in range(runout.size):
+        found = mu[np.isfinite(mu[:, i]), i]
+        if found.size > 1 and found.size >= ENOUGH * n_replicates:
+            mu_sd[i] = found.std(ddof=1)
+    return Perturbation(mu, mu_sd)
 
 
 @kernel
-def bracket(
+def _inverted(
+    runout: Floats, table: Ints, stop_y: Floats, stopped: Bools, broken: Bools, grid: Floats
+) -> tuple[Floats, Floats, Floats, Ints]:
+    """μ and the `_bracket` of each of `runout` [n_sets, n_events]."""
+    mu, low, high = np.full(runout.shape, np.nan), np.empty(runout.shape), np.empty(runout.shape)
+    status = np.empty(runout.shape, np.int64)
+    for r in range(runout.shape[0]):
+        for i in range(runout.shape[1]):
+            k = table[i]
+            left, right, code = _bracket(runout[r, i], stop_y[k], stopped[k], broken[k], grid)
+            low[r, i], high[r, i], status[r, i] = left, right, code
+            if code <= SEVERAL:
+                mu[r, i] = 0.5 * (left + right)
+    return mu, low, high, status
+
+
+@kernel(inner=True)
+def _bracket(
     y: float,
-    stop_y: Array,
-    stopped: NDArray[np.bool_],
-    broken: NDArray[np.bool_],
-    mu: Array,
+    stop_y: Floats,
+    stopped: Bools,
+    broken: Bools,
+    mu: Floats,
 ) -> tuple[float, float, int]:
     """Smallest and largest μ whose block stops at y, m, and the status code, of one table.
 

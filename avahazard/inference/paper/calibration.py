@@ -14,7 +14,7 @@ from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName, Specification
-from avahazard.inference.paper.back_calculation import back_calculate
+from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis
 from avahazard.inference.prediction.fitted_model import fitted_model

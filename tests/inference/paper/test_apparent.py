@@ -1,4 +1,4 @@
-"""The inverse of F gives back what made the record, and says where there is none."""
+"""Apparent friction gives back what made the record, and moved records spread it as F says."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from avahazard.inference.paper.apparent import apparent_friction
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.laws import law
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.paper.apparent import STATUSES, apparent_friction, back_calculate, perturb
 from avahazard.physics.runout_curve import RunoutCurve
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from tests.workflow.worlds import FRICTIONS, bowl, known_stops, smooth_bowl, stop_x
 
 MU_MIN, MU_STEP = 0.1, 0.01
 MU = MU_MIN + MU_STEP * np.arange(61)
@@ -21,6 +28,10 @@ def _invert(runout, stop_y, status=None):
     return apparent_friction(np.array(runout, float), table, stop_y, _curves(stop_y, status))
 
 
+def _words(result):
+    return [STATUSES[code] for code in result.status]
+
+
 def _curves(stop_y, status):
     return RunoutCurve(-stop_y, stop_y, status.astype(np.int8), MU)
 
@@ -30,7 +41,7 @@ def _curves(stop_y, status):
 def test_round_trip_on_a_rising_table(mu: float) -> None:
     stop_y = 1000 + 800 * MU**1.3
     result = _invert([np.interp(mu, MU, stop_y)], stop_y)
-    assert result.labels() == ["unique"]
+    assert _words(result) == ["unique"]
     assert result.mu[0] == pytest.approx(mu, abs=1e-9)
 
 
@@ -45,7 +56,7 @@ def test_each_event_takes_its_own_table() -> None:
 def test_a_record_inside_a_jump_says_so() -> None:
     stop_y = 1000 + 500 * MU + 100 * (MU > 0.405)
     result = _invert([1250.0, 1190.0, 1320.0], stop_y)
-    assert result.labels() == ["jump", "unique", "unique"]
+    assert _words(result) == ["jump", "unique", "unique"]
     assert result.mu_low[0] == pytest.approx(0.40)
     assert result.mu_high[0] == pytest.approx(0.41)
     assert result.mu[0] == pytest.approx(0.405)
@@ -56,7 +67,7 @@ def test_several_frictions_say_so() -> None:
     result = _invert([1250.0], stop_y)
     slow = MU[:-1][(stop_y[:-1] - 1250) * (stop_y[1:] - 1250) < 0]
     assert slow.size == 2
-    assert result.labels() == ["several"]
+    assert _words(result) == ["several"]
     assert slow[0] <= result.mu_low[0] <= slow[0] + MU_STEP
     assert slow[1] <= result.mu_high[0] <= slow[1] + MU_STEP
 
@@ -65,7 +76,7 @@ def test_records_off_the_table_give_one_sided_brackets() -> None:
     stop_y = 1000 + 500 * MU
     status = np.where(MU < 0.195, 1, np.where(MU > 0.605, 2, 0))
     result = _invert([1060.0, -np.inf, 1400.0, np.nan, 1100.0], stop_y, status)
-    assert result.labels() == ["below", "below", "above", "no-record", "unique"]
+    assert _words(result) == ["below", "below", "above", "no-record", "unique"]
     np.testing.assert_allclose(result.mu_high[:2], 0.2)
     assert result.mu_low[2] == pytest.approx(0.6)
     assert np.isnan(result.mu[:4]).all()
@@ -76,9 +87,122 @@ def test_a_gap_of_blocks_that_left_the_profile_is_a_jump() -> None:
     stop_y = 1000 + 500 * MU
     status = np.where((MU > 0.295) & (MU < 0.345), 1, 0)
     result = _invert([1160.0], stop_y, status)
-    assert result.labels() == ["jump"]
+    assert _words(result) == ["jump"]
     assert (result.mu_low[0], result.mu_high[0]) == pytest.approx((0.29, 0.35))
 
 
 def test_a_table_without_any_stop() -> None:
-    assert _invert([1100.0], 1000 + MU, np.ones(61, int)).labels() == ["below"]
+    assert _words(_invert([1100.0], 1000 + MU, np.ones(61, int))) == ["below"]
+
+
+WIDE_MU = 0.1 + 0.01 * np.arange(91)
+STOP_Y = np.array([400 + 1000 * WIDE_MU, 200 + 2000 * WIDE_MU])
+CURVES = RunoutCurve(-STOP_Y, STOP_Y, np.zeros(STOP_Y.shape, np.int8), WIDE_MU)
+TABLE = np.array([0, 1, 0, 1] * 5)
+VOLUME = np.geomspace(2e3, 3e5, 20)
+
+
+def _records(sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    mu = law("power").friction(np.array([1.07, 0.065]), VOLUME)
+    runout = np.array([np.interp(m, WIDE_MU, STOP_Y[k]) for m, k in zip(mu, TABLE, strict=True)])
+    return runout, np.full(20, sigma)
+
+
+def test_spread_is_the_error_over_the_slope() -> None:
+    result = perturb(*_records(15.0), TABLE, STOP_Y, CURVES, seed=1, n_replicates=4000)
+    np.testing.assert_allclose(result.mu_sd, 15.0 / np.where(TABLE == 0, 1000, 2000), rtol=0.05)
+
+
+def test_each_replicate_is_the_inverse_of_its_records() -> None:
+    runout, sigma = _records(0.0)
+    result = perturb(runout, sigma, TABLE, STOP_Y, CURVES, seed=1, n_replicates=3)
+    direct = apparent_friction(runout, TABLE, STOP_Y, CURVES).mu
+    np.testing.assert_array_equal(result.mu, np.tile(direct, (3, 1)))
+    np.testing.assert_allclose(result.mu_sd, 0.0, atol=1e-12)
+
+
+def test_no_spread_is_given_where_most_moved_records_have_no_friction() -> None:
+    runout, sigma = _records(15.0)
+    runout[0], runout[1] = -np.inf, STOP_Y[1, 0] - 60.0
+    result = perturb(runout, sigma, TABLE, STOP_Y, CURVES, seed=1)
+    assert np.isnan(result.mu_sd[:2]).all()
+    assert np.isfinite(result.mu_sd[2:]).all()
+
+
+def test_laws_spread_with_the_records() -> None:
+    """The sd of a linear fit's parameters, by the same propagation in closed form."""
+    result = perturb(*_records(10.0), TABLE, STOP_Y, CURVES, seed=2)
+    mean, sd = result.law_spread(law("power"), VOLUME)
+    np.testing.assert_allclose(mean, [1.07, 0.065], rtol=0.01)
+    alpha, beta = 1.07, 0.065
+    mu = alpha * VOLUME**-beta
+    jacobian = np.stack([mu / alpha, -mu * np.log(VOLUME)], axis=1)
+    propagated = np.linalg.pinv(jacobian) * (10.0 / np.where(TABLE == 0, 1000, 2000))
+    np.testing.assert_allclose(sd, np.linalg.norm(propagated, axis=1), rtol=0.15)
+
+
+def test_the_seed_decides() -> None:
+    def run(seed: int) -> np.ndarray:
+        return perturb(*_records(15.0), TABLE, STOP_Y, CURVES, seed=seed).mu
+
+    np.testing.assert_array_equal(run(4), run(4))
+    assert not np.array_equal(run(4), run(5), equal_nan=True)
+
+
+def test_too_few_replicates_have_no_spread() -> None:
+    result = perturb(*_records(15.0), TABLE, STOP_Y, CURVES, seed=1, n_replicates=1)
+    assert np.isnan(result.mu_sd).all()
+    assert result.mu[0] == pytest.approx(0.7, abs=0.3)
+
+
+def _found(records: Records):
+    observations = build_observations(records)
+    return back_calculate(observations, predict_records(observations, (), {}))
+
+
+def test_the_friction_of_known_runs_is_given_back() -> None:
+    found = _found(bowl(1900.0, known_stops()))
+    assert [STATUSES[code] for code in found.status] == ["unique"] * 10
+    assert found.mu == pytest.approx([*FRICTIONS, *FRICTIONS], abs=2e-3)
+
+
+def test_its_spread_is_the_error_of_the_record_over_the_slope_of_f() -> None:
+    found = _found(bowl(1900.0, known_stops(runout_sigma_m=5.0)))
+    for i, mu in enumerate(FRICTIONS):
+        slope = (stop_x(mu + 0.01) - stop_x(mu - 0.01)) / 0.02
+        assert found.perturbation.mu_sd[i] == pytest.approx(5.0 / abs(slope), rel=0.15)
+
+
+def test_without_a_profile_it_is_h_over_l() -> None:
+    straight = Event("s", fall_height_m=500.0, runout_length_m=1400.0, runout_sigma_m=14.0)
+    found = _found(bowl(1900.0, (*known_stops()[:2], straight)))
+    assert found.mu[2] == 500.0 / 1400.0
+    assert found.mu_low[2] == found.mu_high[2] == found.mu[2]
+    assert found.perturbation.mu_sd[2] == pytest.approx(0.01 * found.mu[2], rel=0.15)
+    alone = _found(Records(events=(straight,)))
+    assert alone.mu == found.mu[2]
+
+
+def test_records_that_bound_friction_from_one_side() -> None:
+    left = Event("left", "B", left_profile=True)
+    short = Event("short", "B", runout_x_m=-5.0)
+    found = _found(bowl(1000.0, (left, short)))
+    assert [STATUSES[code] for code in found.status] == ["below", "above"]
+    assert np.isnan(found.mu).all()
+    assert np.isnan(found.perturbation.mu_sd).all()
+    # The block of this friction just reaches x = 1000 m (of a bowl regularised a little otherwise).
+    assert stop_x(found.mu_high[0]) == pytest.approx(1000.0, abs=30.0)
+    # Nothing is released where the slope is less than μ.
+    steepness = -float(smooth_bowl(1000.0).derivatives(np.zeros(1))[1][0])
+    assert steepness <= found.mu_high[1] <= steepness + 0.0025
+
+
+def test_where_no_friction_stops_the_block_the_one_that_held_it_bounds() -> None:
+    # A plane: the block runs off it, or does not start.
+    x = np.linspace(0.0, 500.0, 21)
+    plane = Records(
+        (Path("B"),), (Profile("B", x, 500.0 - 0.6 * x),), (Event("a", "B", runout_x_m=490.0),)
+    )
+    found = _found(plane)
+    assert STATUSES[found.status[0]] == "below"
+    assert found.mu_high[0] == pytest.approx(0.6, abs=0.01)

@@ -13,7 +13,7 @@ from scipy.optimize import curve_fit
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.paper.back_calculation import back_calculate
+from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.least_squares import fit_every_law, fit_law
 from avahazard.records.errors import AvahazardError
 from avahazard.records.reading import read_records
