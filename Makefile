@@ -55,14 +55,14 @@ catalogues: setup
 	$(PYTHON) docs/_tools/catalogues.py
 
 paper-tables: setup
-	$(PYTHON) benchmarks/paper_tables.py
+	$(PYTHON) -m benchmarks.paper_tables
 
 # Runs the tutorials' own commands; writes what they print, and their pictures.
 tutorial: setup
 	$(PYTHON) docs/_tools/tutorials.py
 
 coverage: setup
-	$(PYTHON) benchmarks/coverage.py
+	$(PYTHON) -m benchmarks.coverage $(ARGS)
 
 # Kills, power cuts, bad disks, many users, upgrades, bad input: hours long.
 trust: setup
@@ -73,13 +73,13 @@ mutation: $(BENCH)/.installed
 	$(BENCH)/bin/python -m benchmarks.mutation --mutants $(or $(MUTANTS),60) --seed $(or $(SEED),1)
 
 avanodes: setup
-	$(PYTHON) benchmarks/avanodes.py
+	$(PYTHON) -m benchmarks.avanodes
 
 alpha-beta: setup
-	$(PYTHON) benchmarks/alpha_beta.py
+	$(PYTHON) -m benchmarks.alpha_beta
 
 real-data: setup
-	$(PYTHON) benchmarks/real_data.py
+	$(PYTHON) -m benchmarks.real_data
 
 # $(1): environment, $(2): lock. The lock is whole, so nothing is resolved: pip 23 would take a newer
 # release for a package asked for with an extra (coverage[toml]) and refuse it as not pinned. The

@@ -1,22 +1,15 @@
-"""What studies share: results as lines of JSON, what is missing done, tables written into pages.
-
-Import it before numpy: it gives every process one thread.
-"""
+"""What studies share: results as lines of JSON, what is missing done, tables written into pages."""
 
 from __future__ import annotations
 
 import json
 import multiprocessing
-import os
 import re
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
-
-for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ.setdefault(threads, "1")
 
 ROOT = Path(__file__).resolve().parents[1]
 HERE, DOCS, SHARED = ROOT / "benchmarks", ROOT / "docs", ROOT.parent / "shared" / "data"
@@ -90,7 +83,7 @@ def with_parts(text: str, parts: dict[str, str]) -> str:
         mark = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end of {name} -->)", re.DOTALL)
         if not mark.search(text):
             raise ValueError(f"the page has no part {name}")
-        text = mark.sub(lambda _, part=part: part.strip("\n") + "\n", text)
+        text = mark.sub(lambda _, part=part: f"\n{part.strip()}\n\n", text)
     return text
 
 

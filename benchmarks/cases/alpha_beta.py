@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from avahazard.hazard.alpha_beta import BY_NAME, AlphaBeta, alpha_beta, alpha_beta_on_points
 from avahazard.physics.smooth_profile import smooth_profile
-from benchmarks.coverage_study.world import drawn_ground
+from benchmarks.alpha_beta import PYTHON, com2ab
 from benchmarks.measuring import Result, alternate
+from benchmarks.true_worlds import drawn_ground
 
 N_LINES, N_SMOOTHED = 1000, 100
 CELL_M = 5.0
-PYTHON = "AVAFRAME_PYTHON"
-RUNNER = Path(__file__).resolve().parents[1] / "avaframe_com2ab.py"
 SAME_M = 0.1
 """Places so near are one."""
 
@@ -32,7 +28,7 @@ def measure() -> Result:
             "python3 -m venv avaframe-venv && avaframe-venv/bin/pip install avaframe==2.1"
         )
     lines = [_line(np.random.default_rng([k, 83])) for k in range(N_LINES)]
-    asked = json.dumps({"lines": [{"x_m": list(x), "y_m": list(y)} for x, y in lines]})
+    asked = [{"x_m": list(x), "y_m": list(y)} for x, y in lines]
     kept: dict[str, list[Any]] = {}
     by = BY_NAME["avaframe"]
 
@@ -48,9 +44,7 @@ def measure() -> Result:
         return (time.perf_counter() - start) / N_SMOOTHED
 
     def theirs() -> float:
-        command = [os.environ[PYTHON], str(RUNNER)]
-        done = subprocess.run(command, input=asked, stdout=subprocess.PIPE, check=True, text=True)
-        told = json.loads(done.stdout)
+        told = com2ab(asked)
         kept["theirs"] = told["found"]
         return float(told["seconds"]) / N_LINES
 

@@ -2,38 +2,26 @@
 
 from __future__ import annotations
 
-import json
-import sys
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from benchmarks.real_data import FOUND, addable, regression, split, tables
+from benchmarks.study import DOCS, lines, with_parts
 
 
-@pytest.fixture
-def module(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Give a function that imports a module of benchmarks/."""
-    monkeypatch.setattr(sys, "path", [str(ROOT / "benchmarks"), *sys.path])
-    return import_module
-
-
-def test_the_page_is_what_came_out(module: Any) -> None:
-    found = json.loads((ROOT / "benchmarks" / "real_data.json").read_text(encoding="utf-8"))
-    written = (ROOT / "docs" / "real-data.md").read_text(encoding="utf-8")
-    assert written == module("real_data_page").page(found)
+def test_the_page_is_what_came_out() -> None:
+    found = tables(lines(FOUND))
+    written = (DOCS / "real-data.md").read_text(encoding="utf-8")
+    assert with_parts(written, found) == written
     assert len(found) == 3
 
 
-def test_the_third_is_drawn_without_the_rest(module: Any, tmp_path: Path) -> None:
+def test_the_third_is_drawn_without_the_rest(tmp_path: Path) -> None:
     text = "event_id,volume_m3\n" + "".join(f"e{k},1\n" for k in range(30))
     (tmp_path / "all.csv").write_text(text, encoding="utf-8")
-    learnt, kept = (
-        f.read_text() for f in module("real_data").split(tmp_path / "all.csv", tmp_path)
-    )
+    learnt, kept = (f.read_text() for f in split(tmp_path / "all.csv", tmp_path))
     names = [set(part.split()[1:]) for part in (learnt, kept)]
     assert [len(part) for part in names] == [20, 10]
     assert not names[0] & names[1]
@@ -49,11 +37,11 @@ def test_the_third_is_drawn_without_the_rest(module: Any, tmp_path: Path) -> Non
         ("adequate", [], False),
     ],
 )
-def test_what_a_user_would_add(module: Any, verdict: str, missing: list[str], added: bool) -> None:
-    assert module("real_data").addable({"verdict": verdict, "missing": missing}) == added
+def test_what_a_user_would_add(verdict: str, missing: list[str], added: bool) -> None:
+    assert addable({"verdict": verdict, "missing": missing}) == added
 
 
-def test_the_regression_finds_what_was_put_in(module: Any, tmp_path: Path) -> None:
+def test_the_regression_finds_what_was_put_in(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     files = []
     for name, n in (("learnt.csv", 400), ("kept.csv", 200)):
@@ -65,13 +53,12 @@ def test_the_regression_finds_what_was_put_in(module: Any, tmp_path: Path) -> No
         )
         files.append(tmp_path / name)
         files[-1].write_text(text, encoding="utf-8")
-    regression = module("real_data_regression")
-    found = regression.regression_scores(*files, regression.Regression(levels=("side",)))
+    found = regression(*files, ("side",))
     terms = found["coefficients"]
     assert abs(terms["log V"]["value"] + 0.1) < 3.0 * terms["log V"]["se"]
     assert abs(terms["side b"]["value"] + 0.3) < 3.0 * terms["side b"]["se"]
     assert found["p_extra"] < 1e-6
     assert abs(found["coverage_90"] - 0.9) < 0.07
-    bare = regression.regression_scores(*files, regression.Regression())
+    bare = regression(*files, ())
     assert found["crps_m"] < bare["crps_m"]
     assert found["elpd"] > bare["elpd"]

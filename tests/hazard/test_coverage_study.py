@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from avahazard.synth.integrator import make_track, run_track
-from benchmarks.coverage import planned
-from benchmarks.coverage_study.arms import ARMS, LEFT, TAU, UNSEEN
-from benchmarks.coverage_study.judging import judge
-from benchmarks.coverage_study.page import covered, kept, page, share
-from benchmarks.coverage_study.world import (
+from benchmarks.coverage import covered, judge, kept, planned, share, tables
+from benchmarks.study import DOCS, with_parts
+from benchmarks.true_worlds import (
+    ARMS,
+    LEFT,
+    TAU,
+    UNSEEN,
     TrueWorld,
     exceeded_once,
     run_path,
@@ -91,9 +93,10 @@ def test_the_plan_has_every_arm_and_no_world_twice() -> None:
 @pytest.mark.slow
 def test_most_intervals_of_a_few_worlds_hold_the_truth() -> None:
     """The whole study is `make coverage`; here are 60 paths, of which 54 are expected."""
-    lines = [judge(true_world(seed)) for seed in range(301, 313)]
+    lines = [{"arm": "plain", **judge(true_world(seed))} for seed in range(301, 313)]
     worlds = kept(lines)
     for family in ("gev", "gpd"):
         mean, _ = share(worlds, lambda p, f=family: covered(p, f, "b"))
         assert 0.8 <= mean <= 1.0
-    assert "# Coverage" in page(lines, "a test")
+    written = (DOCS / "coverage.md").read_text(encoding="utf-8")
+    assert "12 datasets" in with_parts(written, tables(lines))
