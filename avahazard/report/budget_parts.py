@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from avahazard.criticism.scoring.budget_rows import UNEXPLAINED
+from avahazard.criticism.scoring.error_budget import UNEXPLAINED
 from avahazard.report.language import ENGLISH, Language
 from avahazard.results.comparison import Comparison
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.budget_rows import with_explained
-from avahazard.criticism.scoring.error_fall import error_fall
+from avahazard.criticism.scoring.error_budget import with_explained
+from avahazard.criticism.scoring.held_out import error_fall
 from avahazard.inference.fitting.mode import FIRST_SPREAD
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior

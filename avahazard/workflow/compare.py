@@ -9,29 +9,29 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.criticism.scoring.axes import event_axes
-from avahazard.criticism.scoring.budget_rows import (
+from avahazard.criticism.scoring.error_budget import (
+    ErrorBudget,
     budget_by_event,
     budget_parts,
+    error_budget,
     profile_part,
     with_explained,
 )
-from avahazard.criticism.scoring.error_budget import ErrorBudget, error_budget
-from avahazard.criticism.scoring.error_fall import group_errors
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.held_out import (
     HeldOut,
     HeldOutPredictions,
     choose_groups,
+    group_errors,
     held_out_predictions,
 )
-from avahazard.criticism.scoring.in_x import x_scores
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.scores import (
     randomised_pit,
     record_pit,
     runout_scores,
     speed_scores,
+    x_scores,
 )
 from avahazard.criticism.scoring.speed_misfit import (
     MatchedSpeeds,
@@ -39,7 +39,7 @@ from avahazard.criticism.scoring.speed_misfit import (
     measured_force,
     speed_misfit,
 )
-from avahazard.criticism.scoring.where_it_fails import where_it_fails
+from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import MethodName
 from avahazard.inference.prediction.fitted_model import FittedModel
@@ -149,7 +149,7 @@ def comparison(
             elpd_loo_se=loo.se,
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
-            runout_x=x_scores(expected, observations, budget),
+            runout_x=x_scores(expected, observations, budget.floor),
         ),
         held_out=_held_out_scores(held, others, observations, budget),
         where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
@@ -183,7 +183,7 @@ def _held_out_scores(
         speed=_speed_scores(others.speeds),
         elpd_loo=float(np.sum(others.log_density)),
         elpd_loo_se=float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
-        runout_x=x_scores(others.records, observations, budget),
+        runout_x=x_scores(others.records, observations, budget.floor),
         groups=group_errors(held, others, observations),
         n_fits=len(np.unique(held.fits)),
     )

@@ -12,8 +12,7 @@ from scipy.special import logsumexp
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import error_budget
 from avahazard.criticism.scoring.expected import expected_records
-from avahazard.criticism.scoring.in_x import x_scores
-from avahazard.criticism.scoring.scores import record_pit, runout_scores
+from avahazard.criticism.scoring.scores import record_pit, runout_scores, x_scores
 from avahazard.inference.model.observations import LENGTH
 from avahazard.inference.model.release_error import stated_release_sigma
 from avahazard.inference.prediction.extrapolation import extrapolation
@@ -169,5 +168,5 @@ def _scores(model: FittedModel) -> PredictionScores:
         elpd_loo=float(np.sum(density)),
         elpd_loo_se=float(np.sqrt(n) * np.std(density, ddof=1)) if n > 1 else None,
         coordinate=coordinate_name(model.observations),
-        runout_x=x_scores(expected, model.observations, budget),
+        runout_x=x_scores(expected, model.observations, budget.floor),
     )

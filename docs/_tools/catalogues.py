@@ -17,7 +17,7 @@ from babel.messages.catalog import Catalog
 from babel.messages.extract import extract_from_file
 from babel.messages.pofile import read_po, write_po
 
-from avahazard.criticism.scoring.axes import MONTHS
+from avahazard.criticism.scoring.where_it_fails import MONTHS
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.covariate import covariate
 from avahazard.hazard.alpha_beta import BY_NAME

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from avahazard.cli.comparison_table import SOURCES as OF_TABLE
-from avahazard.criticism.scoring.budget_rows import SOURCES, UNEXPLAINED
+from avahazard.criticism.scoring.error_budget import SOURCES, UNEXPLAINED
 from avahazard.report.budget_parts import COLORS, bars, part_words, parts_in_order
 from avahazard.report.language import LANGUAGES, language_of
 from avahazard.results.base import Rows

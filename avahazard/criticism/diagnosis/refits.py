@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.held_out import choose_groups
-from avahazard.criticism.scoring.held_out_together import held_out_together
+from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
 from avahazard.criticism.screening.group_spreads import GroupSpreads, group_spreads
 from avahazard.effects.effect import Definition, Facts
 from avahazard.engine import spread_map

@@ -9,7 +9,7 @@ from scipy.special import logsumexp
 
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit
-from avahazard.criticism.scoring.friction_given_record import friction_given_record
+from avahazard.criticism.scoring.speed_misfit import friction_given_record
 from avahazard.inference.model.layout import TRACK_SCATTER
 from avahazard.inference.model.observations import ELEVATION, Observations
 from avahazard.inference.model.speed_record import track_spread

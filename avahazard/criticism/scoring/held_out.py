@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
+from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
 from avahazard.engine import spread_map
 from avahazard.inference.fitting.mode import Mode, find_mode
@@ -22,6 +23,9 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
+from avahazard.results.base import Rows
+from avahazard.results.comparison import Comparison, GroupError
+from avahazard.results.ladder import ErrorFall
 
 Groups = NDArray[np.int64]
 
@@ -31,6 +35,7 @@ MAX_FITS = 24
 N_FOLDS = 5
 DENSITY_DRAWS = 240
 RECORD_DRAWS = 300
+FEWEST_GROUPS = 3
 
 
 class HeldOut(NamedTuple):
@@ -170,3 +175,71 @@ def offsets_by_group(posterior: Posterior, offsets: Floats | None) -> dict[str, 
 def key_of(out: NDArray[np.bool_]) -> str:
     """A text for the events held out, to key random numbers by."""
     return np.packbits(out).tobytes().hex()
+
+
+def held_out_together(posterior: Posterior, groups: Groups, start: Mode) -> Floats:
+    """Log density of all records of each group at once, given those of the others, `[n_groups]`.
+
+    `groups` `[n_events]` says which events are held out together; `start` is the mode given all
+    events. Records of one path share its offset: judged one by one, a path that lies off would
+    count as often as it has records, and the narrower model, which is the better one within paths,
+    would lose for it.
+    """
+    found = []
+    for group in np.unique(groups):
+        out = groups == group
+        rest = posterior.restricted(~out)
+        draws = fit_draws(rest, start, DENSITY_DRAWS, key_of(out))
+        given = _together_given(posterior, rest, out, draws.coordinates)
+        found.append(float(logsumexp(given + draws.log_weight)))
+    return np.array(found)
+
+
+def _together_given(
+    posterior: Posterior, rest: Posterior, out: NDArray[np.bool_], u: Floats
+) -> Floats:
+    """Log density `[n]` of the records `out`, the offsets of their groups integrated out.
+
+    Given parameters u `[n, n_slots]`, and the other records where these share an offset.
+    """
+    index = posterior.plan.index
+    if np.any(np.intersect1d(index[:, out], index[:, ~out]) >= 0):
+        return posterior.log_densities(u) - rest.log_densities(u)
+    mine = posterior.restricted(out).log_densities(u)
+    return np.asarray(mine - posterior.layout.log_prior(u))
+
+
+def group_errors(
+    held: HeldOut, others: HeldOutPredictions, observations: Observations
+) -> Rows[GroupError]:
+    """Mean CRPS (m) of each path or fold, held out."""
+    error = crps(others.records.draws, others.records.observed)
+    rows = []
+    for group in np.unique(held.groups):
+        mine = held.groups == group
+        named = held.by == "path" and group >= 0
+        name = observations.columns.paths[group] if named else str(int(group))
+        rows.append(GroupError(name, int(np.sum(mine)), float(np.mean(error[mine]))))
+    return Rows(rows)
+
+
+def error_fall(before: Comparison, after: Comparison) -> ErrorFall | None:
+    """The fall of the held-out error, with its 90 % interval; None where it has none.
+
+    The two are paired by groups, whose events are not independent: the jackknife over groups, and
+    Student's t with one degree of freedom less than there are groups.
+    """
+    from scipy.special import stdtrit  # noqa: PLC0415
+
+    first = {row.group: row for row in before.held_out.groups}
+    pairs = [(first[row.group], row) for row in after.held_out.groups if row.group in first]
+    if len(pairs) < max(FEWEST_GROUPS, len(first)) or any(a.n != b.n for a, b in pairs):
+        return None
+    n = np.array([b.n for _, b in pairs], dtype=float)
+    sums = n * np.array([a.crps_m - b.crps_m for a, b in pairs])
+    fall = float(np.sum(sums) / np.sum(n))
+    without = (np.sum(sums) - sums) / (np.sum(n) - n)
+    groups = len(pairs)
+    se = float(np.sqrt((groups - 1) / groups * np.sum((without - np.mean(without)) ** 2)))
+    reach = float(stdtrit(groups - 1, 0.95)) * se
+    return ErrorFall(fall, fall - reach, fall + reach)

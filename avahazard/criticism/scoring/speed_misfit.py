@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from scipy.special import stdtr
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.axes import terciles
-from avahazard.criticism.scoring.friction_given_record import friction_given_record
+from avahazard.criticism.scoring.where_it_fails import holm, terciles
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import drawn_speeds
+from avahazard.inference.model.friction_scatter import below, log_density
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.inference.model.speed_record import SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
-from avahazard.physics.runout_curve import between, located, steps_of
+from avahazard.physics.runout_curve import MU, between, located, steps_of
 from avahazard.results.base import Rows
 from avahazard.results.comparison import MeasuredForce, SpeedMisfit
 
@@ -29,6 +29,7 @@ DRAWS_A_TABLE = 25
 FEWEST_TRACKS = 3
 MIN_PIECE_M = 20.0
 """Shortest stretch over which a deceleration is taken: over less, errors of speed drown it."""
+TINY = 1e-290
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,7 +167,10 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[Spe
                     p_value=_by_track(error[mine], matched.event[mine]),
                 )
             )
-    return Rows(_corrected(rows))
+    tested = [(k, p) for k, row in enumerate(rows) if (p := row.p_value) is not None]
+    for (k, _), p in zip(tested, holm([p for _, p in tested]), strict=True):
+        rows[k] = replace(rows[k], p_value=p)
+    return Rows(rows)
 
 
 def _by_track(error: Floats, event: NDArray[np.int64]) -> float | None:
@@ -177,16 +181,6 @@ def _by_track(error: Floats, event: NDArray[np.int64]) -> float | None:
         return None
     t = abs(np.mean(means)) / max(float(np.std(means, ddof=1)), 1e-12) * np.sqrt(n)
     return float(2.0 * stdtr(n - 1, -t))
-
-
-def _corrected(rows: list[SpeedMisfit]) -> list[SpeedMisfit]:
-    """The rows with Holm's p-values."""
-    known = sorted((row.p_value, k) for k, row in enumerate(rows) if row.p_value is not None)
-    corrected, largest = list(rows), 0.0
-    for rank, (p, k) in enumerate(known):
-        largest = max(largest, min((len(known) - rank) * p, 1.0))
-        corrected[k] = replace(rows[k], p_value=largest)
-    return corrected
 
 
 def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, NDArray[np.str_]]:
@@ -201,3 +195,36 @@ def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, 
         # The predicted speed: the measured one would be high where its error is.
         "predicted_speed_m_s": terciles(matched.draws.mean(axis=1), lambda v: f"{v:.1f} m/s"),
     }
+
+
+def friction_given_record(
+    posterior: Posterior, nodes: Nodes, event: int, location: Floats, scatter: Floats
+) -> tuple[Floats, Floats]:
+    """Frictions `[n_nodes + 2]` and their chances (which sum to 1) given the record of one event.
+
+    The last two stand for all below and beyond the tables, which a vague record allows.
+    `nodes` are those of all events; `location` and `scatter` `[n_volumes]` are of this one.
+    """
+    in_log = posterior.layout.log_scatter
+    place, weight = nodes.place[event], nodes.weight[event]
+    if nodes.is_probability[event]:
+        # It left the profile: any friction, by its chance to let it.
+        edges, drops = place, weight
+        place = np.log(MU) if in_log else MU
+        chance = nodes.floor[event] + (edges > place[:, None]) @ drops
+        weight = np.gradient(place) * np.clip(chance, 0.0, 1.0)
+    student = posterior.specification.tails == "student"
+    h = posterior.observations.volumes.weight[event]
+    z = (place[:, None] - location) / scatter
+    log_p = np.logaddexp.reduce(log_density(z, student) + np.log(h / scatter), axis=1)
+    edge = nodes.tail_place[event]
+    z = np.array([[1.0], [-1.0]]) * (edge[:, None] - location) / scatter
+    log_beyond = np.log(np.maximum(below(z, student) @ h, TINY))
+    log_p = np.concatenate([log_p, log_beyond])
+    place = np.concatenate([place, edge])
+    weight = np.concatenate([weight, nodes.tail[event]])
+    top = np.max(log_p[weight > 0.0], initial=-np.inf)
+    p = weight * np.exp(np.minimum(log_p - top, 0.0))
+    if not np.sum(p) > 0.0:
+        p = np.ones(len(place))
+    return (np.exp(place) if in_log else place), p / np.sum(p)

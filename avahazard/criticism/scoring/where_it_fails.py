@@ -1,23 +1,31 @@
-"""Where a model fails: its bias along every axis, and whether chance could do that."""
+"""Where a model fails: its bias along every axis, and whether chance could do that.
+
+What lies at the stop is taken at the predicted stop, not at the record's: events that by chance
+stopped high would otherwise be found to have stopped higher than predicted.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.axes import Levels
-from avahazard.criticism.scoring.contrasts import contrast_p_values
+from avahazard.inference.model.observations import Observations
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
 
 MIN_EVENTS = 5
 MIN_PATHS = 5
 PIT_EDGE = 1e-6
+Levels = NDArray[np.str_]
+
+MONTHS = ("January", "February", "March", "April", "May", "June", "July", "August", "September",
+          "October", "November", "December")  # fmt: skip
+MAX_LEVELS_OF_NUMBERS = 3
 
 
 def where_it_fails(
@@ -29,7 +37,7 @@ def where_it_fails(
     predictive distribution, `path` the index of each event's path. The p-value is that of the
     mean of Φ⁻¹(PIT) in a level (two-sided). Events of one path are not independent: with five
     paths or more, axes other than the path allow for a spread between paths, and a level is held
-    against the other events (`contrasts`). Values are corrected
+    against the other events (`contrast_p_values`). Values are corrected
     for the number of axes, which count alike and share their part among their levels (`holm`):
     a column of thirty words hides no other. Levels of fewer than five events are left out.
     """
@@ -57,11 +65,12 @@ def where_it_fails(
     return Rows(sorted(rows, key=lambda row: (row.p_value, -abs(row.bias_m))))
 
 
-def holm(p_values: list[float], weights: list[float]) -> list[float]:
+def holm(p_values: list[float], weights: list[float] | None = None) -> list[float]:
     """p-values corrected so that one false alarm in all is as rare as promised.
 
-    A p-value counts by its weight in what it is held against (weighted procedure of Holm 1979).
+    A p-value counts by its weight (1) in what it is held against (weighted procedure of Holm 1979).
     """
+    weights = [1.0] * len(p_values) if weights is None else weights
     adjusted = [1.0] * len(p_values)
     highest, left = 0.0, sum(weights)
     order = np.argsort(np.divide(p_values, weights), kind="stable")
@@ -76,3 +85,174 @@ def _normal_p(z: Floats) -> float:
     from scipy.special import ndtr  # noqa: PLC0415 (slow)
 
     return float(2.0 * ndtr(-abs(np.sum(z)) / np.sqrt(len(z))))
+
+
+def contrast_p_values(z: Floats, levels: Levels, path: NDArray[np.int64]) -> dict[str, float]:
+    """p-value of every level against the other events, where paths may differ too.
+
+    z = a + d x + b(path) + e, with x = 1 in the level: d is found from the events within paths and
+    from the means of paths, each weighted by what it knows. A level that is the same on a whole
+    path is told by the means alone, one that varies within paths hardly needs them.
+
+    Empty where each lies on one path only: then nothing can be said beyond the paths. Arguments are
+    `[n_events]`, z of unit variance.
+    """
+    names = np.unique(levels)
+    cells = np.unique(np.column_stack([np.searchsorted(names, levels), path]), axis=0)
+    if len(cells) == len(names):
+        return {}
+    _, path = np.unique(path, return_inverse=True)
+    tested = {str(name): contrast_p(z, (levels == name).astype(float), path) for name in names}
+    return {name: p for name, p in tested.items() if p is not None}
+
+
+def contrast_p(z: Floats, x: Floats, path: NDArray[np.int64]) -> float | None:
+    """Two-sided p-value of d = 0 by t; None where the data do not hold it.
+
+    Variances within and between paths are by moments; the degrees of freedom are those of the
+    two estimates of d combined.
+    """
+    from scipy.special import stdtr  # noqa: PLC0415 (slow)
+
+    count = np.bincount(path)
+    x_mean, z_mean = np.bincount(path, x) / count, np.bincount(path, z) / count
+    x_in, z_in = x - x_mean[path], z - z_mean[path]
+    squares = float(np.sum(x_in**2))
+    varies = squares > 1e-9 * len(x)
+    slope = float(np.sum(x_in * z_in)) / squares if varies else 0.0
+    free_within = len(z) - len(count) - int(varies)
+    within = 1.0
+    if free_within > 0:
+        # Ranks of a right model have variance one; less is chance.
+        within = max(1.0, float(np.sum((z_in - slope * x_in) ** 2)) / free_within)
+    free_between, between = _between(x_mean, z_mean, count, within)
+    weight = 1.0 / (within / count + between)
+    ahead = x_mean - np.sum(weight * x_mean) / np.sum(weight)
+    known_within = squares / within if varies and free_within > 0 else 0.0
+    known_between = float(np.sum(weight * ahead**2)) if free_between > 0 else 0.0
+    known = known_within + known_between
+    if known <= 1e-9:
+        return None
+    part = slope * known_within
+    if known_between > 0.0:
+        part += float(np.sum(weight * ahead * z_mean))
+    uncertain = 0.0
+    if known_within > 0.0:
+        uncertain += (known_within / known) ** 2 / free_within
+    if known_between > 0.0:
+        uncertain += (known_between / known) ** 2 / free_between
+    return float(2.0 * stdtr(1.0 / uncertain, -abs(part) / np.sqrt(known)))
+
+
+def _between(
+    x_mean: Floats, z_mean: Floats, count: NDArray[np.int64], within: float
+) -> tuple[int, float]:
+    """Degrees of freedom and variance of the offsets of paths, about a line in their mean x."""
+    columns = [np.ones(len(count))]
+    if np.ptp(x_mean) > 1e-9:
+        columns.append(x_mean)
+    design = np.column_stack(columns)
+    free = len(count) - design.shape[1]
+    if free < 1:
+        return 0, 0.0
+    inverse = np.linalg.inv(design.T @ (count[:, None] * design))
+    line = design @ (inverse @ (design.T @ (count * z_mean)))
+    squares = float(np.sum(count * (z_mean - line) ** 2))
+    expected = np.sum(count) - np.trace(inverse @ (design.T @ (count[:, None] ** 2.0 * design)))
+    return free, max(0.0, (squares - free * within) / float(expected))
+
+
+def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Levels]:
+    """Level of every event `[n_events]` by axis; '' where it is not known.
+
+    `predicted_x` `[n_events]` (m) is the place of the predicted stop. Numbers are cut at their
+    terciles.
+    """
+    columns = observations.columns
+    names = np.array([*columns.paths, ""])
+    axes: dict[str, Levels] = {
+        "path": names[columns.path_index],
+        "volume": terciles(np.exp(columns.log_volume), _volume),
+        "year": terciles(columns.year, lambda v: f"{v:.0f}"),
+        "month": _months(observations),
+        "release_elevation_m": terciles(columns.release_elevation, _metres),
+        "section": columns.section,
+        "orientation": _path_words(
+            observations, [s.path.orientation or "" for s in observations.sites]
+        ),
+        **_at_the_stop(observations, predicted_x),
+    }
+    for name, values in columns.numbers.items():
+        axes.setdefault(name, _number_levels(values))
+    for name, texts in columns.texts.items():
+        axes.setdefault(name, texts)
+    return {name: np.asarray(levels, dtype=np.str_) for name, levels in axes.items()}
+
+
+def _at_the_stop(observations: Observations, x: Floats) -> dict[str, Levels]:
+    """Elevation, slope, share of the path and land cover at the predicted stops."""
+    n = observations.n_events
+    height, slope, share = (np.full(n, np.nan) for _ in range(3))
+    cover = np.full(n, "", dtype=object)
+    for k, site in enumerate(observations.sites):
+        mine = np.flatnonzero(observations.columns.path_index == k)
+        smooth = site.smooth
+        at = np.clip(x[mine], smooth.x_min, smooth.x_max)
+        height[mine] = smooth.height(at)
+        slope[mine] = np.degrees(np.arctan(-np.asarray(smooth.derivatives(at)[1])))
+        share[mine] = (at - smooth.x_min) / (smooth.x_max - smooth.x_min)
+        if site.land_cover is not None:
+            point = np.searchsorted(site.profile_x, at, side="right") - 1
+            cover[mine] = np.asarray(site.land_cover)[np.clip(point, 0, len(site.profile_x) - 1)]
+    return {
+        "predicted_stop_elevation_m": terciles(height, _metres),
+        "slope_at_predicted_stop": terciles(slope, lambda v: f"{v:.0f}°"),
+        "place_along_path": terciles(share, lambda v: f"{v:.0%}"),
+        "land_cover_at_predicted_stop": cover.astype(np.str_),
+    }
+
+
+def terciles(values: Floats, write: Callable[[float], str]) -> Levels:
+    """Lower, middle and upper third, named by their edges; '' where nan."""
+    known = np.isfinite(values)
+    levels = np.full(len(values), "", dtype=object)
+    if np.any(known) and np.ptp(values[known]) > 0.0:
+        low, high = np.quantile(values[known], [1 / 3, 2 / 3])
+        levels[known & (values <= low)] = f"up to {write(low)}"
+        levels[known & (values > low) & (values <= high)] = f"{write(low)} to {write(high)}"
+        levels[known & (values > high)] = f"above {write(high)}"
+    return levels.astype(np.str_)
+
+
+def _number_levels(values: Floats) -> Levels:
+    """A column of numbers: few different ones are levels, others are cut at their terciles."""
+    if len(np.unique(values[np.isfinite(values)])) <= MAX_LEVELS_OF_NUMBERS:
+        return np.array([f"{v:g}" if np.isfinite(v) else "" for v in values], dtype=np.str_)
+    return terciles(values, lambda v: f"{v:.4g}")
+
+
+def _months(observations: Observations) -> Levels:
+    day = observations.columns.day_of_winter
+    # Days counted from 1 November of a year that is not a leap year.
+    start = np.datetime64("2000-11-01", "D")
+    months = [
+        ""
+        if np.isnan(d)
+        else MONTHS[int((start + int(d)).astype("datetime64[M]").astype(int) % 12)]
+        for d in day
+    ]
+    return np.array(months, dtype=np.str_)
+
+
+def _path_words(observations: Observations, words: list[str]) -> Levels:
+    return np.array([*words, ""])[observations.columns.path_index]
+
+
+def _volume(value: float) -> str:
+    """Two leading digits and a thin gap for thousands: 80 000 m3."""
+    digits = max(0, int(np.floor(np.log10(max(value, 1.0)))) - 1)
+    return f"{round(value, -digits):,.0f} m3".replace(",", " ")
+
+
+def _metres(value: float) -> str:
+    return f"{value:.0f} m"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from avahazard.criticism.scoring.budget_rows import UNEXPLAINED
-from avahazard.criticism.scoring.error_fall import error_fall
+from avahazard.criticism.scoring.error_budget import UNEXPLAINED
+from avahazard.criticism.scoring.held_out import error_fall
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import failing
 from avahazard.report.html.words import (

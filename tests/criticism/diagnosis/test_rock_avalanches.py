@@ -9,8 +9,7 @@ import pytest
 from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.findings import Diagnosis
 from avahazard.criticism.diagnosis.refits import refit
-from avahazard.criticism.scoring.held_out import choose_groups
-from avahazard.criticism.scoring.held_out_together import held_out_together
+from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.reading import read_records

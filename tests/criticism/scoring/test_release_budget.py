@@ -7,8 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.scoring.budget_rows import budget_by_event, budget_parts
-from avahazard.criticism.scoring.error_budget import error_budget, unexplained
+from avahazard.criticism.scoring.error_budget import (
+    budget_by_event,
+    budget_parts,
+    error_budget,
+    unexplained,
+)
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.records.collection import Records
