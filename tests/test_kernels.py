@@ -10,10 +10,10 @@ from importlib import import_module
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import ModuleType
 
-import numpy as np
 import pytest
-from numba.core.errors import TypingError
+from numba import config
 
 from avahazard import kernels
 
@@ -99,6 +99,7 @@ def call(folder: Path, **environment: str) -> tuple[float, int]:
 
 def _call(folder: Path, environment: dict[str, str], sender: Connection) -> None:
     os.environ.update(environment)
+    config.CACHE_DIR = environment.get("NUMBA_CACHE_DIR", "")
     # Bytecode is taken for fresh by whole seconds and its length; edits here come faster.
     sys.dont_write_bytecode = True
     sys.path.insert(0, str(folder))
@@ -119,7 +120,14 @@ def test_an_edit_in_another_file_reaches_the_caller(tmp_path: Path) -> None:
     assert call(tmp_path) == (4.0, 0)
 
 
-def test_an_inner_kernel_is_not_called_from_python() -> None:
+def test_an_edit_compiles_its_module_and_those_that_build_on_it(tmp_path: Path) -> None:
+    package = copied(tmp_path)
+    assert call(tmp_path) == (4.0, 0)
+    (package / "beside.py").write_text(PACKAGE["caller.py"].replace("2.0 *", "3.0 *"))
+    assert call(tmp_path) == (4.0, 1)
+
+
+def test_python_runs_an_inner_kernel_as_it_stands() -> None:
     @kernels.kernel(inner=True)
     def inner(x: float) -> float:
         return x + 1.0
@@ -129,23 +137,16 @@ def test_an_inner_kernel_is_not_called_from_python() -> None:
         return 2.0 * inner(x)
 
     assert outer(1.0) == 4.0
-    for _ in range(2):
-        with pytest.raises(TypeError, match="other kernels alone"):
-            inner(1.0)
+    assert inner(1.0) == 2.0
 
 
-def test_a_kernel_that_borrows_reads_arrays_and_makes_none() -> None:
-    @kernels.kernel(borrows=True)
-    def total(values: np.ndarray) -> float:
-        return values[0] + values[1]
-
-    @kernels.kernel(borrows=True)
-    def made(n: int) -> float:
-        return np.zeros(n)[0]
-
-    assert total(np.array([1.0, 2.0])) == 3.0
-    with pytest.raises(TypingError):
-        made(2)
+def test_few_folders_of_former_sources_are_kept(tmp_path: Path) -> None:
+    package = copied(tmp_path)
+    for step in range(kernels.KEPT + 2):
+        (package / "constants.py").write_text(f"STEP = {step}.0\n")
+        assert call(tmp_path) == (2.0 + 2.0 * step, 0)
+    assert len(list((package / "__pycache__").glob("avahazard.caller-*"))) == kernels.KEPT
+    assert call(tmp_path) == (2.0 + 2.0 * step, 1)
 
 
 def test_what_is_compiled_is_kept_where_the_package_cannot_be_written(tmp_path: Path) -> None:
@@ -154,6 +155,38 @@ def test_what_is_compiled_is_kept_where_the_package_cannot_be_written(tmp_path: 
     home = {"XDG_CACHE_HOME": str(tmp_path / "home"), "HOME": str(tmp_path / "home")}
     assert call(tmp_path, **home) == (4.0, 0)
     assert call(tmp_path, **home) == (4.0, 1)
+
+
+def test_nothing_is_kept_where_nothing_can_be_written(tmp_path: Path) -> None:
+    package = copied(tmp_path)
+    (package / "__pycache__").write_text("no folder")
+    (tmp_path / "home").write_text("no folder")
+    home = {"XDG_CACHE_HOME": str(tmp_path / "home"), "HOME": str(tmp_path / "home")}
+    assert call(tmp_path, **home) == (4.0, 0)
+    assert call(tmp_path, **home) == (4.0, 0)
+
+
+def test_the_folder_that_numba_is_given_comes_first_and_is_given_back(tmp_path: Path) -> None:
+    package = copied(tmp_path)
+    given = tmp_path / "given"
+    assert call(tmp_path, NUMBA_CACHE_DIR=str(given)) == (4.0, 0)
+    assert call(tmp_path, NUMBA_CACHE_DIR=str(given)) == (4.0, 1)
+    assert not (package / "__pycache__").exists()
+
+
+def test_what_kernels_take_from_other_modules_is_in_the_name_of_their_folder() -> None:
+    """Kernels, constants and named tuples are in it; of others only what numpy and Python give."""
+    for path in kernels.PACKAGE.rglob("*.py"):
+        if "\n@kernel" in path.read_text():
+            import_module(".".join(path.relative_to(kernels.PACKAGE.parent).with_suffix("").parts))
+    for compiled in kernels.STAMPS:
+        function = getattr(compiled, "py_func", compiled)
+        for name in function.__code__.co_names:
+            used = function.__globals__.get(name)
+            ours = (getattr(used, "__module__", None) or "").startswith("avahazard")
+            stated = isinstance(used, kernels.CONSTANTS) or hasattr(used, "_fields")
+            assert not ours or used in kernels.STAMPS or stated, (function, name)
+            assert not isinstance(used, ModuleType) or used.__name__ in {"math", "numpy"}, function
 
 
 def test_every_kernel_of_the_package_has_the_one_spelling() -> None:

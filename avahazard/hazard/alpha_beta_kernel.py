@@ -35,7 +35,7 @@ def steps_of_points(x: Floats, y: Floats, release_x: float, longest: float) -> t
     return at_steps, step
 
 
-@kernel(borrows=True)
+@kernel
 def first_flat_step(y: Floats, step: float, flat_slope: float, flat_m: float) -> int:
     """The end of the first flat step of those after a steep one, with all of the `flat_m` below.
 
@@ -56,7 +56,7 @@ def first_flat_step(y: Floats, step: float, flat_slope: float, flat_m: float) ->
     return -1
 
 
-@kernel(borrows=True)
+@kernel
 def parabola(y: Floats, step: float) -> tuple[float, float]:
     """Second derivative (1/m) and fall (m) of the parabola of least squares through y `[n + 1]`.
 
@@ -85,7 +85,7 @@ def parabola(y: Floats, step: float) -> tuple[float, float]:
     return 2.0 * c2 / (half * half), high - low
 
 
-@kernel(borrows=True)
+@kernel
 def reach(y: Floats, step: float, beta: float, alpha_deg: float) -> float:
     """Distance (m) from the release to the place of the angle α nearest to the β-point at `beta`.
 
@@ -111,7 +111,7 @@ def reach(y: Floats, step: float, beta: float, alpha_deg: float) -> float:
     return float((k + over / (over - under)) * step)
 
 
-@kernel(borrows=True)
+@kernel
 def alpha_and_reaches(
     y: Floats, step: float, beta: float, beta_deg: float, by: Coefficients
 ) -> tuple[float, float, float, float]:

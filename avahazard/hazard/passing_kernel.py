@@ -46,7 +46,7 @@ def rates_at(descent, x):  # type: ignore[no-untyped-def]
     return result
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _fill_rates(descent, x, nu, over, result):  # type: ignore[no-untyped-def]
     _thresholds(descent, x, nu, over)
     for p in range(len(descent.rate)):
@@ -62,7 +62,7 @@ def _room(descent, x):  # type: ignore[no-untyped-def]
     return nu, np.empty(nu.shape, np.int64)
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _thresholds(descent, x, nu, over):  # type: ignore[no-untyped-def]
     """ν under which blocks stop beyond places x, and how many nodes of their curves do."""
     n_groups, n_classes, n = descent.falling.shape
@@ -73,7 +73,7 @@ def _thresholds(descent, x, nu, over):  # type: ignore[no-untyped-def]
                 nu[i, g, c] = _threshold(descent, g, c, x[i], over[i, g, c])
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def _threshold(descent, g, c, x, over):  # type: ignore[no-untyped-def]
     """ν under which a block of group g and class c stops beyond x; -inf never, inf always."""
     mu = friction_after(descent.falling[g, c], descent.broken[g, c], x, over)
@@ -82,7 +82,7 @@ def _threshold(descent, g, c, x, over):  # type: ignore[no-untyped-def]
     return math.log(mu) if descent.in_log else mu
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def _share(descent, p, c, nu):  # type: ignore[no-untyped-def]
     if nu == -np.inf:
         return 0.0
@@ -91,7 +91,7 @@ def _share(descent, p, c, nu):  # type: ignore[no-untyped-def]
     return share_under(descent.shares, p, descent.kind[c], nu)
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def _rate_under(descent, p, nu):  # type: ignore[no-untyped-def]
     """The rate of draw p with friction under ν `[n_classes]`."""
     total = 0.0
@@ -100,13 +100,13 @@ def _rate_under(descent, p, nu):  # type: ignore[no-untyped-def]
     return descent.rate[p] * total
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def _height(rate, wanted):  # type: ignore[no-untyped-def]
     """log of a rate over the wanted one, not far below nought."""
     return math.log(max(rate / wanted, RARE))
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def _height_at(descent, p, x, wanted, least, most):  # type: ignore[no-untyped-def]
     """`_height` past x, where from `least` to `most` `[n_classes]` nodes of the curves stop."""
     g, total = descent.group[p], 0.0
@@ -133,8 +133,7 @@ def exceeded_places(descent, wanted, low, high, halvings):  # type: ignore[no-un
     return result
 
 
-# What makes no array is by itself: with `borrows` it takes a fifth of the time on some processors.
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _fill_places(descent, wanted, low, halvings, x, table, over, result):  # type: ignore[no-untyped-def]
     _thresholds(descent, x, table, over)
     for i in range(len(wanted)):
@@ -190,7 +189,7 @@ def _halved(low, high):  # type: ignore[no-untyped-def]
     return x
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def _enclosed(descent, p, wanted, least, most, a, b, at_a, at_b, halvings):  # type: ignore[no-untyped-def]
     """Two places a cell of the halvings apart, or nearer, between which the rate is the wanted."""
     tolerance = (b - a) / 2.0**halvings

@@ -116,19 +116,8 @@ def draw_stops(
     return x[:n], y[:n], counts
 
 
-# A kernel that borrows never lets go of a generator that comes from Python: these two do.
 @kernel
 def _lognormal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
-    return _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, counts)
-
-
-@kernel
-def _normal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
-    return _draw_normal(rng, rows, status, grid, of, location, sd, ends, x, y, counts)
-
-
-@kernel(inner=True, borrows=True)
-def _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     for p in range(len(location)):
         row, kind = rows[of[p]], status[of[p]]
@@ -142,8 +131,8 @@ def _draw_lognormal(rng, rows, status, grid, of, location, sd, ends, x, y, count
     return i
 
 
-@kernel(inner=True, borrows=True)
-def _draw_normal(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
+@kernel
+def _normal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0
     for p in range(len(location)):

@@ -104,7 +104,7 @@ def _given_over_nought(location, scatter, weight, none, student):  # type: ignor
                 none[p, k] += weight[p, k, v] * impossible
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def below(z, student):  # type: ignore[no-untyped-def]
     """The chance under z."""
     if student:
@@ -116,7 +116,7 @@ def below(z, student):  # type: ignore[no-untyped-def]
     return normal_below(z)
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def summed_share(curves, p, k, nu):  # type: ignore[no-untyped-def]
     """The share of draw p and kind k with friction under ν, by its definition."""
     total = -curves.none[p, k]
@@ -187,7 +187,7 @@ def _add_student(density, n, z, step, weight):  # type: ignore[no-untyped-def]
         density[2, j] += value * bend * step * step
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def share_under(curves, p, k, nu):  # type: ignore[no-untyped-def]
     """The share of draw p and kind k with friction under ν, by its curve; 0 to 1."""
     if curves.nodes.size == 0:

@@ -60,7 +60,7 @@ def new_batch(n_rows: int, rows: int) -> Batch:
     )
 
 
-@kernel(borrows=True)
+@kernel
 def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> int:
     """Place blocks with frictions `mu[first:]` at the start node; the number that move off.
 
@@ -85,7 +85,7 @@ def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> i
     return n_moving
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
     friction, w = batch.friction, batch.w
@@ -110,7 +110,7 @@ def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     place_stops(cells, batch)
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def first_of_batch(w: Floats, row: int) -> int:
     """How many blocks, from the first on, hold all that still move: a multiple of `LANES`."""
     n = 0
@@ -120,7 +120,7 @@ def first_of_batch(w: Floats, row: int) -> int:
     return (n + LANES - 1) // LANES * LANES
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     """Stop the blocks whose w touches zero in cell i; their number."""
     row, row_new = i & batch.rows, (i + 1) & batch.rows
@@ -140,7 +140,7 @@ def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
     return n
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def place_stops(cells: Cells, batch: Batch) -> None:
     """Fill `Batch.stop_t` of the blocks that stopped: in vectors where that converges."""
     w0, d0, w1, d1, t = batch.stop_w0, batch.stop_d0, batch.stop_w1, batch.stop_d1, batch.stop_t

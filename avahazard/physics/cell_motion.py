@@ -13,13 +13,13 @@ from avahazard.physics.constants import GRAVITY
 from avahazard.physics.resistance import SPEED_STEP
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def at_speed(table: np.ndarray, w: float) -> float:
     """Value of a table over speed (`resistance.SPEEDS`) at speed √w, linear in between."""
     return between(table, table_place(table, w))
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def table_place(table: np.ndarray, w: float) -> float:
     """Place of speed √w in a table over speed, in steps of it; its end for what is beyond."""
     place = np.sqrt(max(w, 0.0)) * (1.0 / SPEED_STEP)
@@ -27,14 +27,14 @@ def table_place(table: np.ndarray, w: float) -> float:
     return place if place < last else last  # also for the nan of a block at rest
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def between(table: np.ndarray, place: float) -> float:
     """Value of a table at a place, linear in between."""
     j = np.uint32(min(int(place), len(table) - 2))
     return table[j] + (place - j) * (table[j + np.uint32(1)] - table[j])
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def resisting(cells: Cells, i: int, mu: float, w: float) -> tuple[float, float]:
     """Friction and constant resistance (m/s²) in cell i of a block of friction `mu` and u² = w."""
     constant = cells.constant[i]
@@ -44,13 +44,13 @@ def resisting(cells: Cells, i: int, mu: float, w: float) -> tuple[float, float]:
     return mu * cells.factor[i] + cells.offset[i], constant
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def load(cells: Cells, bend: float, w: float) -> float:
     """N/cosθ if held to the ground, N = g cosθ + κw and κ = -bend cosθ; below zero it flies."""
     return GRAVITY - cells.curvature * bend * w
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def acceleration(
     slope: float, stretch: float, loaded: float, friction: float, constant: float, drag_w: float
 ) -> float:
@@ -61,7 +61,7 @@ def acceleration(
     return 2.0 * (GRAVITY * slope - friction * loaded - (constant + drag_w) * stretch)
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def node_acceleration(cells: Cells, i: int, node: int, mu: float, w: float) -> float:
     """dw/dx at a node, an end of cell i, on the ground or off it."""
     slope = cells.slope[node]
@@ -71,13 +71,13 @@ def node_acceleration(cells: Cells, i: int, node: int, mu: float, w: float) -> f
     return acceleration(slope, stretch, loaded, friction, constant, cells.drag[i] * w)
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def end_accelerations(cells: Cells, i: int, mu: float, w0: float, w1: float) -> tuple[float, float]:
     """dw/dx at the start and the end of cell i."""
     return node_acceleration(cells, i, i, mu, w0), node_acceleration(cells, i, i + 1, mu, w1)
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def hermite(t: float, v0: float, d0: float, v1: float, d1: float) -> float:
     """Cubic through v0, v1 with derivatives d0, d1 (per unit of t)."""
     c2 = 3.0 * (v1 - v0) - 2.0 * d0 - d1
@@ -85,7 +85,7 @@ def hermite(t: float, v0: float, d0: float, v1: float, d1: float) -> float:
     return v0 + t * (d0 + t * (c2 + t * c3))
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def elevation_in_cell(cells: Cells, i: int, t: float) -> float:
     """Elevation of the path at fraction t of cell i."""
     h = cells.x[i + 1] - cells.x[i]

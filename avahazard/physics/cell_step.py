@@ -17,7 +17,7 @@ CORRECTIONS = 3
 GAUSS_LOW, GAUSS_HIGH = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def step(
     cells: Cells, i: int, friction: Floats, w: Floats, row: int, row_new: int
 ) -> tuple[bool, bool]:
@@ -46,7 +46,7 @@ def step(
     return low > 0, high > 0
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def step_by_speed(
     cells: Cells,
     i: int,

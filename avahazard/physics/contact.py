@@ -26,7 +26,7 @@ from avahazard.physics.constants import GRAVITY
 THIRD = 1.0 / 3.0
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def step_with_contact(
     cells: Cells,
     i: int,
@@ -73,7 +73,7 @@ def step_with_contact(
     return low > 0
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def change_contact(
     cells: Cells, i: int, friction: Floats, w: Floats, row: int, row_new: int, lost_x: Floats
 ) -> bool:
@@ -121,7 +121,7 @@ def change_contact(
     return low > 0
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def bend_inside(cells: Cells, i: int, t: float) -> float:
     """dθ/dx at fraction t of cell i: d(tanθ)/dx cos²θ, tanθ the cubic through the cell's ends."""
     h = cells.x[i + 1] - cells.x[i]

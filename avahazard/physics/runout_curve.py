@@ -167,7 +167,7 @@ def nearest(status: NDArray[np.int8], cell: NDArray[np.int64], share: Floats) ->
     return np.take_along_axis(status, cell + (share >= 0.5), axis=-1)
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def inverse(values, broken, level):  # type: ignore[no-untyped-def]
     """Friction under which `values` `[n_friction]` over `MU` exceed a level.
 
@@ -177,7 +177,7 @@ def inverse(values, broken, level):  # type: ignore[no-untyped-def]
     return friction_after(values, broken, level, n_over(values, level, 0, len(values)))
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def n_over(values, level, least, most):  # type: ignore[no-untyped-def]
     """How many of the falling `values` exceed a level, which is `least` to `most`."""
     while least < most:
@@ -189,7 +189,7 @@ def n_over(values, level, least, most):  # type: ignore[no-untyped-def]
     return least
 
 
-@kernel(inner=True, forceinline=True, borrows=True)
+@kernel(inner=True, forceinline=True)
 def friction_after(values, broken, level, n):  # type: ignore[no-untyped-def]
     """`inverse`, where the first n values exceed the level."""
     if n == 0:

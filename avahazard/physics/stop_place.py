@@ -7,7 +7,7 @@ import numpy as np
 from avahazard.kernels import kernel
 
 
-@kernel(forceinline=True, borrows=True)
+@kernel(forceinline=True)
 def newton_zero(w0: float, d0: float, w1: float, d1: float) -> float:
     """Zero of the cubic with these end values and slopes that falls from w0 > 0 to w1 ≤ 0.
 
@@ -25,7 +25,7 @@ def newton_zero(w0: float, d0: float, w1: float, d1: float) -> float:
     return t if (w0 > 0.0) & (abs(step) < 1e-7) & (t >= 0.0) & (t <= 1.0) else np.nan
 
 
-@kernel(borrows=True)
+@kernel
 def first_zero(w0: float, d0: float, w1: float, d1: float) -> float:
     """First t in (0, 1] where the cubic with these end values and slopes is ≤ 0; -1 if none.
 

@@ -19,7 +19,7 @@ NO_ODDS = 40.0
 """Nats by which a record is likelier right than wrong from which on no digit tells of the wrong."""
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def laplace_terms(  # type: ignore[no-untyped-def]
     record_moments, left, edges, design, beta, offsets, sigma, lone, student, g, h, dv, iv
 ):
@@ -86,7 +86,7 @@ def laplace_terms(  # type: ignore[no-untyped-def]
     return value
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _or_wrong(here, wrong):  # type: ignore[no-untyped-def]
     """Log density of a record that is right or grossly `wrong`, and the chance that it is right."""
     if wrong < here - NO_ODDS:

@@ -38,7 +38,7 @@ def _filled(n: int) -> int:
     return (n + LANES - 1) // LANES * LANES
 
 
-@kernel(borrows=True)
+@kernel
 def normal_sums(place, weight, location, scatter, lift, slopes, memory, out):  # type: ignore[no-untyped-def]
     """Σ w p(ν | m, σ) e^lift for each volume, and its derivatives in m, log σ, and twice in m.
 

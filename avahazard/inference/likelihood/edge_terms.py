@@ -11,7 +11,7 @@ from avahazard.inference.model.friction_scatter import (
 from avahazard.kernels import kernel
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def add_tails(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
     """Add w P(ν < ν_0 | m, σ) + w' P(ν > ν_1 | m, σ) and its derivatives to `out`."""
     for side in range(2):
@@ -31,7 +31,7 @@ def add_tails(place, weight, m, sigma, student, out):  # type: ignore[no-untyped
         out[3] -= sign * weight[side] * pull * pdf / (sigma * sigma)
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def edge_probability(place, weight, m, sigma, student, slopes, out):  # type: ignore[no-untyped-def]
     """Σ w P(ν < ν_k | m, σ) and, with `slopes`, its derivatives in m, log σ, and twice in m."""
     value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0

@@ -73,7 +73,7 @@ def by_nodes_used(used: NDArray[np.int64], keep: NDArray[np.bool_]) -> NDArray[n
     return order
 
 
-@kernel(borrows=True)
+@kernel
 def student_sums(nodes, events, location, scatter, slopes, memory, out):  # type: ignore[no-untyped-def]
     """Σ w p(ν | m, σ) of each event and volume, and its derivatives in m, log σ, and twice in m.
 
@@ -99,7 +99,7 @@ def student_sums(nodes, events, location, scatter, slopes, memory, out):  # type
                 out[e, q, 3] = scale * rate * rate * (7.5 * seven - 8.75 * nine)
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _nodes_side_by_side(nodes, events, memory):  # type: ignore[no-untyped-def]
     """Put the nodes of the events side by side; returns how many the longest has."""
     n_nodes = 0
@@ -113,7 +113,7 @@ def _nodes_side_by_side(nodes, events, memory):  # type: ignore[no-untyped-def]
     return n_nodes
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _sum_powers(n_nodes, slopes, memory):  # type: ignore[no-untyped-def]
     """The sums of `BlockMemory` for one volume."""
     m, per_sigma, z, root = memory.location, memory.per_sigma, memory.z, memory.root

@@ -67,7 +67,7 @@ def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, s
     return terms.value, terms.by_location, terms.by_scatter, terms.curvature
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _fill_terms(nodes, order, location, scatter, volume_weight, student, slopes, memory, terms):  # type: ignore[no-untyped-def]
     """Fill the terms of the events in `order`, block by block."""
     parts = memory.parts
@@ -97,7 +97,7 @@ def _fill_terms(nodes, order, location, scatter, volume_weight, student, slopes,
             terms.value[i], terms.curvature[i] = value, bend
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _add_to_sums(nodes, i, location, scatter, student, slopes, memory, part):  # type: ignore[no-untyped-def]
     """Fill `part` with the sums of event i, those of Student's being there; returns its lift.
 
@@ -121,7 +121,7 @@ def _add_to_sums(nodes, i, location, scatter, student, slopes, memory, part):  #
     return lift
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _chance_to_be_seen(nodes, i, location, scatter, weight, student, slopes, memory, part):  # type: ignore[no-untyped-def]
     """The log chance that event i is seen and its second derivative; fills its slopes."""
     used = nodes.used[i]
@@ -133,7 +133,7 @@ def _chance_to_be_seen(nodes, i, location, scatter, weight, student, slopes, mem
     return np.log(max(chance, TINY)), bend
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _largest(part):  # type: ignore[no-untyped-def]
     """The largest value of all volumes."""
     largest = part[0, 0]
@@ -142,7 +142,7 @@ def _largest(part):  # type: ignore[no-untyped-def]
     return largest
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _lift(place, weight, location, scatter):  # type: ignore[no-untyped-def]
     """The least z²/2 of all nodes that count."""
     lift = np.inf
@@ -154,7 +154,7 @@ def _lift(place, weight, location, scatter):  # type: ignore[no-untyped-def]
     return lift
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _or_wrong(log_wrong, value, by_location, by_scatter, curvature):  # type: ignore[no-untyped-def]
     """log(exp(value) + exp(log_wrong)) and its derivatives; returns it and its curvature."""
     if log_wrong < value - 700.0:
@@ -170,7 +170,7 @@ def _or_wrong(log_wrong, value, by_location, by_scatter, curvature):  # type: ig
     return total, right * (curvature + (1.0 - right) * slope * slope)
 
 
-@kernel(inner=True, borrows=True)
+@kernel(inner=True)
 def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-untyped-def]
     """Sum over volume nodes; log derivatives; returns the sum and the second log derivative."""
     total, first, second = floor, 0.0, 0.0
