@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: lock, advisories, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust, mutation.
+# For maintainers: frozen, lock, advisories, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust, mutation.
 VENV := .venv
 BENCH := .bench-venv
 PYTHON := $(VENV)/bin/python
@@ -18,7 +18,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
+.PHONY: setup demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
 
 setup: $(VENV)/.installed
 
@@ -45,6 +45,9 @@ bench: $(BENCH)/.installed
 
 worlds: setup
 	$(PYTHON) benchmarks/worlds.py
+
+frozen: setup
+	$(PYTHON) benchmarks/frozen.py
 
 docs: setup
 	NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict --quiet
