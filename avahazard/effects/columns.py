@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 
@@ -69,50 +69,43 @@ def build_columns(
         height_over_length = np.full(len(events), np.nan)
     names = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
     index = {name: k for k, name in enumerate(names)}
+    its_path = [paths[e.path_id] if e.path_id else None for e in events]
+    dates = [date.fromisoformat(e.date) if e.date and len(e.date) >= 10 else None for e in events]
     numbers, texts = _covariates(events, paths)
+
+    def column(values: Iterable[float | None]) -> Floats:
+        return np.array(list(values), np.float64)  # None becomes nan
+
     return EventColumns(
         event_id=tuple(e.event_id for e in events),
         paths=names,
         path_index=np.array([index.get(e.path_id or "", -1) for e in events], dtype=np.int64),
-        year=np.array([np.nan if e.year is None else float(e.year) for e in events]),
-        day_of_winter=np.array([_day_of_winter(e.date) for e in events]),
-        day=np.array([_ordinal(e.date) for e in events]),
-        winter=np.array([_winter(e) for e in events]),
-        location=np.array([(paths[e.path_id].location or "") if e.path_id else "" for e in events]),
-        log_volume=np.array([np.log(e.volume_m3) if e.volume_m3 else np.nan for e in events]),
-        volume_error=np.array([e.volume_rel_sigma for e in events], np.float64),
+        year=column(e.year for e in events),
+        day_of_winter=column((d - _november(d)).days if d else None for d in dates),
+        day=column(d.toordinal() if d else None for d in dates),
+        winter=column(map(_winter, events)),
+        location=np.array([(p and p.location) or "" for p in its_path]),
+        log_volume=column(np.log(e.volume_m3) if e.volume_m3 else None for e in events),
+        volume_error=column(e.volume_rel_sigma for e in events),
         release_elevation=release_elevation,
-        deposit_length=np.array([_number(e.deposit_length_m) for e in events]),
-        stop_elevation=np.array([_number(e.runout_elevation_m) for e in events]),
+        deposit_length=column(e.deposit_length_m for e in events),
+        stop_elevation=column(e.runout_elevation_m for e in events),
         height_over_length=height_over_length,
-        section=np.array([(paths[e.path_id].section or "") if e.path_id else "" for e in events]),
+        section=np.array([(p and p.section) or "" for p in its_path]),
         numbers=numbers,
         texts=texts,
     )
 
 
-def _number(value: float | None) -> float:
-    return np.nan if value is None else float(value)
+def _november(day: date) -> date:
+    """The last 1 November."""
+    return date(day.year if day.month >= 11 else day.year - 1, 11, 1)
 
 
-def _day_of_winter(text: str | None) -> float:
-    """Days since the last 1 November; nan where only the year is known."""
-    if text is None or len(text) < 10:
-        return np.nan
-    day = date.fromisoformat(text)
-    start = date(day.year if day.month >= 11 else day.year - 1, 11, 1)
-    return float((day - start).days)
-
-
-def _ordinal(text: str | None) -> float:
-    """The ordinal of a date; nan where only the year is known."""
-    return np.nan if text is None or len(text) < 10 else float(date.fromisoformat(text).toordinal())
-
-
-def _winter(event: Event) -> float:
-    """The year in which the winter of an event ends; nan without a date."""
+def _winter(event: Event) -> float | None:
+    """The year in which the winter of an event ends; None without a date."""
     if event.date is None or event.year is None:
-        return np.nan
+        return None
     month = int(event.date[5:7]) if len(event.date) >= 7 else 1
     return float(event.year + (month >= FIRST_MONTH))
 
@@ -130,7 +123,7 @@ def _covariates(
     for column in dict.fromkeys(key for row in rows for key in row if key != RELEASE_SIGMA):
         values = [row.get(column) for row in rows]
         if all(v is None or isinstance(v, int | float) for v in values):
-            numbers[column] = np.array([np.nan if v is None else float(v) for v in values])
+            numbers[column] = np.array(values, np.float64)
         else:
             texts[column] = np.array(["" if v is None else str(v) for v in values])
     return numbers, texts
