@@ -39,12 +39,6 @@ class Parameter:
     grid: tuple[float, ...] = ()
 
 
-Motion = Callable[[Site, Resistance, Floats], Resistance]
-Design = Callable[[EventColumns], Floats]
-Record = Callable[[EventColumns, Floats], Floats]
-Scale = Callable[[Floats], float]
-
-
 @dataclass(frozen=True, slots=True)
 class Effect:
     """An effect ready for use: its parameters; of what kind it is says its class.
@@ -66,7 +60,7 @@ class Effect:
 class MotionEffect(Effect):
     """`resistance(site, resistance, values)`: the resistance with this effect added."""
 
-    resistance: Motion
+    resistance: Callable[[Site, Resistance, Floats], Resistance]
     speed_dependent: bool = False
     acts_on: ClassVar[str] = "the motion"
 
@@ -75,7 +69,7 @@ class MotionEffect(Effect):
 class FrictionEffect(Effect):
     """`design(columns)`: columns `[n_events, n_parameters]` added to log friction."""
 
-    design: Design
+    design: Callable[[EventColumns], Floats]
     acts_on: ClassVar[str] = "friction"
 
 
@@ -116,21 +110,21 @@ class RecordEffect(Effect):
 class ShiftEffect(RecordEffect):
     """`shift(columns, values)`: metres `[n_events]` added to the elevation that is recorded."""
 
-    shift: Record
+    shift: Callable[[EventColumns, Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True)
 class FrontEffect(RecordEffect):
     """`advance(columns, values)`: metres `[n_events]` along the path, record ahead of the block."""
 
-    advance: Record
+    advance: Callable[[EventColumns, Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True)
 class RecordErrorEffect(RecordEffect):
     """`scale(values)`: factor on the stated errors of the records."""
 
-    scale: Scale
+    scale: Callable[[Floats], float]
     acts_on: ClassVar[str] = "the error of the record"
 
 
@@ -138,7 +132,7 @@ class RecordErrorEffect(RecordEffect):
 class LimitEffect(Effect):
     """`limit(columns, values)`: elevation `[n_events]` above which no stop is seen (nan: none)."""
 
-    limit: Record
+    limit: Callable[[EventColumns, Floats], Floats]
     acts_on: ClassVar[str] = "the record"
 
 
@@ -146,7 +140,7 @@ class LimitEffect(Effect):
 class VolumeErrorEffect(Effect):
     """`scale(values)`: factor on the stated errors of the volumes."""
 
-    scale: Scale
+    scale: Callable[[Floats], float]
     acts_on: ClassVar[str] = "the error of the volume"
 
 
@@ -185,11 +179,6 @@ class Setting:
     acts_on: str
     value: str | bool | None = None
     without: str | bool | None = None
-
-    @property
-    def in_base(self) -> bool:
-        """Whether the base model has it, and can be made without it."""
-        return self.without is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,4 +236,4 @@ class Definition:
     @property
     def in_base(self) -> bool:
         """Whether the base model has it, so that `--without` can leave it out."""
-        return self.changes is not None and self.changes.in_base
+        return self.changes is not None and self.changes.without is not None

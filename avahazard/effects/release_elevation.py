@@ -6,8 +6,9 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter, Sites
+from avahazard.effects.effect import Definition, FrictionEffect, Parameter, Sites
 
+SLOPE = Parameter("slope", "log friction per 1000 m", 0.0, 0.0, 0.4)
 CENTRE_M = 2000.0
 MIN_SPREAD_M = 50.0
 
@@ -24,17 +25,12 @@ def _lacking(columns: EventColumns, _sites: Sites) -> str | None:
     return f"release elevations differ by less than {MIN_SPREAD_M:.0f} m"
 
 
-def _build(_facts: Facts) -> FrictionEffect:
-    slope = Parameter("slope", "log friction per 1000 m", 0.0, 0.0, 0.4)
-    return FrictionEffect("release-elevation", (slope,), design=_design)
-
-
 DEFINITION = Definition(
     key="release-elevation",
     meaning="Snow is colder and drier the higher it lies. Avalanches that start high then have "
     "another friction than those that start low.",
     needs="release_elevation_m",
-    build=_build,
+    build=lambda _: FrictionEffect("release-elevation", (SLOPE,), _design),
     lacking=_lacking,
     order=110,
 )

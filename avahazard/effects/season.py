@@ -6,7 +6,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter, Sites
+from avahazard.effects.effect import Definition, FrictionEffect, Parameter, Sites
 
 MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0
 MIN_DATES = 20
@@ -23,23 +23,16 @@ def _lacking(columns: EventColumns, _sites: Sites) -> str | None:
     return None if enough else f"fewer than {MIN_DATES} events have a day (not only a year)"
 
 
-def _build(_facts: Facts) -> FrictionEffect:
-    return FrictionEffect(
-        "season",
-        (
-            Parameter("slope", "log friction per 60 days", 0.0, 0.0, 0.2),
-            Parameter("bend", "log friction per (60 days)2", 0.0, 0.0, 0.1),
-        ),
-        design=_design,
-    )
-
-
+PARAMETERS = (
+    Parameter("slope", "log friction per 60 days", 0.0, 0.0, 0.2),
+    Parameter("bend", "log friction per (60 days)2", 0.0, 0.0, 0.1),
+)
 DEFINITION = Definition(
     key="season",
     meaning="The snow changes from winter to spring: cold and dry before, moist and heavy after. "
     "Friction then drifts with the day of the winter (counted from 1 November).",
     needs="date",
-    build=_build,
+    build=lambda _: FrictionEffect("season", PARAMETERS, _design),
     lacking=_lacking,
     event_columns=True,
     order=120,
