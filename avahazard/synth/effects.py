@@ -189,6 +189,8 @@ CATALOGUE: Mapping[str, WorldEffect] = {
     "epoch-bias": epoch_bias,
     "leading-edge": leading_edge,
 }
+DEMO_EFFECT = "snow-type"
+"""The effect that the demo hides."""
 NEED_SPEEDS = frozenset({"centrifugal", "speed-weakening", "cohesion"})
 
 

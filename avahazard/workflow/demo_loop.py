@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from avahazard.results.base import Report
 from avahazard.results.made import HiddenEffect
+from avahazard.synth.effects import DEMO_EFFECT
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
 from avahazard.synth.writing import write_records
@@ -20,7 +21,6 @@ from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 from avahazard.workflow.steps import steps
 
-HIDDEN = "snow-type"
 STRENGTH = 2.0
 """Strong enough that few events and few worlds show it, and quickly."""
 SEED, N_EVENTS, N_PATHS = 0, 120, 6
@@ -39,7 +39,7 @@ def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     report is that of the last model. Files of an earlier run must be gone, but for the records.
     """
     tell = steps(report, WEIGHTS)
-    records, truth = make_world(SEED, N_EVENTS, N_PATHS, {HIDDEN: STRENGTH}, Settings())
+    records, truth = make_world(SEED, N_EVENTS, N_PATHS, {DEMO_EFFECT: STRENGTH}, Settings())
     world = folder / WORLD
     world.mkdir(exist_ok=True)
     sources = write_records(world, records)
