@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from avahazard.api.model import Model as Model
     from avahazard.api.region import Region as Region
     from avahazard.api.region import open_region as open
+    from avahazard.hazard.volume_source import VolumeSource
     from avahazard.records.errors import AvahazardError as AvahazardError
     from avahazard.records.errors import RejectedRows as RejectedRows
 
@@ -23,11 +24,12 @@ PUBLIC = {
     "open": ("avahazard.api.region", "open_region"),
     "Region": ("avahazard.api.region", "Region"),
     "Model": ("avahazard.api.model", "Model"),
+    "VolumeSource": ("avahazard.hazard.volume_source", "VolumeSource"),
     "AvahazardError": ("avahazard.records.errors", "AvahazardError"),
     "RejectedRows": ("avahazard.records.errors", "RejectedRows"),
 }
 """Public names, and where they are; they load when they are used."""
-__all__ = ["AvahazardError", "Model", "Region", "RejectedRows", "open"]
+__all__ = ["AvahazardError", "Model", "Region", "RejectedRows", "VolumeSource", "open"]
 
 
 def __getattr__(name: str) -> Any:

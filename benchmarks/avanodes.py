@@ -18,6 +18,7 @@ from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from benchmarks.study import DOCS, SHARED, Line, table, write_parts
 
 PLAIN, DRAG = "Coulomb", "with drag"
@@ -29,9 +30,9 @@ def tables(records: Path) -> dict[str, str]:
         database = str(Path(folder) / "avanodes.db")
         init_database(database)
         import_files(database, [records])
-        models = {PLAIN: calibrate(database, "coulomb", law="constant")}
+        models = {PLAIN: calibrate(database, "coulomb", CalibrateRequest(law="constant"))}
         found = {PLAIN: compare(database, "coulomb").to_dict()}
-        verdict = diagnose_model(database, "coulomb").to_dict()
+        verdict = diagnose_model(database, "coulomb", DiagnoseRequest()).to_dict()
         models[DRAG] = add(database, "coulomb", ["turbulent-drag"], "drag")
         found[DRAG] = compare(database, "drag").to_dict()
     parameters = [

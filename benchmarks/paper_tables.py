@@ -12,6 +12,7 @@ from avahazard.results.calibration import Calibration
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.study import DOCS, ROOT, table, write_parts
 
 # Table 2: name, path, a, n in 1e-7/m3, sigma in m, each path by itself.
@@ -40,11 +41,17 @@ def tables() -> dict[str, str]:
         init_database(database)
         import_files(database, [ROOT / "data"])
         by_path = [
-            _row(name, paper, calibrate(database, path_id, method="metropolis", paths=[path_id]))
+            _row(
+                name,
+                paper,
+                calibrate(
+                    database, path_id, CalibrateRequest(method="metropolis", paths=[path_id])
+                ),
+            )
             for name, path_id, *paper in BY_PATH
         ]
         by_method = [
-            _row(name, paper, calibrate(database, f"all-{method}", method=method))
+            _row(name, paper, calibrate(database, f"all-{method}", CalibrateRequest(method=method)))
             for name, method, *paper in BY_METHOD
         ]
     return {

@@ -22,6 +22,7 @@ from avahazard.workflow.database import init_database
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.predict import predict
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from benchmarks.study import DOCS, HERE, SHARED, Line, keep, lines, table, write_parts
 
 FOUND = HERE / "real_data.jsonl"
@@ -68,11 +69,13 @@ def run(data: DataSet) -> Line:
             found["regressions"] = [regression(source, kept, r) for r in data.regressions]
         init_database(database)
         import_files(database, [source])
-        calibrate(database, "model-0", law=data.law)
+        calibrate(database, "model-0", CalibrateRequest(law=data.law))
         found["rounds"] = []
         for k in range(MOST_ROUNDS + 1):
             expect = data.expect if k == 0 else ()
-            verdict = diagnose_model(database, f"model-{k}", expect=expect).to_dict()
+            verdict = diagnose_model(
+                database, f"model-{k}", DiagnoseRequest(expect=expect)
+            ).to_dict()
             columns = ("effect", "gain", "p_value", "p_value_alone", "force_witness")
             told = {key: verdict[key] for key in ("verdict", "missing", "impossible_stops")}
             told["candidates"] = [{c: one[c] for c in columns} for one in verdict["candidates"][:4]]

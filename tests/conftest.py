@@ -188,13 +188,14 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from avahazard.synth.writing import write_world  # noqa: PLC0415
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+    from avahazard.workflow.requests import CalibrateRequest  # noqa: PLC0415
 
     def make(folder: Path) -> None:
         write_world(folder / "world", *make_world(3, 120, 6, {"snow-type": 1.5}))
         database = str(folder / "base.db")
         upkeep.create(database)
         import_files(database, [folder / "world"])
-        calibrate(database, "base", chains=2, draws=300)
+        calibrate(database, "base", CalibrateRequest(chains=2, draws=300))
 
     return made_once(tmp_path_factory, "snow", make)
 
@@ -213,6 +214,10 @@ def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+    from avahazard.workflow.requests import (  # noqa: PLC0415
+        CalibrateRequest,
+        DiagnoseRequest,
+    )
     from tests.criticism.lengths import as_csv, lengths  # noqa: PLC0415
 
     def make(folder: Path) -> None:
@@ -220,15 +225,14 @@ def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / "events.csv").write_text(as_csv(lengths(90, 0.12)), encoding="utf-8")
         upkeep.create(base)
         import_files(base, [folder / "events.csv"])
-        calibrate(base, "base", law="power", chains=2, draws=100)
+        calibrate(base, "base", CalibrateRequest(law="power", chains=2, draws=100))
         shutil.copy(base, diagnosed)
         told: list[float] = []
         found = diagnose_model(
             diagnosed,
             "base",
-            n_worlds=39,
-            plot=folder / "candidates.png",
-            report=lambda _what, done, _total: told.append(done),
+            DiagnoseRequest(worlds=39, plot=folder / "candidates.png"),
+            lambda _what, done, _total: told.append(done),
         )
         (folder / "diagnosis.json").write_text(json.dumps(found.to_dict()), encoding="utf-8")
         (folder / "told.json").write_text(json.dumps(told), encoding="utf-8")

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import avahazard.report.pictures  # noqa: F401 (how results are drawn)
+from avahazard.hazard.volume_source import VolumeSource
+from avahazard.report.language import LanguageName
+from avahazard.request import many
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.database import Export, WrittenReport
@@ -19,6 +21,13 @@ from avahazard.results.hazard import Hazard
 from avahazard.results.prediction import Prediction
 from avahazard.results.terrain import Runout
 from avahazard.results.zones import Zones
+from avahazard.workflow.requests import (
+    RECORDS,
+    DiagnoseRequest,
+    HazardRequest,
+    ReportRequest,
+    ZonesRequest,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +80,9 @@ class Model:
         return compare(self.database, self.name, effect_files=self.effect_files)
 
     def diagnose(
-        self, *, expect: Sequence[str] = (), n_worlds: int = 199, seed: int = 0
+        self, *, expect: Sequence[str] = (), worlds: int = 199, seed: int = 0
     ) -> Diagnosis:
-        """Ask which effect the model lacks, against `n_worlds` worlds made from it.
+        """Ask which effect the model lacks, against `worlds` made from it.
 
         Effects to `expect`, declared before looking, are tested first.
 
@@ -81,19 +90,15 @@ class Model:
             AvahazardError: the records have changed, an expected effect is no candidate, or the
                 method cannot test effects.
 
-        >>> base.diagnose(n_worlds=39).verdict in ("adequate", "missing-effect", "ambiguous")
+        >>> base.diagnose(worlds=39).verdict in ("adequate", "missing-effect", "ambiguous")
         True
         """
         from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
-        return diagnose_model(
-            self.database,
-            self.name,
-            expect=expect,
-            n_worlds=n_worlds,
-            seed=seed,
-            effect_files=self.effect_files,
+        request = DiagnoseRequest(
+            expect=expect, worlds=worlds, seed=seed, effect_files=self.effect_files
         )
+        return diagnose_model(self.database, self.name, request)
 
     def add(self, *effects: str, name: str, effect_files: Sequence[str | Path] = ()) -> Model:
         """A child of the model with more `effects`, calibrated, compared and stored as `name`.
@@ -124,52 +129,109 @@ class Model:
 
         return predict(self.database, self.name, Path(events), effect_files=self.effect_files)
 
-    def hazard(self, **options: Any) -> Hazard:
+    def hazard(
+        self,
+        *,
+        return_periods: Sequence[float] | float = (),
+        volumes: Sequence[float] | float = (),
+        paths: Sequence[str] = (),
+        source: VolumeSource = RECORDS,
+        draws: int = 20_000,
+        seed: int = 0,
+    ) -> Hazard:
         """Runout per path, with its interval, and store that; 100 years where nothing is asked.
 
-        `options`: `return_periods` (years), `volumes` (m3), `paths`, `source`, `seed`.
+        It is that of `return_periods` (years) and of `volumes` (m3), from `draws` for each row;
+        `source` says where the frequency of volumes comes from.
 
         Raises:
             AvahazardError: no path has what a return period needs.
 
-        >>> base.hazard(return_periods=[30, 100]).rows[0].volume_m3 > 0.0
+        >>> base.hazard(return_periods=100).rows[0].volume_m3 > 0.0
         True
         """
         from avahazard.workflow.hazard import hazard  # noqa: PLC0415
 
-        return hazard(self.database, self.name, effect_files=self.effect_files, **options)
+        request = HazardRequest(
+            return_periods=many(return_periods),
+            volumes=many(volumes),
+            paths=paths,
+            source=source,
+            draws=draws,
+            seed=seed,
+            effect_files=self.effect_files,
+        )
+        return hazard(self.database, self.name, request)
 
-    def zones(self, **options: Any) -> Zones:
+    def zones(
+        self,
+        *,
+        return_periods: Sequence[float] | float = (),
+        limits: str = "swiss",
+        paths: Sequence[str] = (),
+        source: VolumeSource = RECORDS,
+        density: float = 300.0,
+        density_sd: float = 50.0,
+        plot: str | Path | None = None,
+        seed: int = 0,
+    ) -> Zones:
         """Speed (m/s), pressure (kPa) and zones along the paths, and store them.
 
-        `options`: `return_periods`, `limits`, `density`, `density_sd`, `paths`, `source`, `seed`.
+        The zones are those of `limits`, a preset or a TOML file, at its return periods (years) and
+        `return_periods`; `density` of the flow and its standard deviation are in kg/m3.
 
         Raises:
             AvahazardError: no path has a rate, or the method has no scatter of friction.
 
-        >>> base.zones(paths=["P01"]).rows[0].zones[0].zone
+        >>> base.zones(paths="P01").rows[0].zones[0].zone
         'red'
         """
         from avahazard.workflow.zones import zones  # noqa: PLC0415
 
-        return zones(self.database, self.name, effect_files=self.effect_files, **options)
+        request = ZonesRequest(
+            return_periods=many(return_periods),
+            limits=limits,
+            paths=paths,
+            source=source,
+            density=density,
+            density_sd=density_sd,
+            plot=None if plot is None else Path(plot),
+            seed=seed,
+            effect_files=self.effect_files,
+        )
+        return zones(self.database, self.name, request)
 
     def runout(
-        self, path_id: str, *, volume_m3: float, mu: float | None = None, **options: Any
+        self,
+        path_id: str,
+        *,
+        volume_m3: float | None = None,
+        mu: float | None = None,
+        table: bool = False,
+        plot: str | Path | None = None,
     ) -> Runout:
         """Run the block down a path by this model, of the median friction of a volume or of `mu`.
 
-        `options`: `table` (F(μ) and its derivative as well), `plot` (a picture).
+        With `table` F(μ) and its derivative are there as well; `plot` is the file of a picture.
 
         Raises:
-            AvahazardError: there is no such path.
+            AvahazardError: there is no such path, or neither `mu` nor a volume over 0.
 
         >>> base.runout("P01", volume_m3=2e4).mu_from
         'posterior median'
         """
         from avahazard.workflow.runout import run_model  # noqa: PLC0415
 
-        return run_model(self.database, path_id, self.name, volume_m3=volume_m3, mu=mu, **options)
+        return run_model(
+            self.database,
+            path_id,
+            self.name,
+            volume_m3=volume_m3,
+            mu=mu,
+            table=table,
+            plot=None if plot is None else Path(plot),
+            effect_files=self.effect_files,
+        )
 
     def report(
         self,
@@ -179,7 +241,7 @@ class Model:
         author: str = "",
         place: str = "",
         date: str = "",
-        language: str = "en",
+        language: LanguageName = "en",
     ) -> WrittenReport:
         """Write the report of the model to an HTML file, in English, German, French or Italian.
 
@@ -191,17 +253,17 @@ class Model:
         >>> base.report(folder.parent / "base.html", title="Val d'Arly", language="fr").n_events
         60
         """
-        from avahazard.report.html.content import Cover  # noqa: PLC0415
         from avahazard.workflow.report import write_report  # noqa: PLC0415
 
-        return write_report(
-            self.database,
-            self.name,
-            Path(file),
-            cover=Cover(title, author, place, date),
+        request = ReportRequest(
+            title=title,
+            author=author,
+            place=place,
+            date=date,
             language=language,
             effect_files=self.effect_files,
         )
+        return write_report(self.database, self.name, Path(file), request)
 
     def export(self, file: str | Path) -> Export:
         """Write the latest bounds and zones to a file: .gpkg, .geojson or .csv.

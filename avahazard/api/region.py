@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Literal
 
 import avahazard.report.pictures  # noqa: F401 (how results are drawn)
 from avahazard.api.model import Model
+from avahazard.hazard.volume_source import VolumeSource
+from avahazard.inference.model.choices import (
+    DistributionName,
+    MethodName,
+    ScatterName,
+    TailsName,
+)
+from avahazard.request import many
 from avahazard.results.base import Rows
 from avahazard.results.catalogue import EffectEntry, ModelSummary
 from avahazard.results.database import Import
@@ -17,6 +25,7 @@ from avahazard.results.friction import Fits, Frictions
 from avahazard.results.ladder import Ladder
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
 from avahazard.results.volumes import Volumes
+from avahazard.workflow.requests import RECORDS, CalibrateRequest, VolumesRequest
 
 
 def open_region(database: str | Path = "avahazard.db") -> Region:
@@ -47,12 +56,16 @@ class Region:
 
     @classmethod
     def from_files(
-        cls, *sources: str | Path, database: str | Path | None = None, **options: Any
+        cls,
+        *sources: str | Path,
+        database: str | Path | None = None,
+        dem: str | Path | None = None,
+        land_cover: str | Path | None = None,
     ) -> Region:
         """Import `sources` (files, or folders of them) into a new database.
 
-        Without `database` it is a temporary one, gone with the region. `options` are those of
-        `import_files`: `dem`, `land_cover`.
+        Without `database` it is a temporary one, gone with the region. `dem` and `land_cover` as
+        in `import_files`.
 
         Raises:
             AvahazardError: a source cannot be used, or the database is there already.
@@ -73,11 +86,22 @@ class Region:
                 f"{database} is there already.", "Open it with avahazard.open, or name another."
             )
         region = cls(str(database), folder)
-        region.import_files(*sources, **options)
+        region.import_files(*sources, dem=dem, land_cover=land_cover)
         return region
 
-    def import_files(self, *sources: str | Path, **options: Any) -> Import:
-        """Import more records; `options`: `update`, `dry_run`, `dem`, `land_cover`.
+    def import_files(
+        self,
+        *sources: str | Path,
+        dem: str | Path | None = None,
+        land_cover: str | Path | None = None,
+        crs: str | None = None,
+        update: bool = False,
+        dry_run: bool = False,
+    ) -> Import:
+        """Import more records, from tables, folders of them, or lines on the terrain model `dem`.
+
+        `land_cover` is a file of polygons, `crs` the system of a terrain model that names none.
+        With `update` rows that contradict stored ones replace them; `dry_run` stores nothing.
 
         Raises:
             AvahazardError: a source cannot be used.
@@ -88,7 +112,15 @@ class Region:
         """
         from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
-        return import_files(self.database, sources, **options)
+        return import_files(
+            self.database,
+            sources,
+            dem=dem,
+            land_cover=land_cover,
+            crs=crs,
+            update=update,
+            dry_run=dry_run,
+        )
 
     def paths(self) -> Rows[PathSummary]:
         """All paths, with the size of their profiles (m) and what is recorded on each.
@@ -112,31 +144,54 @@ class Region:
 
         return view_path(self.database, path_id)
 
-    def runout(self, path_id: str, mu: float, **options: Any) -> Runout:
+    def runout(
+        self,
+        path_id: str,
+        mu: float,
+        *,
+        table: bool = False,
+        plot: str | Path | None = None,
+    ) -> Runout:
         """Run the block of friction `mu` down a path; lengths in m, speeds in m/s.
 
-        `options`: `table` (F(μ) and its derivative as well), `plot` (a picture). Raises
-        `AvahazardError` where there is no such path, or μ is not over 0.
+        With `table` F(μ) and its derivative are there as well; `plot` is the file of a picture.
+        Raises `AvahazardError` where there is no such path, or μ is not over 0.
 
         >>> region.runout("P01", 0.5).status
         'stopped'
         """
         from avahazard.workflow.runout import run_path  # noqa: PLC0415
 
-        return run_path(self.database, path_id, mu, **options)
+        file = None if plot is None else Path(plot)
+        return run_path(self.database, path_id, mu, table=table, plot=file)
 
-    def friction(self, path_id: str | None = None, **options: Any) -> Frictions:
+    def friction(
+        self,
+        path_id: str | None = None,
+        *,
+        kappa: float | Literal["auto"] = 5.0,
+        model: str | None = None,
+        plot: str | Path | None = None,
+        effect_files: Sequence[str | Path] = (),
+    ) -> Frictions:
         """Apparent friction of every event, its density, and the check by perturbation.
 
-        `options`: `kappa`, `model` (under its effects), `plot`. Raises `AvahazardError` where there
-        are no events.
+        `kappa` is the sharpness of the density; with `model` its effects are at work. Raises
+        `AvahazardError` where there are no events.
 
         >>> len(region.friction().events) == 60
         True
         """
         from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
-        return show_frictions(self.database, path_id, **options)
+        return show_frictions(
+            self.database,
+            path_id,
+            kappa,
+            None if plot is None else Path(plot),
+            model,
+            [Path(file) for file in effect_files],
+        )
 
     def fit(self) -> Fits:
         """Least-squares laws of apparent friction against volume (m3).
@@ -150,10 +205,16 @@ class Region:
 
         return fit_laws(self.database)
 
-    def volumes(self, **options: Any) -> Volumes:
-        """How often which volume comes down each path.
-
-        `options`: `paths`, `return_periods`, `source`, `seed`.
+    def volumes(
+        self,
+        *,
+        paths: Sequence[str] = (),
+        return_periods: Sequence[float] | float = (),
+        source: VolumeSource = RECORDS,
+        plot: str | Path | None = None,
+        seed: int = 0,
+    ) -> Volumes:
+        """How often which volume comes down each path, by return period (years).
 
         Raises `AvahazardError` where no path has what is needed.
 
@@ -162,7 +223,13 @@ class Region:
         """
         from avahazard.workflow.volumes import volumes  # noqa: PLC0415
 
-        return volumes(self.database, **options)
+        request = VolumesRequest(
+            return_periods=many(return_periods),
+            source=source,
+            plot=None if plot is None else Path(plot),
+            seed=seed,
+        )
+        return volumes(self.database, many(paths), request)
 
     def alpha_beta(self, path_id: str | None = None, by: Sequence[str] = ()) -> Rows[TerrainRunout]:
         """The α-β runout of one path or all, a row for each regression; angles in degrees.
@@ -174,7 +241,7 @@ class Region:
         """
         from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
 
-        return alpha_beta_paths(self.database, path_id, by=by)
+        return alpha_beta_paths(self.database, path_id, by=many(by))
 
     def effects(self) -> Rows[EffectEntry]:
         """The catalogue of effects, and what the present records lack for each.
@@ -186,12 +253,28 @@ class Region:
 
         return list_effects(self.database)
 
-    def calibrate(self, name: str, **options: Any) -> Model:
-        """Calibrate a model and store it as `name`.
+    def calibrate(
+        self,
+        name: str,
+        *,
+        law: str = "exponential",
+        scatter: ScatterName = "constant",
+        distribution: DistributionName = "lognormal",
+        method: MethodName = "marginal",
+        tails: TailsName = "normal",
+        with_: Sequence[str] = (),
+        without: Sequence[str] = (),
+        paths: Sequence[str] = (),
+        prior_from: str | None = None,
+        prior: Mapping[str, tuple[float, float]] | None = None,
+        chains: int = 4,
+        draws: int | None = None,
+        seed: int = 0,
+    ) -> Model:
+        """Calibrate a model and store it as `name`; the options are those of the command.
 
-        `options` are those of the command: `law`, `scatter`, `distribution`, `tails`, `method`,
-        `with_`, `without`, `paths`, `prior_from`, `chains`, `draws`, `seed`, and `prior`: mean and
-        standard deviation by parameter, such as `{"a": (0.5, 0.05)}`.
+        `with_` and `without` name effects. `prior` has mean and standard deviation by parameter,
+        such as `{"a": (0.5, 0.05)}`.
 
         Raises:
             AvahazardError: the name is taken, or the records or the method do not allow it.
@@ -201,7 +284,22 @@ class Region:
         """
         from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
 
-        calibrate(self.database, name, **options)
+        request = CalibrateRequest(
+            law=law,
+            scatter=scatter,
+            distribution=distribution,
+            method=method,
+            tails=tails,
+            with_=with_,
+            without=without,
+            paths=paths,
+            prior_from=prior_from,
+            prior=prior or {},
+            chains=chains,
+            draws=draws,
+            seed=seed,
+        )
+        calibrate(self.database, name, request)
         return Model(self.database, name)
 
     def model(self, name: str, effect_files: Sequence[str | Path] = ()) -> Model:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path as FilePath
 
 import numpy as np
 
@@ -13,7 +12,8 @@ from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volu
 from avahazard.hazard.snowfall import snowfall_frequency
 from avahazard.hazard.volume_frequency import N_DRAWS, VolumeFrequency, fit_volume_frequency
 from avahazard.hazard.volume_record import VolumeRecord, volume_record
-from avahazard.hazard.volume_region import Family, Region, region_of
+from avahazard.hazard.volume_region import Region, region_of
+from avahazard.hazard.volume_source import VolumeSource
 from avahazard.hazard.volume_table import table_frequency
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
@@ -23,26 +23,8 @@ from avahazard.records.frequency_files import read_return_volumes, read_snow_dep
 from avahazard.records.lookup import of_path
 from avahazard.records.path import Path
 
-DENSITY_RATIO = 0.5
-"""Density of released snow over that of the deposit: about 200 over 400 kg/m3."""
 RELEASE_AREA = "release_area_m2"
 """The column of paths that snowfall is made a volume by."""
-
-
-@dataclass(frozen=True, slots=True)
-class VolumeSource:
-    """Where the frequency of volumes comes from: records, else one of the two files.
-
-    `family` is `gev` of yearly maxima or `gpd` over a threshold (m3; without one, the median of
-    each path's volumes). `table` holds (T, V) of the user's; `snowfall` three-day snow depths,
-    which `density_ratio` (density of the release over that of the deposit) makes volumes.
-    """
-
-    family: Family = "gev"
-    threshold_m3: float | None = None
-    table: FilePath | None = None
-    snowfall: FilePath | None = None
-    density_ratio: float = DENSITY_RATIO
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,12 +143,8 @@ class Frequencies:
 def volume_frequencies(
     known: KnownVolumes, seed: int, source: VolumeSource | None = None
 ) -> Frequencies:
-    """The frequencies of all paths. Raises `AvahazardError` for a bad source."""
+    """The frequencies of all paths. Raises `AvahazardError` for a file that cannot be read."""
     source = source or VolumeSource()
-    if not (np.isfinite(source.density_ratio) and source.density_ratio > 0.0):
-        raise AvahazardError(
-            f"The density ratio is {source.density_ratio:g}.", "Give a number over 0, such as 0.5."
-        )
     region = region_of(known.records, source.family, source.threshold_m3)
     if source.table is None and source.snowfall is None:
         # Now, while every worker is free: each would look at all paths for itself.

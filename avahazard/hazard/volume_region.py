@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,7 @@ from avahazard.arrays import Floats
 from avahazard.engine import spread_map
 from avahazard.hazard.shape_grid import gev_likelihood, gpd_likelihood, over_locations
 from avahazard.hazard.volume_record import VolumeRecord, without_record_error
-from avahazard.records.errors import AvahazardError
-
-Family = Literal["gev", "gpd"]
+from avahazard.hazard.volume_source import Family
 
 FEWEST_TELLING = 3
 """Maxima, or excesses, from which a path tells others of scale and shape."""
@@ -174,15 +172,6 @@ def _spread_within(samples: Sequence[Floats]) -> float:
 def region_of(
     records: Sequence[VolumeRecord], family: Family = "gev", threshold_m3: float | None = None
 ) -> Region:
-    """Make the records ready for `fit_volume_frequency`; they are freed of their errors here too.
-
-    Raises `AvahazardError` for a threshold that is not over 0, or without the family gpd.
-    """
-    if threshold_m3 is not None and not (np.isfinite(threshold_m3) and threshold_m3 > 0.0):
-        raise AvahazardError(f"The threshold is {threshold_m3:g}.", "Give a volume over 0, in m3.")
-    if threshold_m3 is not None and family == "gev":
-        raise AvahazardError(
-            "A threshold has no use for a GEV of yearly maxima.", "Add --frequency gpd."
-        )
+    """Make the records ready for `fit_volume_frequency`, freed of their errors."""
     freed = {r.path_id: r for r in without_record_error(records)}
     return Region(freed, {r.path_id: r for r in records}, family, threshold_m3)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 
 class AvahazardError(Exception):
@@ -13,6 +14,10 @@ class AvahazardError(Exception):
         super().__init__(message)
         self.message = message
         self.hint = hint
+
+    def __str__(self) -> str:
+        """The message with its hint."""
+        return f"{self.message} {self.hint}".rstrip()
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +42,12 @@ class RejectedRows(AvahazardError):  # noqa: N818
             "Mend the rows above and import again.",
         )
         self.problems = tuple(problems)
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """A question with the names that are close to `name`, and a blank; empty where none is."""
+    close = get_close_matches(name, list(known), n=2)
+    return f"Did you mean {' or '.join(close)}? " if close else ""
 
 
 def told_once(problems: Sequence[RowProblem]) -> list[RowProblem]:

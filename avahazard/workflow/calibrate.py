@@ -10,14 +10,10 @@ from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import (
-    DistributionName,
-    MethodName,
-    ScatterName,
     Specification,
-    TailsName,
 )
 from avahazard.inference.paper.calibration import check_method
-from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
+from avahazard.inference.samplers.calibrate import N_DRAWS, calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, silent
@@ -25,8 +21,9 @@ from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
-from avahazard.workflow.given_prior import Numbers, with_given_priors
+from avahazard.workflow.given_prior import with_given_priors
 from avahazard.workflow.prior_from import find_prior
+from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import save_calibrated
 
@@ -34,37 +31,27 @@ from avahazard.workflow.stored.model import save_calibrated
 def calibrate(
     database: str,
     name: str,
-    *,
-    law: str = "exponential",
-    scatter: ScatterName = "constant",
-    distribution: DistributionName = "lognormal",
-    method: MethodName = "marginal",
-    tails: TailsName = "normal",
-    with_: Sequence[str] = (),
-    without: Sequence[str] = (),
-    paths: Sequence[str] = (),
-    prior_from: str | None = None,
-    prior: Numbers | None = None,
-    chains: int = N_CHAINS,
-    draws: int | None = None,
-    seed: int = 0,
+    request: CalibrateRequest,
     report: Report = silent,
 ) -> Calibration:
-    """Calibrate a model on the records (of `paths`, if any are named) and store it as `name`.
-
-    `prior_from` names what gives the law its prior: a stored model, or `fit:PATH,PATH`. `prior`
-    are mean and standard deviation of parameters, such as `{"a": (0.5, 0.05)}`. All is stored at
-    the end, or nothing.
+    """Calibrate a model on the records and store it as `name`: all at the end, or nothing.
 
     Raises:
         AvahazardError: the name is taken, a path or effect is unknown or cannot be told from
             the data, the method cannot do it, or a prior is not that of this model's friction,
             comes from the same events, or cannot be.
     """
-    left_out = [definition(key) for key in without]
-    keys = _kept_effects(with_, left_out)
+    method, paths = request.method, request.paths
+    left_out = [definition(key) for key in request.without]
+    keys = _kept_effects(request.with_, left_out)
     asked = asked_for(
-        Specification(law=law, scatter=scatter, distribution=distribution, tails=tails), left_out
+        Specification(
+            law=request.law,
+            scatter=request.scatter,
+            distribution=request.distribution,
+            tails=request.tails,
+        ),
+        left_out,
     )
     check_method(method, asked)
     with reading(database) as session:
@@ -76,11 +63,11 @@ def calibrate(
             require(entry, observations.columns, observations.sites)
     specification, facts = with_effects(observations, asked, keys)
     effects = build_effects(specification, facts)
-    if prior_from is not None:
-        found_prior = find_prior(database, prior_from, specification, effects, records)
+    if request.prior_from:
+        found_prior = find_prior(database, request.prior_from, specification, effects, records)
         specification = replace(specification, prior=found_prior)
-    if prior:
-        specification = with_given_priors(specification, prior, effects, observations)
+    if request.prior:
+        specification = with_given_priors(specification, request.prior, effects, observations)
     check_method(method, specification)
     report(f"Calibrating {name}", 0.0, 1.0)
     found = calibrate_model(
@@ -88,14 +75,14 @@ def calibrate(
         specification,
         facts,
         method=method,
-        n_chains=chains,
-        n_draws=N_DRAWS[method] if draws is None else draws,
-        seed=seed,
+        n_chains=request.chains,
+        n_draws=N_DRAWS[method] if request.draws is None else request.draws,
+        seed=request.seed,
         progress=lambda share: report(f"Calibrating {name}", share, 1.0),
     )
-    result = calibration_result(found, name, records, seed=seed)
+    result = calibration_result(found, name, records, seed=request.seed)
     with writing(database) as session:
-        save_calibrated(session, found, result, paths=tuple(dict.fromkeys(paths)))
+        save_calibrated(session, found, result, paths=tuple(paths))
     return result
 
 

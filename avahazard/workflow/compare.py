@@ -40,8 +40,8 @@ from avahazard.criticism.scoring.speed_misfit import (
     speed_misfit,
 )
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
-from avahazard.inference.model.specification import MethodName
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.ground_error import ground_error
 from avahazard.inference.seeds import generator

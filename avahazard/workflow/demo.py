@@ -19,6 +19,7 @@ from avahazard.workflow.database import init_database
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ReportRequest
 from avahazard.workflow.steps import steps
 
 MODEL, PAPERS_MODEL = "twin", "twin-gibbs"
@@ -59,16 +60,16 @@ def run_demo(
     with as_file(files("avahazard.data")) as data:
         sources = [data / file for file in ("paths.csv", "profiles.csv", "events.csv")]
         import_files(name, sources)
-    model = calibrate(name, MODEL, report=tell[0])
-    gibbs = calibrate(name, PAPERS_MODEL, method="gibbs", report=tell[1])
-    bounds = hazard(name, MODEL, return_periods=[RETURN_PERIOD], report=tell[2])
+    model = calibrate(name, MODEL, CalibrateRequest(), tell[0])
+    gibbs = calibrate(name, PAPERS_MODEL, CalibrateRequest(method="gibbs"), tell[1])
+    bounds = hazard(name, MODEL, HazardRequest(return_periods=[RETURN_PERIOD]), tell[2])
     write_hazard(folder / BOUNDS, bounds.rows)
     with reading(name) as session:
         records = load_records(session)
     title = f"100-year design runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
     draw_hazard(folder / PICTURE, title, records, bounds.rows)
     compare(name, MODEL, report=tell[3])
-    write_report(name, MODEL, folder / REPORT, report=tell[4])
+    write_report(name, MODEL, folder / REPORT, ReportRequest(), tell[4])
     loop = demo_loop.find_hidden(folder, tell[5])
     written = [str(folder / file) for file in (DATABASE, BOUNDS, PICTURE, REPORT)]
     return Demo(

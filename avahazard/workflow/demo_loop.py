@@ -19,6 +19,12 @@ from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    DiagnoseRequest,
+    HazardRequest,
+    ReportRequest,
+)
 from avahazard.workflow.steps import steps
 
 STRENGTH = 2.0
@@ -46,15 +52,15 @@ def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     database = str(folder / DATABASE)
     init_database(database)
     import_files(database, sources)
-    model = calibrate(database, MODEL, report=tell[0])
+    model = calibrate(database, MODEL, CalibrateRequest(), tell[0])
     compared = compare(database, MODEL, report=tell[1])
-    diagnosis = diagnose_model(database, MODEL, n_worlds=N_WORLDS, report=tell[2])
+    diagnosis = diagnose_model(database, MODEL, DiagnoseRequest(worlds=N_WORLDS), tell[2])
     child, last = None, MODEL
     if diagnosis.verdict == "missing-effect":
         child, last = add(database, MODEL, diagnosis.missing, CHILD, report=tell[3]), CHILD
-    bounds = hazard(database, last, report=tell[4])
+    bounds = hazard(database, last, HazardRequest(), tell[4])
     page = folder / REPORT
-    write_report(database, last, page, report=tell[5])
+    write_report(database, last, page, ReportRequest(), tell[5])
     return HiddenEffect(
         database=database,
         files=(database, str(page), *map(str, sources)),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.findings import Diagnosis as Findings
@@ -26,6 +25,7 @@ from avahazard.store.models import load_model, now
 from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import stored_comparison
+from avahazard.workflow.requests import DiagnoseRequest
 from avahazard.workflow.stored.diagnosis import diagnosis
 from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
 from avahazard.workflow.stored.notes import notes_of_fit
@@ -39,27 +39,20 @@ FAILS_ON = message("It fails beyond chance on {paths}; predicted less recorded."
 def diagnose_model(
     database: str,
     name: str,
-    *,
-    expect: Sequence[str] = (),
-    n_worlds: int = 199,
-    seed: int = 0,
-    effect_files: Sequence[Path] = (),
-    plot: Path | None = None,
+    request: DiagnoseRequest,
     report: Report = silent,
 ) -> Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
-
-    Effects to `expect`, declared before looking, are tested first. `plot` is a picture of the
-    candidates.
 
     Raises:
         AvahazardError: there is no such model, it has an expected effect already or the data
             cannot tell it, its records have changed, none of them stopped on its profile, or its
             method has no likelihood that effects could be tested in.
     """
+    expect, plot = request.expect, request.plot
     require_picture(plot)
     with reading(database) as session:
-        own_files = read_own_of(load_model(session, name), effect_files)
+        own_files = read_own_of(load_model(session, name), request.effect_files)
     own = tuple(effect.definition for effect in own_files.values())
     stored = load_stored(database, name, own)
     if stored.method != "marginal":
@@ -75,17 +68,17 @@ def diagnose_model(
         stored.specification,
         stored.facts,
         own,
-        expected=tuple(dict.fromkeys(expect)),
-        n_worlds=n_worlds,
-        seed=seed,
+        expected=tuple(expect),
+        n_worlds=request.worlds,
+        seed=request.seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
-    told = diagnosis(name, found, seed)
+    told = diagnosis(name, found, request.seed)
     told = replace(told, notes=(*notes_of_fit(stored), *told.notes))
     told = replace(told, where=_where(database, stored, found, own))
     if expect:
         at = now().isoformat(timespec="seconds")
-        told = replace(told, declared=Declared(tuple(dict.fromkeys(expect)), f"{at}Z"))
+        told = replace(told, declared=Declared(tuple(expect), f"{at}Z"))
     with writing(database) as session:
         save_result(session, DIAGNOSIS, name, told.to_dict())
     if plot is not None:

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from pathlib import Path as FilePath
 from typing import Any
 
-import numpy as np
-
-from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
-from avahazard.records.errors import AvahazardError
+from avahazard.hazard.frequencies import volume_frequencies
+from avahazard.hazard.volume_source import VolumeSource
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import Hazard, HazardRow, failed_document
 from avahazard.store.results import BOUNDS, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.hazard_notes import RowNotes, model_notes
 from avahazard.workflow.hazard_unit import HazardUnit, hazard_of_path
+from avahazard.workflow.requests import HazardRequest
 from avahazard.workflow.stored.by_path import PathRun, run_paths, went_on
 from avahazard.workflow.stored.own_effects import own_effects
 from avahazard.workflow.stored.path_unit import PathWork
 from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 
-N_DRAWS = 20_000
 DEFAULT_RETURN_PERIOD = 100.0
 
 
@@ -53,36 +50,16 @@ class HazardRun:
                     yield failed_document(found.path_id, found.failed)
 
 
-@dataclass(frozen=True, slots=True)
-class HazardQuestion:
-    """What `hazard` is asked: return periods (years), volumes (m3), and on which paths.
-
-    With neither of the first two, a return period of 100 years. Paths are those named, or all with
-    a profile. `source` says where the frequency of volumes comes from.
-    """
-
-    return_periods: Sequence[float] = ()
-    volumes: Sequence[float] = ()
-    paths: Sequence[str] = ()
-    source: VolumeSource | None = None
-    n_draws: int = N_DRAWS
-    seed: int = 0
-    effect_files: Sequence[FilePath] = ()
-
-
-def hazard(database: str, name: str, *, report: Report = silent, **asked: Any) -> Hazard:
-    """Compute and store the runout of paths; all rows at once (see `run_hazard`).
-
-    `asked` are the fields of a `HazardQuestion`.
-    """
-    run = run_hazard(database, name, HazardQuestion(**asked), report)
+def hazard(database: str, name: str, request: HazardRequest, report: Report = silent) -> Hazard:
+    """Compute and store the runout of paths; all rows at once (see `run_hazard`)."""
+    run = run_hazard(database, name, request, report)
     return Hazard(Rows(run.rows()), run.notes)
 
 
 def run_hazard(
     database: str,
     name: str,
-    question: HazardQuestion,
+    request: HazardRequest,
     report: Report = silent,
 ) -> HazardRun:
     """Compute and store the runout of paths.
@@ -93,10 +70,10 @@ def run_hazard(
 
     Raises:
         AvahazardError: there is no such model or path, `effect_files` are not those that the
-            model was made with, a volume is not over 0 or a return period not over 1 year, a
+            model was made with, a
             file of `source` cannot be read, or no path has what a return period needs.
     """
-    stored, path_ids, work = hazard_work(database, name, question)
+    stored, path_ids, work = hazard_work(database, name, request)
     run = run_paths(database, stored, path_ids, work, report)
     of_model = model_notes(stored)
     told = RowNotes(of_model)
@@ -118,19 +95,16 @@ def run_hazard(
 
 
 def hazard_work(
-    database: str, name: str, question: HazardQuestion
+    database: str, name: str, request: HazardRequest
 ) -> tuple[RegionFit, list[str], PathWork[HazardUnit]]:
     """The model, the paths to run, and what is done on each. Raises as `run_hazard`."""
-    _check(question.volumes, "volume", "m3", 0.0)
-    _check(question.return_periods, "return period", "years", 1.0)
-    periods = tuple(dict.fromkeys(question.return_periods))
-    sizes = tuple(dict.fromkeys(question.volumes))
+    periods, sizes = tuple(request.return_periods), tuple(request.volumes)
     if not periods and not sizes:
         periods = (DEFAULT_RETURN_PERIOD,)
-    n_draws, seed, source = question.n_draws, question.seed, question.source or VolumeSource()
-    own = own_effects(database, name, question.effect_files)
+    n_draws, seed, source = request.draws, request.seed, request.source
+    own = own_effects(database, name, request.effect_files)
     stored = load_region_fit(database, name, own)
-    path_ids = stored.paths_to_run(question.paths)
+    path_ids = stored.paths_to_run(request.paths)
     unit = HazardUnit.of(
         stored,
         volume_frequencies(stored.survey.volumes, seed, source) if periods else None,
@@ -140,8 +114,8 @@ def hazard_work(
         seed,
     )
     settings = {
-        "return_periods": [float(period) for period in periods],
-        "volumes": [float(volume) for volume in sizes],
+        "return_periods": list(periods),
+        "volumes": list(sizes),
         "n_draws": n_draws,
         "seed": seed,
         "source": source_settings(source),
@@ -157,11 +131,3 @@ def source_settings(source: VolumeSource) -> dict[str, Any]:
         if file is not None:
             settings[key] = hashlib.sha256(file.read_bytes()).hexdigest()
     return settings
-
-
-def _check(values: Sequence[float], what: str, unit: str, least: float) -> None:
-    for value in values:
-        if not (np.isfinite(value) and value > least):
-            raise AvahazardError(
-                f"The {what} is {value:g}.", f"It must be a number of {unit} over {least:g}."
-            )

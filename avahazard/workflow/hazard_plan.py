@@ -17,7 +17,8 @@ from avahazard.results.hazard import HazardPlan
 from avahazard.store.results import interrupted_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
-from avahazard.workflow.hazard import HazardQuestion, hazard_work
+from avahazard.workflow.hazard import hazard_work
+from avahazard.workflow.requests import HazardRequest
 from avahazard.workflow.stored.by_path import path_tasks, run_key
 from avahazard.workflow.stored.path_unit import PathShared, path_answer
 
@@ -25,12 +26,12 @@ MEASURED = 4
 """Paths that are measured, evenly over all; one more is run first, unmeasured."""
 
 
-def plan_hazard(database: str, name: str, question: HazardQuestion) -> HazardPlan:
+def plan_hazard(database: str, name: str, request: HazardRequest) -> HazardPlan:
     """Say what `run_hazard` will take with the same arguments; nothing is stored.
 
     Raises `AvahazardError` as that does, and where memory or disk will not do.
     """
-    stored, path_ids, work = hazard_work(database, name, question)
+    stored, path_ids, work = hazard_work(database, name, request)
     with reading(database) as session:
         key = run_key(stored, path_ids, work)
         _, done = interrupted_run(session, work.kind, name, key) or (0, set[str]())
@@ -58,7 +59,7 @@ def plan_hazard(database: str, name: str, question: HazardQuestion) -> HazardPla
         n_paths=len(path_ids),
         n_done=len(done),
         n_rows=rows * len(path_ids),
-        n_runs=rows * len(path_ids) * question.n_draws,
+        n_runs=rows * len(path_ids) * request.draws,
         engine=engine.name,
         workers=workers,
         measured_paths=len(tasks),

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path as FilePath
 
 from avahazard.records.errors import AvahazardError
-from avahazard.report.html.content import Cover
 from avahazard.results.base import Report, silent
 from avahazard.results.database import WrittenReport
 from avahazard.whole_file import put_in_place
-from avahazard.workflow.report_content import UNTITLED, gather
+from avahazard.workflow.report_content import gather
+from avahazard.workflow.requests import ReportRequest
 
 ENDINGS = (".html", ".htm")
 
@@ -19,21 +18,17 @@ def write_report(
     database: str,
     name: str,
     file: FilePath,
-    *,
-    cover: Cover = UNTITLED,
-    language: str = "en",
-    effect_files: Sequence[FilePath] = (),
+    request: ReportRequest,
     report: Report = silent,
 ) -> WrittenReport:
     """Write the report of the stored model `name` to `file`; an older one is replaced.
 
     Nothing is computed anew that a command stores: the report shows the latest comparison,
     diagnosis, bounds and zones, and says how to get what is missing. Equal databases give equal
-    files. `cover` holds the title, the author, the place and the date, where they are given;
-    `language` is that of the page: en, de, fr or it.
+    files.
 
     Raises:
-        AvahazardError: there is no such model or language, its own effects are not given, or
+        AvahazardError: there is no such model, its own effects are not given, or
             `file` cannot be written or is not the name of a page.
     """
     if file.suffix.lower() not in ENDINGS:
@@ -44,9 +39,7 @@ def write_report(
         raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     from avahazard.report.html.page import render  # noqa: PLC0415 (plotly and jinja2 are slow)
 
-    content = gather(
-        database, name, cover=cover, language=language, effect_files=effect_files, report=report
-    )
+    content = gather(database, name, request, report)
     text = render(content).encode("utf-8")
     whole = file.with_name(f".{file.name}.part")
     try:

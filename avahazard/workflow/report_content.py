@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path as FilePath
+from collections.abc import Mapping
 
 from avahazard.message import message
 from avahazard.records.plain import plain
@@ -32,11 +31,11 @@ from avahazard.workflow.provenance import surroundings
 from avahazard.workflow.report_events import event_views, unknown_columns
 from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import path_views
+from avahazard.workflow.requests import ReportRequest
 from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 
-UNTITLED = Cover()
 NO_PROFILES = message(
     "No path has a profile, so there are no lines to draw: import paths.csv and profiles.csv."
 )
@@ -61,19 +60,16 @@ NO_ZONES = message("Pressures and zones were not computed. Make them: avahazard 
 def gather(
     database: str,
     name: str,
-    *,
-    cover: Cover = UNTITLED,
-    language: str = "en",
-    effect_files: Sequence[FilePath] = (),
+    request: ReportRequest,
     report: Report = silent,
 ) -> ReportContent:
     """Gather what the report of a stored model shows.
 
     Raises:
-        AvahazardError: there is no such model or language, or its own effects are not given.
+        AvahazardError: there is no such model, or its own effects are not given.
     """
-    tongue = language_of(language)
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
+    tongue = language_of(request.language)
+    stored = load_stored(database, name, own_effects(database, name, request.effect_files))
     everything = stored.records
     with reading(database) as session:
         models = list_models(session)
@@ -136,7 +132,7 @@ def gather(
             zones=bool(zones),
         ),
         loop=loop,
-        cover=cover,
+        cover=Cover(request.title, request.author, request.place, request.date),
         language=tongue,
     )
 

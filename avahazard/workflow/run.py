@@ -6,20 +6,50 @@ already, made of the same records. So a run that was interrupted goes on where i
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
+from typing import Any
 
+from avahazard.effects.catalogue import definition
+from avahazard.inference.model.given_prior import GIVEN
+from avahazard.inference.model.specification import Specification
+from avahazard.message import counted
 from avahazard.records.conventions import Conventions
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, Rows, silent
+from avahazard.results.calibration import Calibration
+from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.project import ProjectRun, Step
+from avahazard.store.models import list_models
 from avahazard.store.records import load_records
+from avahazard.store.results import (
+    BOUNDS,
+    COMPARISON,
+    DIAGNOSIS,
+    ZONES,
+    Kind,
+    RunKind,
+    latest_calibration,
+    latest_documents,
+    latest_key,
+    latest_result,
+)
 from avahazard.store.session import reading
+from avahazard.workflow.add import add
+from avahazard.workflow.calibrate import asked_for, calibrate
+from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
+from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.export import export
+from avahazard.workflow.hazard import hazard, hazard_work
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.project.answers import project_answers
-from avahazard.workflow.project.file import read_project
-from avahazard.workflow.project.models import project_models
-from avahazard.workflow.project.state import DONE, UP_TO_DATE, ProjectState
+from avahazard.workflow.project_file import Project, read_project
+from avahazard.workflow.report import write_report
+from avahazard.workflow.stored.by_path import run_key
 from avahazard.workflow.stored.notes import notes_of
+from avahazard.workflow.zones import zones, zones_work
 
 
 def run_project(
@@ -81,3 +111,226 @@ def _import(run: ProjectState) -> tuple[Step, tuple[str, ...]]:
     changed = [f"{kind} {c.new + c.updated}" for kind, c in kinds.items() if c.new + c.updated]
     words = f"new or changed: {', '.join(changed)}" if changed else "no change"
     return Step("import", DONE if changed else UP_TO_DATE, words), found.notes
+
+
+DONE, UP_TO_DATE = "done", "up to date"
+
+
+@dataclass(slots=True)
+class ProjectState:
+    """The project, where its files are, and its database.
+
+    `fresh` as soon as a step has found something new; `written` is when the file of the project
+    was (seconds, as of files).
+    """
+
+    project: Project
+    folder: FilePath
+    database: str
+    report: Report
+    fresh: bool = False
+    written: float = 0.0
+
+
+def stored_result(run: ProjectState, kind: Kind, model: str) -> dict[str, Any] | None:
+    """What was found last by a model; None where nothing was."""
+    with reading(run.database) as session:
+        return latest_result(session, kind, model)
+
+
+NAMED = "missing-effect"
+"""The verdict on which an effect is added."""
+
+
+def project_models(run: ProjectState) -> Iterator[tuple[str, Step]]:
+    """Calibrate, compare, diagnose, and again with what was named; the last model answers."""
+    wanted, skip = run.project, run.project.skip
+    model, step = _calibrated(run)
+    for round_ in range(wanted.diagnose.rounds + 1):
+        yield model, step
+        if "compare" not in skip:
+            yield model, _compared(run, model)
+        if "diagnose" in skip or wanted.model.method != "marginal":
+            return
+        step, diagnosis = _diagnosed(run, model)
+        yield model, step
+        if not wanted.diagnose.add or diagnosis.verdict != NAMED:
+            return
+        if round_ < wanted.diagnose.rounds:
+            model, step = _added(run, model, diagnosis.missing)
+
+
+def _calibrated(run: ProjectState) -> tuple[str, Step]:
+    """The model of the file, on the records as they are."""
+    wanted = run.project.model
+    asked = asked_for(Specification(), [definition(key) for key in wanted.without])
+
+    def fits(stored: Calibration) -> bool:
+        return (
+            stored.parent is None
+            and (stored.law, stored.scatter, stored.distribution, stored.tails)
+            == (wanted.law, wanted.scatter, wanted.distribution, wanted.tails)
+            and (stored.method, stored.seed) == (wanted.method, wanted.seed)
+            and set(stored.effects) == set(wanted.with_) - set(wanted.without)
+            and stored.centrifugal == asked.centrifugal
+            and _prior_source(stored) == (wanted.prior_from or "")
+            and {k: [p.mean, p.sd] for k, p in (stored.given_priors or {}).items()}
+            == {k: list(pair) for k, pair in wanted.prior.items()}
+            and wanted.chains == stored.chains
+            and wanted.draws in (None, stored.draws)
+        )
+
+    known, free = _known(run, wanted.name, wanted.paths, fits)
+    if known is not None:
+        return known, Step(f"calibrate {known}", UP_TO_DATE, "")
+    found = calibrate(run.database, free, wanted, run.report)
+    run.fresh = True
+    return free, Step(f"calibrate {free}", DONE, _converged(found))
+
+
+def _prior_source(stored: Calibration) -> str:
+    """The model or paths that the law's prior is from, as `prior_from` names them."""
+    source = "" if stored.prior is None else stored.prior.source
+    return "" if source.startswith(GIVEN) else source
+
+
+def _added(run: ProjectState, parent: str, effects: tuple[str, ...]) -> tuple[str, Step]:
+    """The child of a model with the effects that its diagnosis named."""
+
+    def fits(stored: Calibration) -> bool:
+        return stored.parent == parent and set(effects) <= set(stored.effects)
+
+    name = f"{parent}+{'+'.join(effects)}"
+    known, free = _known(run, name, run.project.model.paths, fits)
+    if known is not None:
+        return known, Step(f"add {known}", UP_TO_DATE, "")
+    found = add(run.database, parent, effects, free, report=run.report)
+    run.fresh = True
+    return free, Step(f"add {free}", DONE, _converged(found))
+
+
+def _known(
+    run: ProjectState, name: str, paths: Sequence[str], fits: Callable[[Calibration], bool]
+) -> tuple[str | None, str]:
+    """The latest model NAME or NAME-n that fits and stands on today's records, and a free name."""
+    with reading(run.database) as session:
+        records = only_paths(load_records(session), paths)
+        names = [model.name for model in list_models(session)]
+        stored = {
+            n: Calibration.from_dict(latest_calibration(session, n).result)
+            for n in names
+            if n == name or n.removeprefix(f"{name}-").isdigit()
+        }
+    today = data_fingerprint(records)
+    right = [n for n, one in stored.items() if one.data_fingerprint == today and fits(one)]
+    free, k = name, 2
+    while free in names:
+        free, k = f"{name}-{k}", k + 1
+    return (right[-1] if right else None), free
+
+
+def _converged(found: Calibration) -> str:
+    words = counted(found.n_events, "event")
+    return words if found.diagnostics.converged else f"{words}; its chains have NOT converged"
+
+
+def _compared(run: ProjectState, model: str) -> Step:
+    if stored_result(run, COMPARISON, model) is not None:
+        return Step(f"compare {model}", UP_TO_DATE, "")
+    found = compare(run.database, model, report=run.report)
+    run.fresh = True
+    error = found.held_out.runout.crps_m
+    return Step(f"compare {model}", DONE, f"held-out error (CRPS) {error:.1f} m")
+
+
+def _diagnosed(run: ProjectState, model: str) -> tuple[Step, Diagnosis]:
+    wanted = run.project.diagnose
+    document = stored_result(run, DIAGNOSIS, model)
+    if document is not None and document["seed"] == wanted.seed:
+        found = Diagnosis.from_dict(document)
+        return Step(f"diagnose {model}", UP_TO_DATE, _verdict(found)), found
+    found = diagnose_model(run.database, model, wanted, run.report)
+    run.fresh = True
+    return Step(f"diagnose {model}", DONE, _verdict(found)), found
+
+
+def _verdict(found: Diagnosis) -> str:
+    if found.cannot_tell:
+        return f"{found.verdict}, as far as few data tell"
+    return ": ".join([found.verdict, ", ".join(found.missing)]) if found.missing else found.verdict
+
+
+def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[str], list[str]]]:
+    """Steps, their notes, and the files that they wrote."""
+    project, folder = run.project, run.folder
+    if "hazard" not in project.skip:
+        yield _bounds(run, model)
+    if "zones" not in project.skip and project.model.method != "metropolis":
+        yield _zones(run, model)
+    if "report" not in project.skip:
+        page = folder / project.report.file
+        if _outdated(run, page):
+            report = write_report(run.database, model, page, project.project, run.report)
+            yield Step("report", DONE, page.name), [*report.lacking, *report.notes], [str(page)]
+        else:
+            yield Step("report", UP_TO_DATE, page.name), [], [str(page)]
+    if "export" not in project.skip and "hazard" not in project.skip:
+        for name in project.export.files:
+            file = folder / name
+            notes: list[str] = []
+            state = UP_TO_DATE
+            if _outdated(run, file):
+                notes = list(export(run.database, model, file).notes)
+                state = DONE
+            yield Step("export", state, file.name), notes, [str(file)]
+
+
+def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
+    request = run.project.hazard
+    work = hazard_work(run.database, model, request)
+    if _is_latest(run, BOUNDS, model, run_key(*work)):
+        n = len({row["path_id"] for row in _found_last(run, BOUNDS, model) or ()})
+        return Step("hazard", UP_TO_DATE, counted(n, "path")), [], []
+    found = hazard(run.database, model, request, run.report)
+    run.fresh = True
+    n = len({row.path_id for row in found.rows})
+    return Step("hazard", DONE, counted(n, "path")), list(found.notes), []
+
+
+def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
+    limits = run.project.zones.limits
+    file = run.folder / limits
+    request = replace(
+        run.project.zones,
+        limits=str(file) if file.is_file() else limits,
+        paths=run.project.hazard.paths,
+    )
+    work = zones_work(run.database, model, request)
+    if _is_latest(run, ZONES, model, run_key(*work)):
+        n = len(_found_last(run, ZONES, model) or ())
+        return Step("zones", UP_TO_DATE, counted(n, "path")), [], []
+    found = zones(run.database, model, request, run.report)
+    run.fresh = True
+    return Step("zones", DONE, counted(len(found.rows), "path")), list(found.notes), []
+
+
+def _is_latest(run: ProjectState, kind: RunKind, model: str, key: str) -> bool:
+    """Whether the last run of this kind hangs on the same as one of this key would."""
+    with reading(run.database) as session:
+        return latest_key(session, kind, model) == key
+
+
+def _found_last(run: ProjectState, kind: RunKind, model: str) -> list[dict[str, Any]] | None:
+    with reading(run.database) as session:
+        return latest_documents(session, kind, model)
+
+
+def _outdated(run: ProjectState, file: FilePath) -> bool:
+    """Whether the file is missing, older than what it stands on, or something new was found.
+
+    It stands on the database, and on the file of the project, which has its title and language.
+    """
+    if run.fresh or not file.is_file() or run.written > file.stat().st_mtime:
+        return True
+    database = FilePath(run.database)
+    return database.is_file() and database.stat().st_mtime > file.stat().st_mtime

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path as FilePath
 
 import numpy as np
 
 from avahazard.hazard.frequencies import (
     Frequencies,
-    VolumeSource,
     known_volumes,
     volume_frequencies,
 )
@@ -21,6 +19,7 @@ from avahazard.results.base import Rows
 from avahazard.results.volumes import PathVolumes, ReturnLevel, Volumes, YearlyMaximum
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.workflow.requests import VolumesRequest
 
 RETURN_PERIODS = (10.0, 30.0, 100.0, 300.0)
 CURVE = tuple(float(t) for t in np.geomspace(1.2, 1000.0, 60))
@@ -28,28 +27,18 @@ CURVE = tuple(float(t) for t in np.geomspace(1.2, 1000.0, 60))
 
 def volumes(
     database: str,
-    *,
-    paths: Sequence[str] = (),
-    return_periods: Sequence[float] = (),
-    source: VolumeSource | None = None,
-    seed: int = 0,
-    plot: FilePath | None = None,
+    paths: Sequence[str],
+    request: VolumesRequest,
 ) -> Volumes:
-    """The frequency of volumes of each path; nothing is stored.
+    """The frequency of volumes of each path, all where none is named; nothing is stored.
 
-    Levels are those of `return_periods` (years); periods that are shorter than the time between
-    avalanches have no level. `plot` draws them.
+    Periods that are shorter than the time between avalanches have no level.
 
     Raises:
-        AvahazardError: a path is unknown, no path has what is needed, a return period is not
-            over 1 year, a file of `source` cannot be read, or `plot` is not a picture's name.
+        AvahazardError: a path is unknown, no path has what is needed, a
+            file of `source` cannot be read, or `plot` is not a picture's name.
     """
-    wanted = tuple(dict.fromkeys(return_periods)) or RETURN_PERIODS
-    for period in wanted:
-        if not (np.isfinite(period) and period > 1.0):
-            raise AvahazardError(
-                f"The return period is {period:g}.", "It must be a number of years over 1."
-            )
+    wanted, plot = request.return_periods or RETURN_PERIODS, request.plot
     if plot is not None:
         from avahazard.report.picture import require_picture  # noqa: PLC0415 (slow)
 
@@ -57,7 +46,7 @@ def volumes(
     with reading(database) as session:
         records = load_records(session)
     named = [find_path(records, path_id).path_id for path_id in paths]
-    frequencies = volume_frequencies(known_volumes(records), seed, source)
+    frequencies = volume_frequencies(known_volumes(records), request.seed, request.source)
     entries, notes, refusals, curves = [], [], [], []
     for path_id in named or sorted(p.path_id for p in records.paths):
         try:

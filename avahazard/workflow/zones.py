@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Any
-
-import numpy as np
 
 from avahazard.effects.catalogue import catalogue
-from avahazard.hazard.frequencies import VolumeSource, volume_frequencies
+from avahazard.hazard.frequencies import volume_frequencies
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
-from avahazard.hazard.zones.pressure import DENSITY_KG_M3, DENSITY_SD_KG_M3
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path, find_profile
@@ -25,6 +20,7 @@ from avahazard.store.records import load_paths
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.hazard import source_settings
+from avahazard.workflow.requests import ZonesRequest
 from avahazard.workflow.stored.by_path import run_paths, went_on
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
@@ -34,46 +30,19 @@ from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
 
 
-@dataclass(frozen=True, slots=True)
-class ZonesQuestion:
-    """What `zones` is asked, on the paths named or all with a profile.
-
-    Zones are those of `limits`, a preset or a TOML file, at the return periods (years) of these
-    and those given. `density` and its standard deviation are in kg/m3; `source` says where the
-    frequency of volumes comes from.
-    """
-
-    return_periods: Sequence[float] = ()
-    limits: str = "swiss"
-    density: float = DENSITY_KG_M3
-    density_sd: float = DENSITY_SD_KG_M3
-    paths: Sequence[str] = ()
-    source: VolumeSource | None = None
-    seed: int = 0
-    effect_files: Sequence[FilePath] = ()
-
-
-def zones(
-    database: str,
-    name: str,
-    *,
-    plot: FilePath | None = None,
-    report: Report = silent,
-    **asked: Any,
-) -> Zones:
+def zones(database: str, name: str, request: ZonesRequest, report: Report = silent) -> Zones:
     """Find and store speed, pressure and zones along paths.
 
     One entry for each path named, or each that has a profile and a rate of avalanches, by path.
-    `asked` are the fields of a `ZonesQuestion`; with `plot` a picture is written there.
 
     Raises:
         AvahazardError: there is no such model, path or preset, the file of limits cannot be
             used, `effect_files` are not those of the model, its scatter is in metres (method
-            metropolis), a density or return period is out of range, `plot` is not the name of a
-            picture, or no path has a rate.
+            metropolis), `plot` is not the name of a picture, or no path has a rate.
     """
+    plot = request.plot
     require_picture(plot)
-    stored, path_ids, work = zones_work(database, name, ZonesQuestion(**asked))
+    stored, path_ids, work = zones_work(database, name, request)
     of_all = work.shared.notes
     run = run_paths(database, stored, path_ids, work, report)
     with reading(database) as session:
@@ -89,39 +58,38 @@ def zones(
 
 
 def zones_work(
-    database: str, name: str, question: ZonesQuestion
+    database: str, name: str, request: ZonesRequest
 ) -> tuple[RegionFit, list[str], PathWork[ZonesUnit]]:
     """The model, the paths to run, and what is done on each. Raises as `zones`."""
-    _check(question.density, question.density_sd, question.return_periods)
-    wanted = load_limits(question.limits)
-    own = own_effects(database, name, question.effect_files)
+    wanted = load_limits(request.limits)
+    own = own_effects(database, name, request.effect_files)
     stored = load_region_fit(database, name, own)
     if stored.model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
             "Calibrate with the method marginal or gibbs.",
         )
-    seed, source = question.seed, question.source or VolumeSource()
-    periods = tuple(sorted({*question.return_periods, *wanted.return_periods}))
+    seed, source = request.seed, request.source
+    periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
     unit = ZonesUnit(
         applied_model(stored),
         (*wanted.notes, *_notes(stored)),
         volume_frequencies(stored.survey.volumes, seed, source),
         wanted,
         periods,
-        Density(question.density, question.density_sd),
+        Density(request.density, request.density_sd),
         seed,
     )
     settings = {
         "limits": plain(wanted),
         "return_periods": periods,
-        "density": question.density,
-        "density_sd": question.density_sd,
+        "density": request.density,
+        "density_sd": request.density_sd,
         "seed": seed,
         "source": source_settings(source),
     }
     work = PathWork(ZONES, "Zones", zones_of_path, unit, settings)
-    return stored, stored.paths_to_run(question.paths), work
+    return stored, stored.paths_to_run(request.paths), work
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:
@@ -151,21 +119,6 @@ def load_limits(limits: str) -> Limits:
             f"Name {', '.join(PRESETS)}, or a TOML file of your own.",
         ) from error
     return read_limits(file.name, text)
-
-
-def _check(density: float, density_sd: float, return_periods: Sequence[float]) -> None:
-    if not (np.isfinite(density) and density > 0.0):
-        raise AvahazardError(f"The density is {density:g}.", "It must be in kg/m3, over 0.")
-    if not (np.isfinite(density_sd) and density_sd >= 0.0):
-        raise AvahazardError(
-            f"The standard deviation of the density is {density_sd:g}.",
-            "It must be in kg/m3, 0 or more.",
-        )
-    for period in return_periods:
-        if not (np.isfinite(period) and period > 1.0):
-            raise AvahazardError(
-                f"The return period is {period:g}.", "It must be a number of years over 1."
-            )
 
 
 def _notes(stored: RegionFit) -> list[str]:

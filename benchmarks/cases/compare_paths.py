@@ -6,6 +6,7 @@ import tempfile
 
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
+from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.cases.made_region import cpu_seconds, region
 from benchmarks.measuring import Result
 
@@ -17,10 +18,10 @@ def measure() -> Result:
     """Seconds of a processor of one comparison."""
     with tempfile.TemporaryDirectory() as folder:
         small = region(folder, 5, 20)
-        calibrate(small, "m", draws=200)
+        calibrate(small, "m", CalibrateRequest(draws=200))
         compare(small, "m")  # compiles
         database = region(folder, N_PATHS, N_EVENTS)
-        calibrate(database, "m", draws=1000)
+        calibrate(database, "m", CalibrateRequest(draws=1000))
         fits = []
         ours = cpu_seconds(lambda: fits.append(compare(database, "m").held_out.n_fits))
     return Result(

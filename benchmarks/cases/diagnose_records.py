@@ -11,6 +11,7 @@ import numpy as np
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.measuring import Result, alone
 
 SLIDES = Path(__file__).resolve().parents[3] / "shared/data/submarine-slides/events.csv"
@@ -20,10 +21,11 @@ LIMIT_S, LIMIT_MB = 300.0, 1024
 PROCESS = """
 import json, sys, time
 from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.requests import DiagnoseRequest
 from benchmarks.measuring import peak_mb
-diagnose_model(sys.argv[2], "m", n_worlds=3)
+diagnose_model(sys.argv[2], "m", DiagnoseRequest(worlds=39))
 begun = time.process_time()
-diagnose_model(sys.argv[1], "m")
+diagnose_model(sys.argv[1], "m", DiagnoseRequest())
 print(json.dumps([time.process_time() - begun, peak_mb()]))
 """
 
@@ -66,5 +68,5 @@ def _database(folder: str, times: int) -> str:
     database = str(Path(folder) / f"{times}.db")
     init_database(database)
     import_files(database, [table])
-    calibrate(database, "m", law="power")
+    calibrate(database, "m", CalibrateRequest(law="power"))
     return database

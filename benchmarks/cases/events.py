@@ -18,13 +18,14 @@ import json, sys, time
 from avahazard.criticism.screening.screen import BATCH
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from benchmarks.measuring import peak_mb
-calibrate(sys.argv[2], "m", draws=100)
-diagnose_model(sys.argv[2], "m", n_worlds=3)
+calibrate(sys.argv[2], "m", CalibrateRequest(draws=100))
+diagnose_model(sys.argv[2], "m", DiagnoseRequest(worlds=39))
 times = []
 for work in (
-    lambda: calibrate(sys.argv[1], "m"),
-    lambda: diagnose_model(sys.argv[1], "m", n_worlds=BATCH),
+    lambda: calibrate(sys.argv[1], "m", CalibrateRequest()),
+    lambda: diagnose_model(sys.argv[1], "m", DiagnoseRequest(worlds=BATCH)),
 ):
     begun = time.process_time()
     work()

@@ -6,6 +6,7 @@ import tempfile
 
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest
 from benchmarks.cases.made_region import cpu_seconds, region
 from benchmarks.measuring import Result
 
@@ -19,9 +20,12 @@ def measure() -> Result:
     with tempfile.TemporaryDirectory() as folder:
         database = region(folder, N_PATHS, N_EVENTS)
         names = [f"P{k:02d}" for k in range(1, N_CALIBRATED + 1)]
-        calibrate(database, "m", paths=names, draws=1000)
-        hazard(database, "m", return_periods=PERIODS, paths=names)  # compiles
-        ours = cpu_seconds(lambda: hazard(database, "m", return_periods=PERIODS)) / N_PATHS
+        calibrate(database, "m", CalibrateRequest(paths=names, draws=1000))
+        hazard(database, "m", HazardRequest(return_periods=PERIODS, paths=names))  # compiles
+        ours = (
+            cpu_seconds(lambda: hazard(database, "m", HazardRequest(return_periods=PERIODS)))
+            / N_PATHS
+        )
     return Result(
         BEFORE_S / ours,
         ours,

@@ -7,6 +7,7 @@ import tempfile
 import numpy as np
 
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.cases.made_region import region
 from benchmarks.measuring import Result, alone
 
@@ -14,11 +15,12 @@ N_PATHS, TIMES, RECORDS = 1000, 10, 3
 MOST_MEMORY = 1.2
 PROCESS = """
 import json, sys, time
-from avahazard.workflow.hazard import HazardQuestion, run_hazard
+from avahazard.workflow.hazard import run_hazard
+from avahazard.workflow.requests import HazardRequest
 from benchmarks.measuring import peak_mb
-run_hazard(sys.argv[1], "m", HazardQuestion([100.0], paths=[sys.argv[2]]))
+run_hazard(sys.argv[1], "m", HazardRequest(return_periods=100, paths=sys.argv[2]))
 begun = time.process_time()
-run_hazard(sys.argv[1], "m", HazardQuestion([100.0]))
+run_hazard(sys.argv[1], "m", HazardRequest(return_periods=100))
 print(json.dumps([time.process_time() - begun, peak_mb()]))
 """
 
@@ -31,7 +33,7 @@ def measure() -> Result:
         databases = {n: region(folder, n, RECORDS * n) for n in found}
         for n in (N_PATHS, TIMES * N_PATHS, N_PATHS):
             if not found[n]:
-                calibrate(databases[n], "m", paths=names, draws=1000)
+                calibrate(databases[n], "m", CalibrateRequest(paths=names, draws=1000))
             found[n].append(alone(PROCESS, databases[n], names[0]))
     few_s, few_mb = np.mean(found[N_PATHS], axis=0)
     many_s, many_mb = np.mean(found[TIMES * N_PATHS], axis=0)

@@ -8,6 +8,7 @@ import tempfile
 from avahazard.engine import close_engine, set_engine
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest
 from benchmarks.cases.made_region import region
 from benchmarks.measuring import Result, alternate, seconds
 
@@ -23,12 +24,14 @@ def measure() -> Result:
     with tempfile.TemporaryDirectory() as folder:
         database = region(folder, N_PATHS, N_EVENTS)
         names = [f"P{k:02d}" for k in range(1, N_CALIBRATED + 1)]
-        calibrate(database, "m", paths=names, draws=1000)
+        calibrate(database, "m", CalibrateRequest(paths=names, draws=1000))
 
         def by(workers: int) -> float:
             set_engine("processes", workers=workers)
-            hazard(database, "m", return_periods=PERIODS, paths=names[:4])  # starts them
-            taken = seconds(lambda: hazard(database, "m", return_periods=PERIODS))
+            hazard(
+                database, "m", HazardRequest(return_periods=PERIODS, paths=names[:4])
+            )  # starts them
+            taken = seconds(lambda: hazard(database, "m", HazardRequest(return_periods=PERIODS)))
             close_engine()
             return taken
 

@@ -28,6 +28,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import check
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.study import Line, table
 from benchmarks.trust.disk_replay import Disk, confirmed, disk_of, steps_of
 
@@ -205,7 +206,7 @@ def main() -> None:
         other.execute("SELECT count(*) FROM events").fetchone()
     for file in files:
         if file == "calibrate":
-            calibrate(database, "model", law="power", chains=2, draws=40)
+            calibrate(database, "model", CalibrateRequest(law="power", chains=2, draws=40))
             print("calibrated model", flush=True)
         else:
             import_files(database, [Path(file)])

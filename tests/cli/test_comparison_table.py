@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from avahazard.cli.comparison_table import MOST_LINES, error_words, failures, show_scores
+from avahazard.cli.model_tables import MOST_LINES, error_words, failures, show_scores
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Comparison, Failure, SpeedScores
 from tests.results.samples import COMPARISON, RUNOUT

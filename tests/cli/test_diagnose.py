@@ -9,6 +9,7 @@ import pytest
 from typer.testing import Result
 
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.workflow.requests import DiagnoseRequest
 from tests.telling import untold
 
 Command = Callable[..., Result]
@@ -21,8 +22,8 @@ def test_people_and_programs_read_what_is_missing_and_what_to_do(
     found = Diagnosis.from_dict(given)
     asked: list[dict[str, Any]] = []
 
-    def diagnose(_database: str, name: str, **options: Any) -> Diagnosis:
-        asked.append({"name": name, "n_worlds": options["n_worlds"], "seed": options["seed"]})
+    def diagnose(_database: str, name: str, request: DiagnoseRequest, *_: Any) -> Diagnosis:
+        asked.append({"name": name, "worlds": request.worlds, "seed": request.seed})
         return found
 
     monkeypatch.setattr("avahazard.workflow.diagnose.diagnose_model", diagnose)
@@ -33,7 +34,7 @@ def test_people_and_programs_read_what_is_missing_and_what_to_do(
     verdict = result.stdout.split("\n\n")[0]
     assert untold(verdict, "base", "covariate:column_1", "avahazard effect new FILE") == []
     assert untold(result.stdout, "nats") == []
-    assert asked == [{"name": "base", "n_worlds": 39, "seed": 3}] * 2
+    assert asked == [{"name": "base", "worlds": 39, "seed": 3}] * 2
 
 
 def test_an_unknown_model_is_one_message_and_a_hint(avahazard: Command) -> None:

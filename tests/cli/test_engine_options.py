@@ -8,9 +8,9 @@ import pytest
 import typer
 from typer.main import get_command
 
-from avahazard.cli.commands_group import load
-from avahazard.cli.engine_options import COMMANDS, add_engine_options
 from avahazard.cli.main import COMMANDS as ENTRIES
+from avahazard.cli.main import COMPUTING, load
+from avahazard.cli.options import add_engine_options
 from avahazard.engine import chosen
 from avahazard.workers import n_workers, set_workers
 
@@ -23,7 +23,7 @@ def test_the_commands_that_have_them() -> None:
         for entry in ENTRIES
         if {option for p in load(entry).params for option in p.opts} >= OPTIONS
     }
-    assert names == COMMANDS
+    assert names == COMPUTING
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from avahazard.cli.hazard_table import show_bounds
+from avahazard.cli.hazard_tables import show_bounds
 from avahazard.results.hazard import (
     FarthestRecord,
     HazardRow,

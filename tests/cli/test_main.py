@@ -13,8 +13,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from avahazard import __version__
-from avahazard.cli.commands_group import Entry, load
-from avahazard.cli.main import COMMANDS, app, main
+from avahazard.cli.main import COMMANDS, Entry, app, load, main
 
 PROGRAM = Path(sys.executable).with_name("avahazard")
 
@@ -66,7 +65,7 @@ def test_every_command_has_the_help_that_the_list_shows(entry: Entry) -> None:
 
 @pytest.mark.parametrize("entry", COMMANDS, ids=lambda entry: entry.name)
 def test_command_files_load_nothing_heavy_by_themselves(entry: Entry) -> None:
-    module = import_module(f"avahazard.cli.commands.{entry.module}")
+    module = import_module(f"avahazard.cli.{entry.module}")
     heavy = {"numpy", "pandas", "numba", "sqlalchemy", "workflow"}
     assert not heavy & vars(module).keys()
 

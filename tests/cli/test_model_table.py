@@ -7,7 +7,7 @@ from io import StringIO
 
 from rich.console import Console
 
-from avahazard.cli.model_table import show_calibration
+from avahazard.cli.model_tables import show_calibration
 from avahazard.results.calibration import Calibration, Convergence, GivenTold, ParameterSummary
 from tests.results.samples import CALIBRATION
 from tests.telling import untold

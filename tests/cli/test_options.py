@@ -1,14 +1,20 @@
-"""Options that several commands have are the same in all of them."""
+"""Options are made of requests; those that several commands have are the same in all of them."""
 
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
-from avahazard.cli.options import FamilyName, volume_source
+from avahazard.cli.options import taking_requests
+from avahazard.hazard.volume_source import VolumeSource
+from avahazard.request import Option, Request
+from avahazard.workflow.requests import HazardRequest
 from tests.cli.test_help import ALL
 
 OF_THEIR_OWN = {
@@ -30,20 +36,51 @@ def test_an_option_reads_alike_wherever_it_is() -> None:
     assert {flag: kinds for flag, kinds in found.items() if len(kinds) > 1} == {}
 
 
-@pytest.mark.parametrize(
-    ("threshold", "table", "snowfall", "named"),
-    [
-        (5e3, None, None, "--threshold"),
-        (None, Path("v.csv"), Path("s.csv"), "--snowfall"),
-    ],
-)
-def test_contradictions_are_wrong_usage(
-    threshold: float | None, table: Path | None, snowfall: Path | None, named: str
-) -> None:
-    with pytest.raises(typer.BadParameter, match=named):
-        volume_source(FamilyName.gev, threshold, table, snowfall, 0.5)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked(Request):
+    """A request with a pair of numbers."""
+
+    pair: Annotated[tuple[str, ...], Option(help="Two numbers.", parse=tuple)] = ()
+
+
+def called(*words: str) -> tuple[int, str, list[object]]:
+    """Exit status, standard error, and what the command was given."""
+    seen: list[object] = []
+
+    def command(name: str, *, request: HazardRequest, asked: Asked, far: bool = False) -> None:
+        seen.extend((name, request, asked, far))
+
+    app = typer.Typer()
+    app.command()(taking_requests(command))
+    done = CliRunner().invoke(app, list(words))
+    return done.exit_code, done.stderr, seen
 
 
 def test_what_was_asked_arrives() -> None:
-    source = volume_source(FamilyName.gpd, 5e3, None, None, 0.4)
-    assert (source.family, source.threshold_m3, source.density_ratio) == ("gpd", 5e3, 0.4)
+    status, _, seen = called(
+        *("m", "-T", "30", "--return-period", "100", "--path", "P01", "--frequency", "gpd"),
+        *("--threshold", "5e3", "--volumes", "v.csv", "--pair", "1", "--far"),
+    )
+    source = VolumeSource("gpd", 5e3, Path("v.csv"))
+    request = HazardRequest(return_periods=[30, 100], paths="P01", source=source)
+    assert (status, seen) == (0, ["m", request, Asked(pair=("1",)), True])
+
+
+def test_what_was_not_asked_is_as_the_request_has_it() -> None:
+    assert called("m")[2] == ["m", HazardRequest(), Asked(), False]
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["--threshold", "5e3"], "--threshold"),
+        (["--volumes", "v.csv", "--snowfall", "s.csv"], "--snowfall"),
+        (["-T", "1"], "return period is 1"),
+        (["--draws", "3"], "--draws"),
+        (["--frequency", "normal"], "gpd"),
+    ],
+)
+def test_what_cannot_be_is_wrong_usage(words: list[str], named: str) -> None:
+    status, said, _ = called("m", *words)
+    assert status == 2
+    assert named in said

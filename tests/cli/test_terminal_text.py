@@ -11,8 +11,7 @@ import pytest
 from rich.console import Console
 from typer.testing import Result
 
-from avahazard.cli.output import table
-from avahazard.cli.terminal_text import SafeHook, safe, safe_json
+from avahazard.cli.output import SafeHook, safe, safe_json, table
 
 TITLE = "\x1b]0;owned\x07"
 BAD = {"escape": "\x1b[2J", "title": TITLE, "c1": "\x9b31m", "bidi": "a\u202eb", "del": "\x7f"}

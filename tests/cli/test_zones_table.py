@@ -7,7 +7,7 @@ from io import StringIO
 
 from rich.console import Console
 
-from avahazard.cli.zones_table import show_zones
+from avahazard.cli.hazard_tables import show_zones
 from avahazard.results.base import Rows
 from avahazard.results.zones import ZonedPath
 from tests.cli.zone_entries import entry

@@ -32,7 +32,7 @@ SMALLER = {
     "--worlds 99": "--worlds 39",
     "avahazard calibrate base": "avahazard calibrate base --chains 2 --draws 60",
     "local --with turbulent-drag": "local --chains 2 --draws 60",
-    "n_worlds=99": "n_worlds=9",
+    "worlds=99": "worlds=39",
     'law="exponential"': "chains=2, draws=60",
 }
 # The same commands again, on another model.

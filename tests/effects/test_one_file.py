@@ -24,6 +24,12 @@ from avahazard.workflow.effects import list_effects, show_effect
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    DiagnoseRequest,
+    HazardRequest,
+    ReportRequest,
+)
 from docs._tools.effects_page import effects_page
 from tests.few_draws import few_draws
 
@@ -109,7 +115,7 @@ def world(written: Path) -> str:
     database = str(written / "world.db")
     upkeep.create(database)
     import_files(database, [written / "world"])
-    calibrate(database, "base", law="power", chains=2, draws=50)
+    calibrate(database, "base", CalibrateRequest(law="power", chains=2, draws=50))
     with few_draws():
         add(database, "base", list(FILES), "new")
     return database
@@ -132,16 +138,16 @@ def test_the_diagnosis_tries_it(world: str) -> None:
     keys = [entry.key for entry in candidate_definitions(observations, Specification())]
     assert set(FILES) <= set(keys)
     assert "covariate:snow_temperature_c" not in keys
-    found = diagnose_model(world, "base", n_worlds=5)
+    found = diagnose_model(world, "base", DiagnoseRequest(worlds=39))
     tried = {row.effect: row.physics for row in found.candidates}
     assert set(MEANINGS) <= set(tried.values())
 
 
 def test_bounds_and_the_report_know_it(world: str, tmp_path: Path) -> None:
-    rows = hazard(world, "new", volumes=[2e4], n_draws=40).rows
+    rows = hazard(world, "new", HazardRequest(volumes=[2e4], draws=100)).rows
     assert "columns of the event" in rows[0].interval
     assert rows[0].runout_x_m.q50 is not None
-    write_report(world, "new", tmp_path / "new.html")
+    write_report(world, "new", tmp_path / "new.html", ReportRequest())
     html = (tmp_path / "new.html").read_text(encoding="utf-8")
     assert all(meaning in html for meaning in MEANINGS)
     assert "has no drag" not in html

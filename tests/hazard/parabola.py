@@ -13,8 +13,9 @@ from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.hazard.path_hazard import PathHazard, hazard_of_classes
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells

@@ -15,8 +15,9 @@ from avahazard.hazard.runout_bounds import RunoutBounds
 from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells

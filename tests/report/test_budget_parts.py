@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from avahazard.cli.comparison_table import SOURCES as OF_TABLE
+from avahazard.cli.model_tables import SOURCES as OF_TABLE
 from avahazard.criticism.scoring.error_budget import SOURCES, UNEXPLAINED
 from avahazard.report.budget_parts import COLORS, bars, part_words, parts_in_order
 from avahazard.report.language import LANGUAGES, language_of

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.requests import CalibrateRequest
 from tests.once import made_once
 from tests.workflow.twin import FEW_PATHS
 
@@ -21,12 +22,14 @@ def twin_models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) ->
         file = str(shutil.copy(twin_database, folder / "models.db"))
         short: dict[str, Any] = {"chains": 2, "draws": 60}
         few: dict[str, Any] = {"paths": FEW_PATHS, **short}
-        calibrate(file, "plain", **few)
+        calibrate(file, "plain", CalibrateRequest(**few))
         calibrate(
-            file, "normal", **few, law="power", distribution="normal", without=["centrifugal"]
+            file,
+            "normal",
+            CalibrateRequest(**few, law="power", distribution="normal", without=["centrifugal"]),
         )
-        calibrate(file, "drag", **few, law="constant", with_=["turbulent-drag"])
-        calibrate(file, "paths", with_=["path-effect"], **short)
-        calibrate(file, "gibbs", method="gibbs", **short)
+        calibrate(file, "drag", CalibrateRequest(**few, law="constant", with_=["turbulent-drag"]))
+        calibrate(file, "paths", CalibrateRequest(with_=["path-effect"], **short))
+        calibrate(file, "gibbs", CalibrateRequest(method="gibbs", **short))
 
     return str(made_once(tmp_path_factory, "twin-models", make) / "models.db")

@@ -16,6 +16,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare, coordinate_name
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest
 from tests.criticism.studies import slopes, straight, with_left
 from tests.few_draws import few_draws
 
@@ -77,8 +78,8 @@ def test_records_that_changed_since(snow_database: str, write: Any) -> None:
 
 @pytest.mark.usefixtures("drawn_little")
 def test_the_papers_methods(snow_database: str) -> None:
-    calibrate(snow_database, "gibbs", method="gibbs", chains=2, draws=300)
-    calibrate(snow_database, "mh", method="metropolis", chains=2, draws=300)
+    calibrate(snow_database, "gibbs", CalibrateRequest(method="gibbs", chains=2, draws=300))
+    calibrate(snow_database, "mh", CalibrateRequest(method="metropolis", chains=2, draws=300))
     found = compare(snow_database, "gibbs")
     scores, held_out = found.scores, found.held_out
     assert np.isfinite(scores.elpd_loo)

@@ -15,6 +15,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.hazard import hazard
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest, HazardRequest
 from tests.workflow.worlds import bowl, known_stops
 
 
@@ -27,14 +28,14 @@ def test_the_prior_is_called_what_it_is(database: str) -> None:
     )
     with writing(database) as session:
         save_records(session, bowl(events=events))
-    found = calibrate(database, "m", chains=2, draws=300, seed=2)
+    found = calibrate(database, "m", CalibrateRequest(chains=2, draws=300, seed=2))
     for summary in found.parameters.values():
         assert all(math.isfinite(v) for v in (summary.mean, summary.sd, summary.mode))
     told = found.prior_dominated or {}
     assert prior <= set(told)
     for name in prior:
         assert any(f"little of {name}: in m the prior speaks" in note for note in found.notes)
-    for row in hazard(database, "m", volumes=[2e4], n_draws=500).rows:
+    for row in hazard(database, "m", HazardRequest(volumes=[2e4], draws=500)).rows:
         assert prior <= {k for k in told if any(f"little of {k}:" in note for note in row.notes)}
 
 
@@ -51,7 +52,7 @@ def test_effects_are_not_sought_where_nothing_stopped(database: str) -> None:
     events = tuple(Event(f"e{k}", "B", left_profile=True) for k in range(3))
     with writing(database) as session:
         save_records(session, bowl(events=events))
-    calibrate(database, "m", law="constant", chains=2, draws=50)
+    calibrate(database, "m", CalibrateRequest(law="constant", chains=2, draws=50))
     with pytest.raises(AvahazardError, match="Every event of m left its profile") as told:
-        diagnose_model(database, "m", n_worlds=39)
+        diagnose_model(database, "m", DiagnoseRequest(worlds=39))
     assert "skip" in (told.value.hint or "")

@@ -17,6 +17,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model, failing_paths
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from tests.criticism.lengths import as_csv, lengths
 from tests.results.samples import COMPARISON, FAILURE
 
@@ -35,7 +36,7 @@ def base(diagnosed_world: Path, tmp_path: Path) -> str:
 
 
 def diagnosed(database: str, **options: Any) -> Diagnosis:
-    return diagnose_model(database, "base", n_worlds=39, **options)
+    return diagnose_model(database, "base", DiagnoseRequest(worlds=39, **options))
 
 
 def test_the_document_names_the_axis(diagnosed_world: Path) -> None:
@@ -70,12 +71,12 @@ def test_the_same_seed_gives_the_same_document(base: str) -> None:
 
 def test_an_unknown_model_is_one_message(base: str) -> None:
     with pytest.raises(AvahazardError, match="nobody"):
-        diagnose_model(base, "nobody")
+        diagnose_model(base, "nobody", DiagnoseRequest())
 
 
 def test_a_model_without_a_likelihood_for_effects_is_refused(database: str, write: Write) -> None:
     import_files(database, [write("events.csv", as_csv(lengths(30)))])
-    calibrate(database, "base", method="gibbs", chains=2, draws=100)
+    calibrate(database, "base", CalibrateRequest(method="gibbs", chains=2, draws=100))
     with pytest.raises(AvahazardError, match="gibbs") as raised:
         diagnosed(database)
     assert "--method marginal" in (raised.value.hint or "")

@@ -18,6 +18,7 @@ from avahazard.synth.making import make_world
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from avahazard.workflow.stored.model import load_parameter_draws
 
 pytestmark = pytest.mark.usefixtures("default_engine")
@@ -40,12 +41,14 @@ def answers(world: str, folder: Path, engine: EngineName, workers: int) -> dict[
     file = str(shutil.copy(world, folder / "mine.db"))
     set_engine(engine, workers=workers)
     found = {
-        "calibrate": calibrate(file, "m", with_=["turbulent-drag"], chains=2, draws=60).to_dict(),
+        "calibrate": calibrate(
+            file, "m", CalibrateRequest(with_=["turbulent-drag"], chains=2, draws=60)
+        ).to_dict(),
         "compare": compare(file, "m").to_dict(),
         "draws": {key: draws.tolist() for key, draws in load_parameter_draws(file, "m").items()},
     }
-    calibrate(file, "plain", chains=2, draws=60)
-    diagnosis = diagnose_model(file, "plain", n_worlds=9, seed=2)
+    calibrate(file, "plain", CalibrateRequest(chains=2, draws=60))
+    diagnosis = diagnose_model(file, "plain", DiagnoseRequest(worlds=39, seed=2))
     return {**found, "diagnose": diagnosis.to_dict()}
 
 
@@ -74,7 +77,7 @@ def test_a_calibration_is_the_same_by_threads_and_with_grounds_of_other_processe
     for engine, workers in (("local", 1), ("local", 2), ("local", 7), ("processes", 2)):
         file = str(shutil.copy(world, tmp_path / f"{engine}-{workers}.db"))
         set_engine(engine, workers=workers)  # type: ignore[arg-type]
-        found = calibrate(file, "m", chains=2, draws=40).to_dict()
+        found = calibrate(file, "m", CalibrateRequest(chains=2, draws=50)).to_dict()
         draws = {key: values.tolist() for key, values in load_parameter_draws(file, "m").items()}
         made.append((found, draws))
     assert made[1:] == made[:1] * 3

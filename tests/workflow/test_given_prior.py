@@ -16,6 +16,7 @@ from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.models import show_model
 from avahazard.workflow.provenance import show_provenance
+from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.rerun import rerun
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import notes_of
@@ -30,11 +31,13 @@ def database(twin_database: str, tmp_path: Path) -> str:
 
 def test_two_normals_make_the_posterior(database: str) -> None:
     """Precisions of the numbers and of the records add up, the weak prior's counted once."""
-    calibrate(database, "alone", chains=2, draws=600, paths=["scey"])
+    calibrate(database, "alone", CalibrateRequest(chains=2, draws=600, paths=["scey"]))
     alone = load_stored(database, "alone").model.draws[:, :2]
     mean, sd = float(np.exp(alone[:, 0].mean()) * 1.15), 0.03
     found = calibrate(
-        database, "told", prior={"a": (mean, sd)}, chains=2, draws=600, paths=["scey"]
+        database,
+        "told",
+        CalibrateRequest(prior={"a": (mean, sd)}, chains=2, draws=600, paths=["scey"]),
     )
     told = load_stored(database, "told").model.draws[:, :2]
     variance = np.log1p((sd / mean) ** 2)
@@ -53,7 +56,7 @@ def test_two_normals_make_the_posterior(database: str) -> None:
 
 def test_it_stays_with_the_model(database: str) -> None:
     numbers = {"a": (0.5, 0.02), "sigma": (0.2, 0.01)}
-    calibrate(database, "told", prior=numbers, chains=2, draws=60, paths=["scey"])
+    calibrate(database, "told", CalibrateRequest(prior=numbers, chains=2, draws=60, paths=["scey"]))
     stored = load_stored(database, "told")
     # The report shows the notes of the calibration.
     note = "the prior of a in told is 0.5 ± 0.02, as it was given."
@@ -76,7 +79,9 @@ def test_a_child_of_another_law_keeps_the_prior_of_the_rest_and_has_its_own_prio
     database: str,
 ) -> None:
     numbers = {"a": (0.5, 0.02), "sigma": (0.2, 0.05)}
-    found = calibrate(database, "told", prior=numbers, chains=2, draws=60, paths=["scey"])
+    found = calibrate(
+        database, "told", CalibrateRequest(prior=numbers, chains=2, draws=60, paths=["scey"])
+    )
     assert set(found.given_priors or {}) == {"a", "sigma"}
     child = add(database, "told", ["volume-law"], "child")
     assert child.prior is None
@@ -92,9 +97,9 @@ def test_a_parameter_of_an_effect(database: str) -> None:
     found = calibrate(
         database,
         "drag",
-        with_=["turbulent-drag"],
-        prior={"turbulent-drag.drag": (0.002, 0.0001)},
-        **QUICK,
+        CalibrateRequest(
+            with_=["turbulent-drag"], prior={"turbulent-drag.drag": (0.002, 0.0001)}, **QUICK
+        ),
     )
     drag = found.parameters["turbulent-drag.drag"]
     assert drag.mean == pytest.approx(0.002, abs=0.0002)
@@ -103,7 +108,11 @@ def test_a_parameter_of_an_effect(database: str) -> None:
 
 def test_what_is_sampled_by_its_log_and_a_slope_of_scatter(database: str) -> None:
     numbers = {"wrong_share": (0.1, 0.005), "sigma_n": (1e-6, 2e-8)}
-    found = calibrate(database, "told", tails="student", scatter="volume", prior=numbers, **QUICK)
+    found = calibrate(
+        database,
+        "told",
+        CalibrateRequest(tails="student", scatter="volume", prior=numbers, **QUICK),
+    )
     # So narrow, the priors speak.
     for name, (mean, sd) in numbers.items():
         assert found.parameters[name].mean == pytest.approx(mean, abs=1.5 * sd), name
@@ -115,13 +124,13 @@ def test_what_is_sampled_by_its_log_and_a_slope_of_scatter(database: str) -> Non
 
 def test_numbers_are_no_records(database: str) -> None:
     """A model with numbers may be the prior of others: only its records count."""
-    calibrate(database, "told", prior={"a": (0.5, 0.02)}, **QUICK)
+    calibrate(database, "told", CalibrateRequest(prior={"a": (0.5, 0.02)}, **QUICK))
     found = calibrate(
         database,
         "next",
-        prior_from="told",
-        prior={"sigma": (0.2, 0.05)},
-        **{**QUICK, "paths": ["saugy"]},
+        CalibrateRequest(
+            prior_from="told", prior={"sigma": (0.2, 0.05)}, **{**QUICK, "paths": ["saugy"]}
+        ),
     )
     assert found.prior is not None
     assert found.prior.source == "told"
@@ -150,4 +159,4 @@ def test_numbers_are_no_records(database: str) -> None:
 )
 def test_what_is_no_prior_of_this_model(database: str, asked, message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        calibrate(database, "x", **QUICK, **asked)
+        calibrate(database, "x", CalibrateRequest(**QUICK, **asked))

@@ -20,6 +20,7 @@ from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.friction import show_frictions
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.predict import predict
+from avahazard.workflow.requests import CalibrateRequest
 from tests.conftest import command_line
 
 N = 60
@@ -57,7 +58,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> str:
     upkeep.create(database)
     file.write_text(rows(*drawn()), encoding="utf-8")
     import_files(database, [file])
-    calibrate(database, "base", law="power", chains=2, draws=150, seed=1)
+    calibrate(database, "base", CalibrateRequest(law="power", chains=2, draws=150, seed=1))
     return database
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects.site import Site
-from avahazard.hazard.frequencies import VolumeSource
+from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.model import observations
 from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
@@ -30,6 +30,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.zones import zones
 from tests.workflow.twin import twin_records
@@ -41,9 +42,9 @@ Write = Callable[[str, str], Path]
 def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The twin with a model by each of the paper's samplers, and one without volume."""
     file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("hazard") / "models.db"))
-    calibrate(file, "gibbs", method="gibbs", draws=500)
-    calibrate(file, "metropolis", method="metropolis", draws=500)
-    calibrate(file, "constant", law="constant", method="gibbs", draws=500)
+    calibrate(file, "gibbs", CalibrateRequest(method="gibbs", draws=500))
+    calibrate(file, "metropolis", CalibrateRequest(method="metropolis", draws=500))
+    calibrate(file, "constant", CalibrateRequest(law="constant", method="gibbs", draws=500))
     return file
 
 
@@ -53,7 +54,7 @@ def mine(models: str, tmp_path: Path) -> str:
 
 
 def rows_of(database: str, name: str, **more: Any) -> Rows[HazardRow]:
-    return hazard(database, name, **more).rows
+    return hazard(database, name, HazardRequest(**more)).rows
 
 
 def test_hundred_years_for_every_path_by_default(mine: str) -> None:
@@ -116,14 +117,16 @@ def test_tables_and_profiles_are_made_once_for_a_path(
     monkeypatch.setattr(Site, "table", count_table)
     monkeypatch.setattr(observations, "smooth_profile", count_profile)
     paths = ["nants", "scey"]
-    hazard(mine, "gibbs", return_periods=[30.0, 100.0], volumes=[1e4, 1e5], paths=paths)
+    hazard(
+        mine, "gibbs", HazardRequest(return_periods=[30.0, 100.0], volumes=[1e4, 1e5], paths=paths)
+    )
     tables = {f"table of {path_id}" for path_id in paths}
     # The model stands on all paths; it needs the ground of those that it is applied to.
     assert {name for name in counted if name.startswith("table")} == tables
     assert len(counted) == 2 * len(paths)
     assert set(counted.values()) == {1}
     counted.clear()
-    zones(mine, "gibbs", return_periods=[10.0], paths=paths)
+    zones(mine, "gibbs", ZonesRequest(return_periods=[10.0], paths=paths))
     assert len(counted) == 2 * len(paths)
     assert set(counted.values()) == {1}
 
@@ -151,7 +154,9 @@ def test_the_metropolis_model_scatters_in_metres(mine: str) -> None:
 
 
 def test_a_model_without_volume_says_so_and_needs_none(mine: str) -> None:
-    found = hazard(mine, "constant", return_periods=[100.0], volumes=[1e3, 1e6], paths=["scey"])
+    found = hazard(
+        mine, "constant", HazardRequest(return_periods=[100.0], volumes=[1e3, 1e6], paths=["scey"])
+    )
     rows, notes = found.rows, found.notes
     medians = [row.runout_x_m.q50 for row in rows]
     assert medians == pytest.approx([medians[0]] * 3, rel=0.01)
@@ -160,7 +165,7 @@ def test_a_model_without_volume_says_so_and_needs_none(mine: str) -> None:
 
 
 def test_a_volume_beyond_the_records_is_told_with_its_rows(mine: str) -> None:
-    found = hazard(mine, "gibbs", volumes=[1e4, 1e8], paths=["scey", "saugy"])
+    found = hazard(mine, "gibbs", HazardRequest(volumes=[1e4, 1e8], paths=["scey", "saugy"]))
     for row in found.rows:
         told = " ".join(row.notes)
         assert ("times the largest recorded on this path" in told) == (row.volume_m3 == 1e8)
@@ -176,8 +181,8 @@ def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) 
     write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
     with pytest.raises(AvahazardError, match="path bare"):
-        hazard(mine, "gibbs", paths=["bare"])
-    found = hazard(mine, "gibbs")
+        hazard(mine, "gibbs", HazardRequest(paths=["bare"]))
+    found = hazard(mine, "gibbs", HazardRequest())
     assert "bare" not in {row.path_id for row in found.rows}
     assert any("left out: No dated event of path bare" in note for note in found.notes)
     assert any("records have changed" in note for note in found.notes)
@@ -192,7 +197,7 @@ def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, writ
     points = [(x, 2000 - 0.1 * x if x <= 300 else 2240 - 0.9 * x) for x in range(0, 1801, 30)]
     rows = "\n".join(f"shelf,{x},{y:.1f}" for x, y in points)
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
-    found = hazard(mine, "gibbs", volumes=[1e4], paths=["shelf"])
+    found = hazard(mine, "gibbs", HazardRequest(volumes=[1e4], paths=["shelf"]))
     (row,) = found.rows
     assert row.p_not_released > 0.9
     assert row.runout_x_m == Spread(None, None, None, None)
@@ -202,7 +207,7 @@ def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, writ
 def test_volumes_of_a_table_by_both_ways(mine: str, write: Write) -> None:
     text = "path_id,return_period_years,volume_m3\nscey,30,20000\n"
     source = VolumeSource(table=write("table.csv", text))
-    found = hazard(mine, "gibbs", return_periods=[30.0, 300.0], source=source)
+    found = hazard(mine, "gibbs", HazardRequest(return_periods=[30.0, 300.0], source=source))
     rows, notes = found.rows, found.notes
     assert [row.path_id for row in rows] == ["scey"] * 2
     assert [row.extrapolated for row in rows] == [False, True]
@@ -229,7 +234,7 @@ def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
 
 def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
     with pytest.raises(AvahazardError, match="2 years") as caught:
-        hazard(mine, "gibbs", return_periods=[2.0])
+        hazard(mine, "gibbs", HazardRequest(return_periods=[2.0]))
     assert "over" in caught.value.hint
 
 
@@ -244,12 +249,12 @@ def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
 )
 def test_what_cannot_be_asked(mine: str, more: dict[str, Any], message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        hazard(mine, "gibbs", **more)
+        hazard(mine, "gibbs", HazardRequest(**more))
 
 
 def test_no_such_model(mine: str) -> None:
     with pytest.raises(AvahazardError, match="no model nobody"):
-        hazard(mine, "nobody")
+        hazard(mine, "nobody", HazardRequest())
 
 
 def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:

@@ -18,21 +18,22 @@ from avahazard.store.session import reading
 from avahazard.store.tables import PathResultTable, PathRunTable
 from avahazard.workflow import hazard_plan, hazard_unit
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.hazard import HazardQuestion, hazard, run_hazard
+from avahazard.workflow.hazard import hazard, run_hazard
 from avahazard.workflow.hazard_plan import plan_hazard
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
 from avahazard.workflow.stored import by_path
 from avahazard.workflow.zones import zones
 
 pytestmark = pytest.mark.usefixtures("default_engine")
 
 PATHS = ["nants", "saugy", "scey"]
-ASKED: dict[str, Any] = {"return_periods": [30.0, 100.0], "paths": PATHS, "n_draws": 500}
+ASKED: dict[str, Any] = {"return_periods": [30.0, 100.0], "paths": PATHS, "draws": 500}
 
 
 @pytest.fixture(scope="module")
 def model(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("runs") / "model.db"))
-    calibrate(file, "m", method="gibbs", draws=100, chains=2)
+    calibrate(file, "m", CalibrateRequest(method="gibbs", draws=100, chains=2))
     return file
 
 
@@ -46,7 +47,9 @@ def alone(model: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, An
     """Bounds and zones by one thread."""
     file = str(shutil.copy(model, tmp_path_factory.mktemp("alone") / "mine.db"))
     set_engine("local", workers=1)
-    return plain(hazard(file, "m", **ASKED).rows), plain(zones(file, "m", paths=PATHS).rows)
+    return plain(hazard(file, "m", HazardRequest(**ASKED)).rows), plain(
+        zones(file, "m", ZonesRequest(paths=PATHS)).rows
+    )
 
 
 @pytest.mark.parametrize(
@@ -62,8 +65,8 @@ def test_every_engine_gives_the_same_bits(
     mine: str, alone: tuple[Any, Any], engine: EngineName, workers: int
 ) -> None:
     set_engine(engine, workers=workers)
-    assert plain(hazard(mine, "m", **ASKED).rows) == alone[0]
-    assert plain(zones(mine, "m", paths=PATHS).rows) == alone[1]
+    assert plain(hazard(mine, "m", HazardRequest(**ASKED)).rows) == alone[0]
+    assert plain(zones(mine, "m", ZonesRequest(paths=PATHS)).rows) == alone[1]
 
 
 def broken_at(
@@ -97,7 +100,7 @@ def test_an_interrupted_run_goes_on_where_it_was(
     monkeypatch.setattr(by_path, "BATCH", 1)
     mend = broken_at(monkeypatch, "scey", KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        run_hazard(mine, "m", HazardQuestion(**ASKED))
+        run_hazard(mine, "m", HazardRequest(**ASKED))
     assert counts(mine) == (1, 0, 2)
     with reading(mine) as session:
         assert latest_documents(session, BOUNDS, "m") is None
@@ -105,8 +108,8 @@ def test_an_interrupted_run_goes_on_where_it_was(
     broken_at(monkeypatch, "nants", AssertionError("nants is done already"))
     # Another run is none of this one's.
     other = {**ASKED, "seed": 1, "paths": ["saugy"]}
-    assert not [n for n in run_hazard(mine, "m", HazardQuestion(**other)).notes if "went on" in n]
-    found = run_hazard(mine, "m", HazardQuestion(**ASKED))
+    assert not [n for n in run_hazard(mine, "m", HazardRequest(**other)).notes if "went on" in n]
+    found = run_hazard(mine, "m", HazardRequest(**ASKED))
     assert found.notes[0] == "went on where it was interrupted: 2 of 3 paths were done."
     assert plain(list(found.rows())) == alone[0]
     assert counts(mine) == (2, 2, 4)
@@ -116,7 +119,7 @@ def test_a_path_that_fails_is_told_and_the_rest_goes_on(
     mine: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     broken_at(monkeypatch, "saugy", ZeroDivisionError("no slope"))
-    found = run_hazard(mine, "m", HazardQuestion(**ASKED))
+    found = run_hazard(mine, "m", HazardRequest(**ASKED))
     reason = "ZeroDivisionError on path saugy: no slope"
     assert found.failed == {"saugy": reason}
     assert f"left out: {reason}" in found.notes
@@ -131,25 +134,25 @@ def test_a_path_that_fails_is_told_and_the_rest_goes_on(
 def test_nothing_is_kept_where_all_paths_fail(mine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     broken_at(monkeypatch, "saugy", AvahazardError("It is too steep.", "Take another."))
     with pytest.raises(AvahazardError, match="too steep") as caught:
-        hazard(mine, "m", **{**ASKED, "paths": ["saugy"]})
+        hazard(mine, "m", HazardRequest(**{**ASKED, "paths": ["saugy"]}))
     assert caught.value.hint == "Take another."
     assert counts(mine) == (0, 0, 0)
 
 
 def test_a_plan_measures_and_stores_nothing(mine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = plan_hazard(mine, "m", HazardQuestion(**ASKED))
+    plan = plan_hazard(mine, "m", HazardRequest(**ASKED))
     assert (plan.n_paths, plan.n_rows, plan.n_runs, plan.n_done) == (3, 6, 3000, 0)
     assert plan.seconds_per_path > 0.0
     assert plan.stored_bytes > 3 * 1000
     assert counts(mine) == (0, 0, 0)
     monkeypatch.setattr(hazard_plan, "free_bytes", lambda: -1)
     with pytest.raises(AvahazardError, match="more of memory"):
-        plan_hazard(mine, "m", HazardQuestion(**ASKED))
+        plan_hazard(mine, "m", HazardRequest(**ASKED))
 
 
 def test_progress_tells_paths_and_rate(mine: str) -> None:
     told: list[tuple[str, float, float]] = []
-    run_hazard(mine, "m", HazardQuestion(**ASKED), lambda *words: told.append(words))
+    run_hazard(mine, "m", HazardRequest(**ASKED), lambda *words: told.append(words))
     assert told[0] == ("Runout", 0.0, 3)
     assert [done for _, done, _ in told] == [0.0, 1.0, 2.0, 3.0]
     assert told[-1][0].startswith("Runout: 3 of 3 paths, ")

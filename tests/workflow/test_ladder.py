@@ -12,12 +12,13 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.ladder import ladder, standing
+from avahazard.workflow.requests import CalibrateRequest
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
 
 
 def test_models_never_compared_are_compared_on_the_way(snow_database: str, tmp_path: Path) -> None:
-    calibrate(snow_database, "mh", method="metropolis", chains=2, draws=200)
+    calibrate(snow_database, "mh", CalibrateRequest(method="metropolis", chains=2, draws=200))
     picture = tmp_path / "ladder.svg"
     found = ladder(snow_database, plot=picture)
     base, metropolis = found.rows

@@ -10,6 +10,7 @@ from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.models import show_model, show_models
+from avahazard.workflow.requests import CalibrateRequest
 from tests.workflow.twin import twin_records
 
 
@@ -17,8 +18,10 @@ def test_models_in_short_and_in_full(database: str) -> None:
     with writing(database) as session:
         save_records(session, twin_records())
     assert show_models(database) == ()
-    document = calibrate(database, "one", method="gibbs", chains=2, draws=100)
-    calibrate(database, "two", method="metropolis", law="power", chains=2, draws=100)
+    document = calibrate(database, "one", CalibrateRequest(method="gibbs", chains=2, draws=100))
+    calibrate(
+        database, "two", CalibrateRequest(method="metropolis", law="power", chains=2, draws=100)
+    )
     one, two = show_models(database)
     assert (one.model, one.law, one.method) == ("one", "exponential", "gibbs")
     assert (two.model, two.law, two.converged) == ("two", "power", two.converged)

@@ -13,6 +13,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.path_hazard import ignores_volume
 from tests.criticism.lengths import as_csv, lengths
@@ -30,7 +31,7 @@ def database_with_law(
 
 
 def test_it_is_calibrated_and_fitted(database_with_law: str) -> None:
-    found = calibrate(database_with_law, "m", law=NAME, chains=2, draws=60)
+    found = calibrate(database_with_law, "m", CalibrateRequest(law=NAME, chains=2, draws=60))
     assert found.law == NAME
     assert {"a", "c", "sigma"} == found.parameters.keys()
     assert found.parameters["c"].unit == "m3"
@@ -44,7 +45,7 @@ def test_one_without_volume_gives_one_runout_for_all_volumes(
 ) -> None:
     same = replace(LAWS["constant"], name="even", uses_volume=uses_volume)
     monkeypatch.setitem(LAWS, "even", same)
-    calibrate(database_with_law, "m", law="even", chains=2, draws=50)
+    calibrate(database_with_law, "m", CalibrateRequest(law="even", chains=2, draws=50))
     assert ignores_volume(load_stored(database_with_law, "m")) == ignored
 
 
@@ -53,4 +54,4 @@ def test_the_papers_samplers_refuse_what_they_cannot_do(
     database_with_law: str, method: str
 ) -> None:
     with pytest.raises(AvahazardError, match=NAME):
-        calibrate(database_with_law, "m", law=NAME, method=method)
+        calibrate(database_with_law, "m", CalibrateRequest(law=NAME, method=method))

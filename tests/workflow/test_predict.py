@@ -13,6 +13,7 @@ from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.predict import predict
+from avahazard.workflow.requests import CalibrateRequest
 
 Write = Any
 NEW = "event_id,path_id,volume_m3\nsmall,P01,3000\nlarge,P01,400000\n"
@@ -120,7 +121,7 @@ def test_each_event_has_the_notes_on_its_volume_and_on_the_model(
 
 
 def test_normal_friction_tells_of_draws_below_zero(snow_database: str, write: Write) -> None:
-    calibrate(snow_database, "normal", distribution="normal", chains=2, draws=100)
+    calibrate(snow_database, "normal", CalibrateRequest(distribution="normal", chains=2, draws=100))
     found = predict(snow_database, "normal", write("new.csv", NEW))
     for row in found.events:
         assert np.isfinite(row.mean_m)

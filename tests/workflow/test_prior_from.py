@@ -12,6 +12,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.rerun import rerun
 from avahazard.workflow.stored.model import load_stored
 from tests.workflow.twin import DATA
@@ -25,8 +26,8 @@ def with_source(tmp_path_factory: pytest.TempPathFactory) -> str:
     file = str(tmp_path_factory.mktemp("prior") / "twin.db")
     upkeep.create(file)
     import_files(file, [DATA])
-    calibrate(file, "elsewhere", paths=["saugy"], **QUICK)
-    calibrate(file, "alone", paths=["scey"], **QUICK)
+    calibrate(file, "elsewhere", CalibrateRequest(paths=["saugy"], **QUICK))
+    calibrate(file, "alone", CalibrateRequest(paths=["scey"], **QUICK))
     return file
 
 
@@ -41,7 +42,11 @@ def law_of(database: str, name: str) -> np.ndarray:
 
 def test_what_two_paths_say_adds_up(database: str) -> None:
     """With normals the posterior's precision is the sum of both, less the weak prior's once."""
-    found = calibrate(database, "both", paths=["scey"], prior_from="elsewhere", chains=2, draws=600)
+    found = calibrate(
+        database,
+        "both",
+        CalibrateRequest(paths=["scey"], prior_from="elsewhere", chains=2, draws=600),
+    )
     assert found.prior is not None
     assert found.prior.source == "elsewhere"
     source, alone, both = (law_of(database, name) for name in ("elsewhere", "alone", "both"))
@@ -66,17 +71,23 @@ def test_what_two_paths_say_adds_up(database: str) -> None:
 
 def test_the_same_events_never_count_twice(database: str) -> None:
     with pytest.raises(AvahazardError, match=r"19 of 19 events already speak through elsewhere"):
-        calibrate(database, "x", paths=["saugy"], prior_from="elsewhere", **QUICK)
+        calibrate(database, "x", CalibrateRequest(paths=["saugy"], prior_from="elsewhere", **QUICK))
     with pytest.raises(AvahazardError, match="would count twice"):
-        calibrate(database, "x", paths=["scey"], prior_from="fit:nants, scey", **QUICK)
+        calibrate(
+            database, "x", CalibrateRequest(paths=["scey"], prior_from="fit:nants, scey", **QUICK)
+        )
     # Through a model whose own prior had them.
-    calibrate(database, "second", paths=["scey"], prior_from="elsewhere", **QUICK)
+    calibrate(database, "second", CalibrateRequest(paths=["scey"], prior_from="elsewhere", **QUICK))
     with pytest.raises(AvahazardError, match="through second"):
-        calibrate(database, "x", paths=["saugy"], prior_from="second", **QUICK)
+        calibrate(database, "x", CalibrateRequest(paths=["saugy"], prior_from="second", **QUICK))
 
 
 def test_a_fit_to_other_paths(database: str) -> None:
-    found = calibrate(database, "fitted", paths=["scey"], prior_from="fit:saint-clement", **QUICK)
+    found = calibrate(
+        database,
+        "fitted",
+        CalibrateRequest(paths=["scey"], prior_from="fit:saint-clement", **QUICK),
+    )
     assert found.prior is not None
     assert found.prior.coordinates["log a"].sd < 0.1
     assert law_of(database, "fitted")[:, 1].std() < 0.5 * law_of(database, "alone")[:, 1].std()
@@ -101,4 +112,4 @@ def test_a_fit_to_other_paths(database: str) -> None:
 )
 def test_what_is_no_prior_of_this_model(database: str, asked, message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        calibrate(database, "x", paths=["scey"], **QUICK, **asked)
+        calibrate(database, "x", CalibrateRequest(paths=["scey"], **QUICK, **asked))

@@ -21,6 +21,7 @@ from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 from avahazard.workflow.report_content import gather
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ReportRequest
 from avahazard.workflow.runout import run_model
 from tests.criticism.lengths import as_csv, lengths
 from tests.workflow.worlds import height
@@ -39,17 +40,17 @@ def copied(report_database: str, tmp_path: Path) -> str:
 @pytest.fixture(scope="module")
 def content(report_database: str) -> ReportContent:
     """Give what the report of `m` is made of."""
-    return gather(report_database, "m")
+    return gather(report_database, "m", ReportRequest())
 
 
 def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) -> None:
     told: list[float] = []
     one, other = tmp_path / "one.html", tmp_path / "other.html"
     document = write_report(
-        report_database, "m", one, report=lambda _what, done, _total: told.append(done)
+        report_database, "m", one, ReportRequest(), lambda _what, done, _total: told.append(done)
     )
     other.write_text("an older one")
-    write_report(report_database, "m", other)
+    write_report(report_database, "m", other, ReportRequest())
     assert one.read_bytes() == other.read_bytes()
     assert document.to_dict() == {
         "model": "m", "file": str(one), "bytes": one.stat().st_size, "n_paths": 3, "n_events": 61,
@@ -118,9 +119,9 @@ def test_speeds_are_those_of_the_command_runout(
     ids=["gibbs", "metropolis", "effects", "normal", "drag"],
 )
 def test_every_kind_of_model(copied: str, options: dict[str, Any]) -> None:
-    calibrate(copied, "other", chains=2, draws=100, **options)
-    hazard(copied, "other", volumes=[2e4], paths=["scey"], n_draws=200)
-    content = gather(copied, "other")
+    calibrate(copied, "other", CalibrateRequest(chains=2, draws=100, **options))
+    hazard(copied, "other", HazardRequest(volumes=[2e4], paths=["scey"], draws=200))
+    content = gather(copied, "other", ReportRequest())
     marginal = options.get("method", "marginal") == "marginal"
     assert set(content.lacking) == {"comparison", "diagnosis", "zones"}
     assert ("avahazard diagnose other" in content.lacking["diagnosis"]) == marginal
@@ -137,14 +138,14 @@ def test_every_kind_of_model(copied: str, options: dict[str, Any]) -> None:
 
 def test_events_without_a_profile(database: str, write: Write) -> None:
     import_files(database, [write("events.csv", as_csv(lengths(30)))])
-    calibrate(database, "r", law="power", chains=2, draws=100)
-    content = gather(database, "r")
+    calibrate(database, "r", CalibrateRequest(law="power", chains=2, draws=100))
+    content = gather(database, "r", ReportRequest())
     assert content.paths == ()
     assert {e.coordinate for e in content.events} == {"length"}
     assert "No path has a profile" in content.lacking["rows"]
     assert "zones" not in content.lacking
     assert 'id="figure-predicted-length"' in render(content)
-    told = write_report(database, "r", write("report.html", ""))
+    told = write_report(database, "r", write("report.html", ""), ReportRequest())
     assert sum("No path has a profile" in words for words in told.lacking) == 1
     assert "the chains of r have not converged." in told.notes
 
@@ -164,9 +165,9 @@ def test_one_path_with_events_that_left_it_and_bounds_beyond(database: str, writ
             write("events.csv", "\n".join([header, *rows]) + "\n"),
         ],
     )
-    calibrate(database, "b", chains=2, draws=100)
-    hazard(database, "b", volumes=[1e3, 5e5], n_draws=500)
-    content = gather(database, "b")
+    calibrate(database, "b", CalibrateRequest(chains=2, draws=100))
+    hazard(database, "b", HazardRequest(volumes=[1e3, 5e5], draws=500))
+    content = gather(database, "b", ReportRequest())
     (view,) = content.paths
     gone = next(e for e in view.events if e.event_id == "gone")
     assert (gone.left_profile, gone.stop_x_m, gone.observed_m) == (True, None, None)
@@ -181,7 +182,7 @@ def test_changed_records_are_said(copied: str, write: Write) -> None:
         copied,
         [write("more.csv", "event_id,path_id,date,runout_elevation_m\nnew,scey,1999,1200\n")],
     )
-    content = gather(copied, "m")
+    content = gather(copied, "m", ReportRequest())
     assert content.records_changed
     assert len(content.events) == 62
 
@@ -189,17 +190,17 @@ def test_changed_records_are_said(copied: str, write: Write) -> None:
 @pytest.mark.parametrize("name", ["report.txt", "report", "none/report.html"])
 def test_a_file_that_cannot_be_is_refused(report_database: str, tmp_path: Path, name: str) -> None:
     with pytest.raises(AvahazardError):
-        write_report(report_database, "m", tmp_path / name)
+        write_report(report_database, "m", tmp_path / name, ReportRequest())
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_in_its_place_is_one_message(report_database: str, tmp_path: Path) -> None:
     (tmp_path / "report.html").mkdir()
     with pytest.raises(AvahazardError, match="cannot be written"):
-        write_report(report_database, "m", tmp_path / "report.html")
+        write_report(report_database, "m", tmp_path / "report.html", ReportRequest())
     assert os.listdir(tmp_path) == ["report.html"]
 
 
 def test_an_unknown_model_is_one_message(report_database: str, tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="no model nobody"):
-        write_report(report_database, "nobody", tmp_path / "r.html")
+        write_report(report_database, "nobody", tmp_path / "r.html", ReportRequest())

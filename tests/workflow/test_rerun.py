@@ -18,6 +18,7 @@ from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.provenance import show_provenance
+from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.rerun import rerun
 from tests.conftest import command_line
 from tests.criticism.lengths import as_csv, lengths
@@ -32,8 +33,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> str:
     upkeep.create(database)
     file.write_text(as_csv(lengths(24, 0.3, n_columns=1)), encoding="utf-8")
     import_files(database, [file])
-    calibrate(database, "base", law="power", chains=2, draws=60, seed=5)
-    calibrate(database, "paper", law="power", method="gibbs", chains=2, draws=60)
+    calibrate(database, "base", CalibrateRequest(law="power", chains=2, draws=60, seed=5))
+    calibrate(database, "paper", CalibrateRequest(law="power", method="gibbs", chains=2, draws=60))
     with few_draws():
         add(database, "base", ["covariate:column_1"], "child")
     return database

@@ -11,10 +11,9 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.project import ProjectRun
 from avahazard.store.models import list_models
 from avahazard.store.session import reading
-from avahazard.workflow.project import answers
-from avahazard.workflow.project.file import read_project
-from avahazard.workflow.project.state import ProjectState
-from avahazard.workflow.run import _import, run_project
+from avahazard.workflow import run as project
+from avahazard.workflow.project_file import read_project
+from avahazard.workflow.run import ProjectState, _import, run_project
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
 
@@ -165,7 +164,7 @@ def test_what_was_interrupted_goes_on(folder: Path, monkeypatch: pytest.MonkeyPa
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(answers, "hazard", broken)
+        patch.setattr(project, "hazard", broken)
         with pytest.raises(KeyboardInterrupt):
             ran(folder)
     found = states(ran(folder))
@@ -223,7 +222,7 @@ def test_no_file(tmp_path: Path) -> None:
 
 
 def test_the_page_tells_every_key() -> None:
-    from avahazard.workflow.project.file import Project  # noqa: PLC0415
+    from avahazard.workflow.project_file import Project  # noqa: PLC0415
 
     page = (Path(__file__).parents[2] / "docs" / "project.md").read_text(encoding="utf-8")
     for name, field in Project.model_fields.items():

@@ -15,6 +15,7 @@ from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.fit import fit_laws
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from tests.criticism.lengths import lengths
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
@@ -39,12 +40,12 @@ def wild_database(request: pytest.FixtureRequest, database: str) -> str:
 def test_laws_are_fitted_and_calibrated(wild_database: str) -> None:
     assert "constant" in [row.law for row in fit_laws(wild_database).rows]
     for name in LAWS:
-        found = calibrate(wild_database, name, law=name, chains=2, draws=50)
+        found = calibrate(wild_database, name, CalibrateRequest(law=name, chains=2, draws=50))
         assert all(np.isfinite([p.mean, p.sd]).all() for p in found.parameters.values())
     with pytest.raises(AvahazardError, match="gibbs cannot calculate"):
-        calibrate(wild_database, "paper", method="gibbs")
+        calibrate(wild_database, "paper", CalibrateRequest(method="gibbs"))
 
 
 def test_they_are_diagnosed(wild_database: str) -> None:
-    calibrate(wild_database, "power", law="power", chains=2, draws=50)
-    assert diagnose_model(wild_database, "power", n_worlds=39).candidates
+    calibrate(wild_database, "power", CalibrateRequest(law="power", chains=2, draws=50))
+    assert diagnose_model(wild_database, "power", DiagnoseRequest(worlds=39)).candidates

@@ -20,6 +20,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
 from avahazard.workflow.zones import load_limits, zones
 
 Write = Callable[[str, str], Path]
@@ -39,9 +40,13 @@ rule = [{ return_period_years = 50 }]
 def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The twin with a model, one without volume, and one that scatters in metres."""
     file = str(shutil.copy(twin_database, tmp_path_factory.mktemp("zones") / "models.db"))
-    calibrate(file, "gibbs", method="gibbs", draws=200, chains=2)
-    calibrate(file, "constant", law="constant", method="gibbs", draws=200, chains=2)
-    calibrate(file, "metres", method="metropolis", draws=60, chains=2, paths=["scey"])
+    calibrate(file, "gibbs", CalibrateRequest(method="gibbs", draws=200, chains=2))
+    calibrate(
+        file, "constant", CalibrateRequest(law="constant", method="gibbs", draws=200, chains=2)
+    )
+    calibrate(
+        file, "metres", CalibrateRequest(method="metropolis", draws=60, chains=2, paths=["scey"])
+    )
     return file
 
 
@@ -77,10 +82,12 @@ def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
     found = zones(
         file,
         "gibbs",
-        limits="french",
-        paths=["scey", "saugy"],
-        return_periods=[10.0],
-        plot=folder / "zones.svg",
+        ZonesRequest(
+            limits="french",
+            paths=["scey", "saugy"],
+            return_periods=[10.0],
+            plot=folder / "zones.svg",
+        ),
     )
     return Found(file, found.rows, found.notes, (folder / "zones.svg").read_text())
 
@@ -116,7 +123,9 @@ def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
 
 
 def test_zones_end_where_hazard_says_that_runouts_do(french: Found) -> None:
-    rows = hazard(french.database, "gibbs", return_periods=[100.0, 300.0], paths=["scey"]).rows
+    rows = hazard(
+        french.database, "gibbs", HazardRequest(return_periods=[100.0, 300.0], paths=["scey"])
+    ).rows
     for zone, row in zip(french.entries[1].zones[1:], rows, strict=True):
         x = row.design.runout_x_m
         assert (zone.to_x_q05_m, zone.to_x_m) == pytest.approx((x.q05, x.q50), abs=0.01)
@@ -128,14 +137,18 @@ def test_zones_end_where_hazard_says_that_runouts_do(french: Found) -> None:
 
 
 def test_a_path_does_not_hang_on_the_others(french: Found, mine: str) -> None:
-    alone = zones(mine, "gibbs", limits="french", paths=["scey"], return_periods=[10.0]).rows
+    alone = zones(
+        mine, "gibbs", ZonesRequest(limits="french", paths=["scey"], return_periods=[10.0])
+    ).rows
     assert alone == french.entries[1:]
 
 
 def test_limits_and_density_of_ones_own(mine: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(OWN)
     own = str(tmp_path / "own.toml")
-    (entry,) = zones(mine, "gibbs", limits=own, paths=["scey"], density=150.0, density_sd=0.0).rows
+    (entry,) = zones(
+        mine, "gibbs", ZonesRequest(limits=own, paths=["scey"], density=150.0, density_sd=0.0)
+    ).rows
     assert entry.limits == "own.toml"
     strong, reached = entry.zones
     assert (strong.zone, strong.color) == ("strong", "#aa0000")
@@ -153,7 +166,7 @@ def test_a_block_that_does_not_start_is_told(mine: str, write: Write) -> None:
     points = "\n".join(f"shelf,{x},{y:.1f}" for x, y in places)
     write("events.csv", "event_id,path_id,runout_x_m,date\ns1,shelf,1500,1950\n")
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
-    found = zones(mine, "constant", paths=["shelf"])
+    found = zones(mine, "constant", ZonesRequest(paths=["shelf"]))
     (entry,) = found.rows
     assert entry.p_not_released > 0.9
     assert any(
@@ -169,8 +182,8 @@ def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) 
     write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
     with pytest.raises(AvahazardError, match="path bare"):
-        zones(mine, "gibbs", paths=["bare"])
-    (entry,) = zones(mine, "constant", paths=["bare"]).rows
+        zones(mine, "gibbs", ZonesRequest(paths=["bare"]))
+    (entry,) = zones(mine, "constant", ZonesRequest(paths=["bare"])).rows
     assert entry.zones[0].to_x_m > entry.release_x_m
 
 
@@ -189,7 +202,7 @@ def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) 
 )
 def test_what_cannot_be_asked(models: str, model: str, more: dict[str, Any], message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        zones(models, model, **more)
+        zones(models, model, ZonesRequest(**more))
 
 
 def test_a_bad_file_of_limits_is_named(tmp_path: Path) -> None:

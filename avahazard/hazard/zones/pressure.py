@@ -6,9 +6,6 @@ import numpy as np
 
 from avahazard.arrays import Floats
 
-DENSITY_KG_M3, DENSITY_SD_KG_M3 = 300.0, 50.0
-"""Dense flow: 300 kg/m3 is the value of the Swiss guideline; measured flows hold 200 to 400."""
-
 
 def draw_densities(mean: float, sd: float, n: int, rng: np.random.Generator) -> Floats:
     """Flow densities `[n]` in kg/m3: lognormal with this mean and standard deviation."""

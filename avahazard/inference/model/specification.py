@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 from avahazard.effects.effect import Definition, Setting
+from avahazard.inference.model.choices import DistributionName, ScatterName, TailsName
 from avahazard.inference.model.given_prior import GivenPrior
 from avahazard.inference.model.law_prior import LawPrior
-
-ScatterName = Literal["constant", "volume"]
-DistributionName = Literal["lognormal", "normal"]
-TailsName = Literal["normal", "student"]
-MethodName = Literal["marginal", "metropolis", "gibbs"]
 
 
 @dataclass(frozen=True, slots=True)

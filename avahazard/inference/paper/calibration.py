@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
-from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis

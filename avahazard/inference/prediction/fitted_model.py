@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes
 
 

@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import assemble
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrated import Calibrated

@@ -12,10 +12,11 @@ from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.given_prior import GivenPrior
 from avahazard.inference.model.law_prior import prior_from_document
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.specification import MethodName, Specification
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.records.errors import AvahazardError
 from avahazard.results.calibration import Calibration

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import Result
 
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.requests import CalibrateRequest
 from tests.conftest import command_line
 from tests.once import made_once
 
@@ -40,8 +41,8 @@ def model_database(twin_database: str, tmp_path_factory: pytest.TempPathFactory)
 
     def make(folder: Path) -> None:
         file = str(shutil.copy(twin_database, folder / "twin.db"))
-        calibrate(file, "base", chains=2, draws=500)
-        calibrate(file, "plain", method="gibbs")
+        calibrate(file, "base", CalibrateRequest(chains=2, draws=500))
+        calibrate(file, "plain", CalibrateRequest(method="gibbs"))
 
     return str(made_once(tmp_path_factory, "models", make) / "twin.db")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.cli.comparison_table import fall_of_error
+from avahazard.cli.model_tables import fall_of_error
 from avahazard.results.ladder import BeforeAndAfter
 from tests.cli.commands.snow import document, refused, run
 from tests.results.samples import STANDING

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
-from functools import partial
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -14,15 +13,15 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from avahazard.cli.commands.demo import _show
-from avahazard.cli.demo_words import show_loop
 from avahazard.cli.main import app
+from avahazard.cli.project import _show_demo, show_loop
 from avahazard.results.base import Rows
 from avahazard.results.made import Demo
 from avahazard.store.upkeep import status
 from avahazard.workflow import demo, demo_loop
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest
 from tests.few_draws import few_draws
 from tests.report.html.chromium import Seen, chromium
 from tests.telling import untold
@@ -39,8 +38,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
     folder = tmp_path_factory.mktemp("a")
     with pytest.MonkeyPatch.context() as patch, few_draws():
         patch.chdir(folder)
-        patch.setattr(demo, "hazard", partial(hazard, n_draws=1000))
-        patch.setattr(demo_loop, "hazard", partial(hazard, n_draws=1000))
+        patch.setattr(demo, "hazard", hazard_with_fewer_draws)
+        patch.setattr(demo_loop, "hazard", hazard_with_fewer_draws)
         patch.setattr(demo_loop, "N_EVENTS", 60)
         patch.setattr(demo_loop, "N_PATHS", 3)
         patch.setattr(demo, "calibrate", with_fewer_draws)
@@ -50,9 +49,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
     return folder, json.loads(done.stdout), done.stderr
 
 
-def with_fewer_draws(database: str, name: str, **more: Any) -> Any:
+def with_fewer_draws(database: str, name: str, asked: CalibrateRequest, *more: Any) -> Any:
     """A calibration in two chains of what is needed to converge."""
-    return calibrate(database, name, chains=2, draws=500, **more)
+    return calibrate(database, name, replace(asked, chains=2, draws=500), *more)
+
+
+def hazard_with_fewer_draws(database: str, name: str, asked: HazardRequest, *more: Any) -> Any:
+    """Runouts by draws that are enough to see them."""
+    return hazard(database, name, replace(asked, draws=1000), *more)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +66,7 @@ def found(run: tuple[Path, Any, str]) -> Demo:
 
 
 def printed(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
-    _show(Console(width=80, markup=False, highlight=False), found)
+    _show_demo(Console(width=80, markup=False, highlight=False), found)
     return capsys.readouterr().out
 
 

@@ -51,8 +51,12 @@ def test_people_see_zones_and_largest_speeds(on_my_models: Run, tmp_path: Path) 
     [
         (("nobody",), 1, "There is no model nobody"),
         (("base", "--limits", "none.toml"), 1, "There are no limits 'none.toml'"),
-        (("base", "--density", "-3"), 1, "The density is -3"),
-        (("base", "-T", "0.5"), 2, "0.5 will not do, it must be a number over 1"),
+        (("base", "--density", "-3"), 2, "The density is -3"),
+        (
+            ("base", "-T", "0.5"),
+            2,
+            "The return period is 0.5. It must be a number of years over 1.",
+        ),
         (("base", "--threshold", "5000"), 2, "--threshold is for --frequency gpd"),
         ((), 2, "name"),
     ],

@@ -15,6 +15,7 @@ from avahazard.records.reading import read_records
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest
 
 
 @pytest.fixture
@@ -41,7 +42,7 @@ def test_every_slide_tells_its_own_friction(events: Path) -> None:
 @pytest.mark.slow
 def test_the_scores_of_the_power_law_are_sane(events: Path, database: str) -> None:
     import_files(database, [events])
-    calibrate(database, "base", law="power", chains=2, draws=400, seed=1)
+    calibrate(database, "base", CalibrateRequest(law="power", chains=2, draws=400, seed=1))
     found = compare(database, "base")
     n = found.scores.runout.n
     assert n == 558
@@ -53,7 +54,9 @@ def test_the_scores_of_the_power_law_are_sane(events: Path, database: str) -> No
 @pytest.mark.slow
 def test_the_exponential_law_converges_on_them(events: Path, database: str) -> None:
     import_files(database, [events])
-    found = calibrate(database, "base", law="exponential", chains=2, draws=400, seed=1)
+    found = calibrate(
+        database, "base", CalibrateRequest(law="exponential", chains=2, draws=400, seed=1)
+    )
     assert found.diagnostics.rhat_max < 1.05
     for parameter in found.parameters.values():
         assert np.isfinite([parameter.mean, parameter.sd, parameter.mode]).all()

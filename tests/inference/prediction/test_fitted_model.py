@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.specification import MethodName
 from avahazard.inference.prediction.fitted_model import FittedModel, exact_volumes, fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.event import Event

@@ -9,6 +9,7 @@ import pytest
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.workflow.report_content import gather
+from avahazard.workflow.requests import ReportRequest
 from tests.few_draws import few_draws
 from tests.once import made_once
 from tests.report.html.world import make_loop_database
@@ -18,7 +19,7 @@ from tests.report.html.world import make_loop_database
 def content(report_database: str) -> ReportContent:
     """Give what the report of `m` is made of."""
     with few_draws():
-        return gather(report_database, "m")
+        return gather(report_database, "m", ReportRequest())
 
 
 @pytest.fixture(scope="session")
@@ -40,7 +41,7 @@ def loop_content(tmp_path_factory: pytest.TempPathFactory) -> ReportContent:
     """Give what the report of a child of a ladder of two models is made of."""
     database = made_once(tmp_path_factory, "loop", make_loop_database) / "loop.db"
     with few_draws():
-        return gather(str(database), "child")
+        return gather(str(database), "child", ReportRequest())
 
 
 @pytest.fixture(scope="session")

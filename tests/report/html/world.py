@@ -19,6 +19,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
 from avahazard.workflow.zones import zones
 from tests.few_draws import few_draws
 
@@ -41,11 +42,15 @@ def make_report_database(folder: Path) -> str:
     _write(folder / "events.csv", _rows("events.csv"), _event)
     upkeep.create(database)
     import_files(database, [folder / f"{name}.csv" for name in ("paths", "profiles", "events")])
-    calibrate(database, "m", chains=2, draws=100)
+    calibrate(database, "m", CalibrateRequest(chains=2, draws=100))
     with few_draws():
         compare(database, "m")
-    hazard(database, "m", return_periods=[30.0, 300.0], paths=["scey", "nants"], n_draws=1000)
-    zones(database, "m", paths=["scey"])
+    hazard(
+        database,
+        "m",
+        HazardRequest(return_periods=[30.0, 300.0], paths=["scey", "nants"], draws=1000),
+    )
+    zones(database, "m", ZonesRequest(paths=["scey"]))
     with writing(database) as session:
         results.save_result(session, results.DIAGNOSIS, "m", DIAGNOSIS)
         save_terrain(session, [_ground()])
@@ -58,7 +63,7 @@ def make_loop_database(folder: Path) -> str:
     records, _ = make_world(3, 60, 3, {"snow-type": 2.0})
     upkeep.create(database)
     import_files(database, [*write_records(folder, records)])
-    calibrate(database, "base", chains=2, draws=100)
+    calibrate(database, "base", CalibrateRequest(chains=2, draws=100))
     with few_draws():
         compare(database, "base")
     with writing(database) as session:
@@ -68,7 +73,7 @@ def make_loop_database(folder: Path) -> str:
         results.save_result(session, results.DIAGNOSIS, "base", {**found, "candidates": [best]})
     with few_draws():
         add(database, "base", ["snow-type"], "child")
-    hazard(database, "child", return_periods=[100.0], n_draws=300)
+    hazard(database, "child", HazardRequest(return_periods=[100.0], draws=300))
     return database
 
 

@@ -24,8 +24,9 @@ from avahazard.store.session import writing
 from avahazard.workflow import hazard_plan
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
-from avahazard.workflow.hazard import HazardQuestion, hazard_work
+from avahazard.workflow.hazard import hazard_work
 from avahazard.workflow.hazard_plan import plan_hazard
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest
 from avahazard.workflow.stored import by_path
 from avahazard.workflow.stored.path_unit import PathAnswer, PathShared, PathTask, path_answer
 from tests.workflow.worlds import height
@@ -34,7 +35,7 @@ N_POINTS = 400
 PROFILE_BYTES = 2 * 8 * N_POINTS
 FEW, MANY = 20, 80
 AT_ONCE = 10
-ASKED = HazardQuestion(return_periods=[30.0])
+ASKED = HazardRequest(return_periods=[30.0])
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +75,7 @@ def region(folder: FilePath, n: int) -> str:
     )
     with writing(file) as session:
         save_records(session, records)
-    calibrate(file, "m", method="gibbs", draws=100, chains=2, paths=names[:2])
+    calibrate(file, "m", CalibrateRequest(method="gibbs", draws=100, chains=2, paths=names[:2]))
     return file
 
 

@@ -24,6 +24,7 @@ from avahazard.workflow.ladder import ladder
 from avahazard.workflow.models import show_model
 from avahazard.workflow.predict import predict
 from avahazard.workflow.report import write_report
+from avahazard.workflow.requests import DiagnoseRequest, HazardRequest, ReportRequest, ZonesRequest
 from avahazard.workflow.runout import run_model
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import model_notes
@@ -83,13 +84,13 @@ def test_the_error_of_speeds_of_an_earlier_version_is_told(snow_database: str) -
 @pytest.mark.slow
 def test_every_command_says_all_of_a_model(poor: str, snow_world: Path, tmp_path: Path) -> None:
     events = snow_world / "world" / "events.csv"
-    path_id = hazard(poor, "base", n_draws=200).rows[0].path_id
+    path_id = hazard(poor, "base", HazardRequest(draws=200)).rows[0].path_id
     commands: dict[str, Callable[[], tuple[str, ...]]] = {
         "model": lambda: (*show_model(poor, "base").notes, UNCONVERGED),
         "predict": lambda: predict(poor, "base", events).notes,
         "runout": lambda: run_model(poor, path_id, "base", volume_m3=2e4).notes or (),
         "friction": lambda: show_frictions(poor, path_id, model="base").notes or (),
-        "hazard": lambda: hazard(poor, "base", n_draws=200).notes,
+        "hazard": lambda: hazard(poor, "base", HazardRequest(draws=200)).notes,
         "ladder": lambda: ladder(poor).notes,
         "export": lambda: export(poor, "base", tmp_path / "bounds.csv").notes,
     }
@@ -104,7 +105,7 @@ def test_every_command_says_all_of_a_model(poor: str, snow_world: Path, tmp_path
 def test_bounds_that_became_stale_since_are_exported_with_a_word(
     snow_database: str, tmp_path: Path
 ) -> None:
-    hazard(snow_database, "base", n_draws=200)
+    hazard(snow_database, "base", HazardRequest(draws=200))
     assert STALE not in in_words(export(snow_database, "base", tmp_path / "a.csv").notes)
     with writing(snow_database) as session:
         session.execute(text("UPDATE events SET volume_m3 = 1.01 * volume_m3"))
@@ -116,14 +117,14 @@ def test_bounds_that_became_stale_since_are_exported_with_a_word(
 def test_the_long_commands_say_it_too(snow_database: str, tmp_path: Path) -> None:
     told_of(snow_database)
     fresh = [note for note in ALL if note != STALE]
-    hazard(snow_database, "base", n_draws=200)
+    hazard(snow_database, "base", HazardRequest(draws=200))
     found = {
         "compare": compare(snow_database, "base").notes,
-        "diagnose": diagnose_model(snow_database, "base", n_worlds=20).notes,
-        "zones": zones(snow_database, "base").notes,
+        "diagnose": diagnose_model(snow_database, "base", DiagnoseRequest(worlds=39)).notes,
+        "zones": zones(snow_database, "base", ZonesRequest()).notes,
     }
     for command, notes in found.items():
         assert [note for note in fresh if note not in in_words(notes)] == [], command
-    write_report(snow_database, "base", tmp_path / "base.html")
+    write_report(snow_database, "base", tmp_path / "base.html", ReportRequest())
     page = (tmp_path / "base.html").read_text(encoding="utf-8")
     assert "7 events only" in page

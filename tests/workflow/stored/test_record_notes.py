@@ -15,6 +15,7 @@ from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.models import show_model
+from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored.record_notes import record_notes
 from tests.workflow.worlds import bowl, height, known_stops
 
@@ -83,7 +84,7 @@ def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
     # It is stored with the model, and everything that shows the model says it.
     with writing(database) as session:
         save_records(session, records)
-    assert note in calibrate(database, "m", chains=2, draws=50).notes
+    assert note in calibrate(database, "m", CalibrateRequest(chains=2, draws=50)).notes
     assert show_model(database, "m").notes.count(note) == 1
 
 

@@ -1,1 +1,0 @@
-"""One file per command: it parses, calls one use case, and renders."""

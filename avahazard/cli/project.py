@@ -1,0 +1,166 @@
+"""Commands that do a whole job: run, demo."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from shutil import which
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.padding import Padding
+
+from avahazard.cli.hazard_tables import show_bounds
+from avahazard.cli.model_tables import fall_of_error, show_calibration, unit_words
+from avahazard.cli.output import emit, settings, table, warn
+from avahazard.cli.progress import show_progress
+from avahazard.report.verdict_words import verdict_words
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.made import Demo, HiddenEffect
+from avahazard.results.project import ProjectRun
+
+
+def run(
+    context: typer.Context,
+    file: Annotated[
+        Path, typer.Argument(metavar="[avahazard.toml]", help="The file of the project.")
+    ] = Path("avahazard.toml"),
+) -> None:
+    """Run a whole project: only what is out of date is done.
+
+    \b
+    Examples:
+      avahazard run
+      avahazard run valley/avahazard.toml
+    """
+    from avahazard.workflow.run import run_project  # noqa: PLC0415
+
+    with show_progress() as report:
+        found = run_project(file, settings(context).database, report)
+    emit(context, found, lambda console: _show_project(console, found))
+    warn(*found.notes)
+
+
+def _show_project(console: Console, found: ProjectRun) -> None:
+    rows = [(step.step, step.state, step.found) for step in found.steps]
+    console.print(table(f"Project {found.project}", ("step", "state", "found"), rows))
+    console.print(f"The answers are by the model {found.model}, in {found.database}:")
+    for file in found.files:
+        console.print(f"  {file}", soft_wrap=True)
+
+
+def demo(
+    context: typer.Context,
+    folder: Annotated[
+        Path, typer.Option(help="Where its database and files go; made anew each time.")
+    ] = Path("avahazard-demo"),
+) -> None:
+    """Do the main job on the bundled data, a twin of the paper's seven paths; find what is hidden.
+
+    The second part makes a world with one effect that its model is not told of, lets diagnose
+    name what is missing, adds that, and says how far the error falls.
+
+    \b
+    Examples:
+      avahazard demo
+      avahazard demo --folder try
+    """
+    from avahazard.workflow.demo import run_demo  # noqa: PLC0415
+
+    with show_progress() as report:
+        found = run_demo(folder, report)
+    emit(context, found, lambda console: _show_demo(console, found))
+    warn(*found.notes, *found.loop.notes)
+
+
+def _show_demo(console: Console, found: Demo) -> None:
+    console.print(found.twin)
+    console.print("Nobody may use them to judge a real place.\n")
+    for model in (found.model, found.gibbs):
+        show_calibration(console, model)
+        console.print()
+    console.print("The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n")
+    show_bounds(console, found.hazard)
+    show_loop(console, found.loop)
+    console.print("\nFiles:")
+    database, bounds, picture, report, *data = found.files
+    for words, file in (
+        ("database", database),
+        ("bounds of the twin's paths", bounds),
+        ("picture of them", picture),
+        ("report, for a browser", report),
+        ("the twin itself", str(Path(data[0]).parent)),
+        ("database of the made world", found.loop.database),
+        ("its records", str(Path(found.loop.files[-1]).parent)),
+    ):
+        console.print(f"  {words}: {file}", soft_wrap=True)
+    console.print("\nGo on with it, for example:")
+    name = found.model.model
+    program = "avahazard" if which("avahazard") else sys.argv[0]
+    for file, words in (
+        (database, f"model {name}"),
+        (database, f"hazard {name} -T 30 -T 300"),
+        (found.loop.database, "ladder"),
+        (found.loop.database, f"friction --model {last_model(found.loop)}"),
+    ):
+        console.print(f"  {program} --db {file} {words}", soft_wrap=True)
+    console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
+    console.print(
+        f"It is the report of the model “{last_model(found.loop)}” of the made world: where it "
+        "fails, what was found, and the error that is left."
+    )
+
+
+def show_loop(console: Console, found: HiddenEffect) -> None:
+    """Print the loop as it went, whatever came out."""
+    console.print(
+        f"\nA made world: {found.model.n_events} events on {found.n_paths} paths, with an effect "
+        "that its first model is not told of."
+    )
+    for k, line in enumerate(_story(found), 1):
+        console.print(Padding(f"{k}. {line}", (0, 0, 0, 2), expand=False))
+
+
+def last_model(found: HiddenEffect) -> str:
+    """The model that the loop ends with."""
+    return (found.child or found.model).model
+
+
+def _story(found: HiddenEffect) -> Iterator[str]:
+    model, by = found.model.model, "paths" if found.held_out.by == "path" else "folds"
+    yield (
+        f"“{model}” is calibrated without it. Its error, on {by} held out: "
+        f"{found.held_out.runout.crps_m:.1f} m (CRPS in {unit_words(found.coordinate)})."
+    )
+    told = replace(found.diagnosis, where=())
+    yield f"{verdict_words(told, f'“{model}”')}{_evidence(told)}"
+    yield from found.diagnosis.where
+    child = found.child
+    if child is None or child.comparison is None:
+        yield "No single effect is named, so none is added."
+    else:
+        added = ", ".join(key for key in child.effects if key not in found.model.effects)
+        yield f"“{child.model}” is “{model}” with {added}. {fall_of_error(child.comparison)}"
+    hidden = ", ".join(found.hidden)
+    named = set(found.diagnosis.missing)
+    right = found.diagnosis.verdict == "missing-effect" and named == set(found.hidden)
+    if right:
+        yield f"The world was made with {hidden}: the diagnosis is right."
+    elif named & set(found.hidden):
+        yield f"The world was made with {hidden}: it is among what was named, not alone."
+    else:
+        yield f"The world was made with {hidden}: the diagnosis did not find it."
+
+
+def _evidence(diagnosis: Diagnosis) -> str:
+    best = next((c for c in diagnosis.candidates if c.effect in diagnosis.missing), None)
+    if best is None:
+        return ""
+    floor = 1.0 / (diagnosis.n_worlds + 1)
+    p = f"p = {best.p_value:.2f}"
+    if best.p_value <= floor:
+        p = f"p < 1/{diagnosis.n_worlds + 1}"
+    return f" By chance: {p}, from {diagnosis.n_worlds} worlds in which nothing is missing."

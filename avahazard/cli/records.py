@@ -1,0 +1,604 @@
+"""Commands on records and paths: import, paths, path, runout, friction, fit, alpha-beta."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from statistics import median
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from avahazard.cli.options import EffectFiles, OnePath, picture
+from avahazard.cli.output import emit, errors, evenly, number, settings, table, warn
+from avahazard.records.conventions import Decimal, Order
+from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
+from avahazard.results.terrain import Runout, RunoutAt, TerrainRunout
+
+
+def import_(
+    context: typer.Context,
+    source: Annotated[
+        list[str],
+        typer.Argument(
+            help="Tables (.csv, .xlsx) or folders of them; lines as .gpkg, .geojson or .shp.",
+            show_default=False,
+        ),
+    ],
+    dem: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The terrain model under the lines: .tif or .asc."),
+    ] = None,
+    land_cover: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Polygons with an attribute land_cover."),
+    ] = None,
+    crs: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CODE",
+            help="The system of a terrain model that names none, such as EPSG:31287. [default: "
+            "that of the lines]",
+            show_default=False,
+        ),
+    ] = None,
+    update: Annotated[
+        bool, typer.Option("--update", help="Replace stored rows that differ.")
+    ] = False,
+    dry_run: Annotated[
+        bool,
+        typer.Option(
+            "--dry-run", help="Say how the files are read and what would happen, store nothing."
+        ),
+    ] = False,
+    unusual: Annotated[
+        bool,
+        typer.Option(
+            "--unusual", help="Numbers beyond those of snow avalanches are meant so: no note."
+        ),
+    ] = False,
+    decimal: Annotated[
+        Decimal | None,
+        typer.Option(help="The decimal sign, where a file does not show it.", show_default=False),
+    ] = None,
+    dates: Annotated[
+        Order | None,
+        typer.Option(help="Day or month first, where dates do not show it.", show_default=False),
+    ] = None,
+) -> None:
+    """Import tables, or folders of them, or paths drawn as lines on a terrain model.
+
+    Tables are workbooks (.xlsx) or texts with commas, semicolons or tabs; how each was read is
+    said. What may be read in two ways is refused until --decimal or --dates says it.
+    Each line is a path, drawn from its top; its attributes are the columns of paths.csv.
+    All files are imported or none: every row that cannot be taken is listed.
+
+    \b
+    Examples:
+      avahazard import my-records
+      avahazard import events.csv velocities.csv --dry-run
+      avahazard import records.xlsx --dry-run
+      avahazard import events.csv --dates dmy --update
+      avahazard import slides.csv --unusual
+      avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
+    """
+    from avahazard.records.conventions import Conventions  # noqa: PLC0415
+    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+
+    found = import_files(
+        settings(context).database,
+        source,
+        dem=dem,
+        land_cover=land_cover,
+        crs=crs,
+        update=update,
+        dry_run=dry_run,
+        given=Conventions(decimal, dates, unusual),
+    )
+
+    def render(console: Console) -> None:
+        if dry_run:
+            headings = ("column", "meaning", "unit", "first values")
+            for (file, form), read in groupby(found.understood, lambda c: (c.file, c.form)):
+                cells = [(c.column, c.meaning, c.unit, ", ".join(c.values)) for c in read]
+                console.print(table(f"{file}: {form}", headings, cells))
+        title = "Would be imported (nothing was stored)" if dry_run else "Imported"
+        columns = ("", ">new", ">unchanged", ">updated")
+        rows = [(kind, *counts.values()) for kind, counts in found.records.to_dict().items()]
+        console.print(table(title, columns, rows))
+
+    for line in found.read:
+        errors().print(f"Read {line}.", soft_wrap=True)
+    warn(*found.notes)
+    emit(context, found, render)
+
+
+def paths(context: typer.Context) -> None:
+    """List the paths.
+
+    \b
+    Examples:
+      avahazard paths
+      avahazard --json paths > paths.json
+    """
+    from avahazard.workflow.paths import list_paths  # noqa: PLC0415
+
+    found = list_paths(settings(context).database)
+    columns = (
+        "path",
+        "section",
+        ">drop m",
+        ">length m",
+        ">events",
+        ">left",
+        ">V from m3",
+        ">to m3",
+    )
+
+    def render(console: Console) -> None:
+        if not found:
+            console.print("There are no paths yet: import some.")
+            return
+        rows = [
+            (
+                row.path_id,
+                row.section,
+                row.drop_m,
+                row.length_m,
+                row.n_events,
+                row.n_left_profile,
+                row.volume_min_m3,
+                row.volume_max_m3,
+            )
+            for row in found
+        ]
+        console.print(table("", columns, rows))
+
+    emit(context, found, render)
+
+
+def path(
+    context: typer.Context,
+    path: OnePath,
+    plot: Annotated[Path | None, picture()] = None,
+) -> None:
+    """Show how the profile of a path was smoothed, and check it.
+
+    \b
+    Examples:
+      avahazard path P01
+      avahazard path P01 --plot profile.png
+    """
+    from avahazard.workflow.path import view_path  # noqa: PLC0415
+
+    found = view_path(settings(context).database, path, plot)
+    fit = found.fit
+    how = (
+        f"Legendre polynomial of degree {fit.degree}"
+        if fit.method == "legendre"
+        else f"smoothing spline ({number(fit.smoothing)})"
+    )
+
+    def render(console: Console) -> None:
+        rows = (
+            ("points", found.n_points),
+            ("events", found.n_events),
+            ("length m", found.length_m),
+            ("drop m", found.drop_m),
+            ("smoothed by", how),
+            (f"error of a point, {fit.sigma_from} m", fit.elevation_sigma_m),
+            ("misfit (rms) m", fit.rms_m),
+            ("misfit of the polynomial (rms) m", fit.polynomial_rms_m),
+            ("largest deviation m", fit.max_deviation_m),
+            ("error of the ground m", fit.ground_sd_m),
+            ("length of the block m", fit.block_m),
+            ("falls all the way", found.monotone),
+            ("smallest radius of curvature m", found.min_curvature_radius_m),
+            ("length of the flow m", found.flow_length_m),
+        )
+        console.print(table("", (path, ">"), rows))
+
+    emit(context, found, render)
+    warn(*found.notes)
+
+
+SHOWN = 10
+"""Places in the table of speeds for people."""
+
+
+def _positive(value: float | None) -> float | None:
+    """The value of an option that must be a number over 0."""
+    if value is not None and not (math.isfinite(value) and value > 0.0):
+        raise typer.BadParameter(f"{value:g} will not do, it must be a number over 0")
+    return value
+
+
+def runout(
+    context: typer.Context,
+    path: OnePath,
+    mu: Annotated[
+        float | None, typer.Option(metavar="MU", callback=_positive, help="Coulomb friction.")
+    ] = None,
+    volume: Annotated[
+        float | None,
+        typer.Option(metavar="M3", callback=_positive, help="Volume: the model then gives MU."),
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Run with the effects of a stored model.")
+    ] = None,
+    curve: Annotated[
+        bool, typer.Option("--table", help="Tell F(μ) and its derivative F′(μ) as well.")
+    ] = False,
+    plot: Annotated[
+        Path | None, picture("Draw the run and its speeds, or F and F′ with --table")
+    ] = None,
+    effect_file: EffectFiles = None,
+) -> None:
+    """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
+
+    \b
+    Examples:
+      avahazard runout P01 --mu 0.4
+      avahazard runout P01 --model first --volume 50000
+      avahazard runout P01 --mu 0.4 --table --plot curve.png
+    """
+    if mu is None and (model is None or volume is None):
+        raise typer.BadParameter("Give --mu MU, or --model NAME with --volume M3.")
+    if volume is not None and model is None:
+        raise typer.BadParameter("A --volume changes the run only through a --model.")
+    found = _run_block(
+        settings(context).database, path, mu, volume, model, curve, plot, effect_file
+    )
+
+    def render(console: Console) -> None:
+        console.print(_how_it_ended(found), soft_wrap=True)
+        if found.status != "not_released":
+            rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in evenly(found.speeds, SHOWN)]
+            console.print(table("", (">x m", ">speed m/s"), rows))
+            console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
+        show_table(console, found)
+
+    emit(context, found, render)
+    if found.lift_off_x_m is not None:
+        warn(f"the block loses the ground at x = {found.lift_off_x_m:.0f} m.")
+    warn(*(found.notes or ()))
+
+
+def _run_block(
+    database: str,
+    path: str,
+    mu: float | None,
+    volume: float | None,
+    model: str | None,
+    curve: bool,
+    plot: Path | None,
+    effect_files: list[Path] | None,
+) -> Runout:
+    from avahazard.workflow.runout import run_model, run_path  # noqa: PLC0415
+
+    if model is not None:
+        return run_model(
+            database,
+            path,
+            model,
+            volume_m3=volume,
+            mu=mu,
+            table=curve,
+            plot=plot,
+            effect_files=effect_files or (),
+        )
+    assert mu is not None
+    return run_path(database, path, mu, table=curve, plot=plot)
+
+
+def _how_it_ended(found: Runout) -> str:
+    by = f" ({found.mu_from}, {found.model})" if found.model else ""
+    start = (
+        f"{found.path_id}, μ = {found.mu:.4g}{by}: released at {found.release_elevation_m:.0f} m, "
+    )
+    if found.status == "left_profile":
+        return f"{start}leaves the profile at its end."
+    if found.status == "not_released":
+        return f"{start}does not move: the slope is less than μ."
+    return f"{start}stops at {found.runout_elevation_m:.1f} m (x = {found.runout_x_m:.1f} m)."
+
+
+MOST_FRICTIONS = 30
+STRIDES = (1, 2, 4, 8, 10, 20, 40)
+"""Every how many frictions of the grid a row may stand: steps of μ that are round."""
+MOST_JUMPS = 5
+CURVE_COLUMNS = (">μ", ">stop x m", ">elevation m", ">dx/dμ m", ">dy/dμ m", "")
+CURVE_WORDS = {"stopped": "", "left_profile": "leaves the profile", "not_released": "does not move"}
+
+
+def show_table(console: Console, found: Runout) -> None:
+    """Print F(μ) at some frictions, and its largest jumps; nothing without a table."""
+    if found.table is None:
+        return
+    rows = [
+        (
+            f"{row.mu:.4g}",
+            _cell_m(row.runout_x_m, 1),
+            _cell_m(row.runout_elevation_m, 1),
+            _cell_m(row.dx_dmu_m, 0),
+            _cell_m(row.dy_dmu_m, 0),
+            CURVE_WORDS[row.status],
+        )
+        for row in thinned(found.table)
+    ]
+    by = f", with the effects of {found.model}" if found.model else ""
+    console.print(table(f"F(μ) on {found.path_id}{by}", CURVE_COLUMNS, rows))
+    console.print("dx/dμ, dy/dμ: by how much stop and elevation move per unit of friction (F′).")
+    jumps = sorted(found.jumps or (), key=lambda jump: -abs(jump.from_x_m - jump.to_x_m))
+    for jump in jumps[:MOST_JUMPS]:
+        console.print(
+            f"F jumps between μ = {jump.mu_low:.4f} and {jump.mu_high:.4f}: no friction stops the "
+            f"block\nbetween x = {jump.to_x_m:.0f} m and {jump.from_x_m:.0f} m."
+        )
+    if len(jumps) > MOST_JUMPS:
+        console.print(f"{len(jumps) - MOST_JUMPS} smaller jumps: see --json.")
+
+
+def thinned(rows: Sequence[RunoutAt]) -> list[RunoutAt]:
+    """About `MOST_FRICTIONS` of the rows, evenly, from the last that does not stop to the next."""
+    stopped = [j for j, row in enumerate(rows) if row.status == "stopped"]
+    if not stopped:
+        return [rows[0], rows[-1]]
+    first, last = stopped[0], stopped[-1]
+    stride = next((s for s in STRIDES if (last - first) // s < MOST_FRICTIONS - 1), STRIDES[-1])
+    # From a round friction, as the grid begins at one, under which the block does not stop.
+    start = max(first - 1 - (first - 1) % stride, 0)
+    return list(rows[start : last + stride + 1 : stride])
+
+
+def _cell_m(value: float | None, digits: int) -> str | None:
+    return None if value is None else f"{value:.{digits}f}"
+
+
+def _kappa(text: str) -> str:
+    try:
+        fits = text == "auto" or 0.0 < float(text) < math.inf
+    except ValueError:
+        fits = False
+    if not fits:
+        raise typer.BadParameter("it must be a number over 0, such as 5, or auto")
+    return text
+
+
+def friction(
+    context: typer.Context,
+    path: Annotated[
+        str | None,
+        typer.Argument(help="Only events of this path.", show_default=False),
+    ] = None,
+    kappa: Annotated[
+        str,
+        typer.Option(
+            metavar="K",
+            callback=_kappa,
+            help="Sharpness of the density; auto lets the records choose.",
+        ),
+    ] = "5",
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="With the effects of a stored model on motion and record."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, picture("Draw the densities, and by a model its law and the events")
+    ] = None,
+    effect_file: EffectFiles = None,
+) -> None:
+    """Show the apparent friction of the events and its density.
+
+    \b
+    Examples:
+      avahazard friction
+      avahazard friction P01 --kappa auto --plot density.png
+      avahazard friction --model first --plot law.png
+    """
+    from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
+
+    found = show_frictions(
+        settings(context).database,
+        path,
+        "auto" if kappa == "auto" else float(kappa),
+        plot,
+        model,
+        effect_file or (),
+    )
+
+    def render(console: Console) -> None:
+        if path is None:
+            _render_paths(console, found)
+        else:
+            _render_events(console, found)
+        _render_perturbation(console, found.perturbation)
+
+    emit(context, found, render)
+    warn(*(found.notes or ()))
+    for jump in found.jumps:
+        warn(
+            f"{jump.path_id}: the runout jumps by up to {jump.jump_m:.0f} m (near μ = "
+            f"{jump.mu:.3f}): no friction stops the block in between."
+        )
+
+
+def _render_paths(console: Console, found: Frictions) -> None:
+    kappas = {density.path_id: density.kappa for density in found.density}
+    groups: dict[str | None, list[ApparentEvent]] = {}
+    for event in found.events:
+        groups.setdefault(event.path_id, []).append(event)
+    if len(groups) > 1:
+        groups["all"] = list(found.events)
+    rows = []
+    for name, events in groups.items():
+        known = [event.mu for event in events if event.mu is not None]
+        odd = Counter(event.status for event in events if event.status != "unique")
+        rows.append(
+            (
+                name,
+                len(events),
+                min(known, default=None),
+                median(known) if known else None,
+                max(known, default=None),
+                kappas.get("all" if name is None else name),
+                ", ".join(f"{n} {status}" for status, n in odd.items()) or None,
+            )
+        )
+    columns = ("path", ">events", ">lowest μ", ">median", ">highest", ">κ", "not unique")
+    console.print(table(_friction_title(found), columns, rows))
+
+
+def _render_events(console: Console, found: Frictions) -> None:
+    rows = [(event.event_id, event.mu, event.mu_sd, _event_status(event)) for event in found.events]
+    console.print(table(_friction_title(found), ("event", ">μ", ">sd", "status"), rows))
+    for density in found.density[:1]:
+        peak = density.mu[density.pdf.index(max(density.pdf))]
+        console.print(f"Density: κ = {number(density.kappa)}, highest at μ = {peak:.3f}.")
+
+
+def _friction_title(found: Frictions) -> str:
+    return f"Apparent friction{f', with the effects of {found.model}' if found.model else ''}"
+
+
+def _event_status(event: ApparentEvent) -> str:
+    """The status, with what is known of μ where that is an interval."""
+    low, high = event.mu_low, event.mu_high
+    match event.status:
+        case "jump" | "several":
+            return f"{event.status}: {low:.3f} to {high:.3f}"
+        case "below" if high is not None:
+            return f"below {high:.3f}"
+        case "above" if low is not None:
+            return f"above {low:.3f}"
+    return str(event.status)
+
+
+def _render_perturbation(console: Console, check: PerturbationCheck) -> None:
+    if check.mu_sd_median is None or check.mu_sd_max is None:
+        return
+    console.print(
+        f"Records moved within their errors {check.n_replicates} times: μ moves by "
+        f"{check.mu_sd_median:.3f} (sd, median event), {check.mu_sd_max:.3f} at most."
+    )
+    if check.law:
+        columns = (f"{check.law} law", ">value", ">± se", ">mean when moved", ">± sd")
+        rows = [(name, p.value, p.se, p.mean, p.sd) for name, p in check.parameters.items()]
+        console.print(table("", columns, rows))
+
+
+def fit(
+    context: typer.Context,
+    path: Annotated[
+        str | None,
+        typer.Option(metavar="PATH", help="Only events of this path.", show_default=False),
+    ] = None,
+    plot: Annotated[Path | None, picture("Draw the laws on the points")] = None,
+) -> None:
+    """Fit laws of friction against volume by least squares.
+
+    \b
+    Examples:
+      avahazard fit
+      avahazard fit --path P01 --plot laws.png
+    """
+    from avahazard.inference.model.laws import LAWS  # noqa: PLC0415
+    from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
+
+    found = fit_laws(settings(context).database, path, plot)
+
+    def render(console: Console) -> None:
+        rows = []
+        for entry in found.rows:
+            law, r2, aic = (
+                LAWS[entry.law].formula,
+                f"{round(entry.r2, 3) + 0.0:.3f}",
+                f"{entry.aic:.1f}",
+            )
+            for name, parameter in entry.parameters.items():
+                value = f"{number(parameter.value)} {parameter.unit}".rstrip()
+                rows.append((law, name, value, parameter.se, r2, aic))
+                law = r2 = aic = ""
+        columns = ("law", "", ">value", ">± se", ">r²", ">AIC")
+        console.print(table("Least squares of apparent friction", columns, rows))
+
+    emit(context, found.rows, render)
+    warn(*found.notes)
+
+
+def alpha_beta(
+    context: typer.Context,
+    path: Annotated[
+        str | None,
+        typer.Argument(help="The path_id of a path; all where none is given.", show_default=False),
+    ] = None,
+    by: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="norway, austria, avaframe or avaframe-small; may be given several times. "
+            "[default: norway, austria]",
+        ),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Show the latest bounds by this model in the picture too."
+        ),
+    ] = None,
+    plot: Annotated[Path | None, picture()] = None,
+) -> None:
+    """Give the alpha-beta runout of the paths: a baseline from the terrain alone.
+
+    \b
+    Examples:
+      avahazard alpha-beta P01
+      avahazard alpha-beta --by austria --by avaframe
+      avahazard alpha-beta --plot baseline.png --model first
+    """
+    if model is not None and plot is None:
+        raise typer.BadParameter("A --model is shown in a picture only: give --plot FILE.")
+    from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
+
+    rows = alpha_beta_paths(settings(context).database, path, by=by or (), model=model, plot=plot)
+
+    def render(console: Console) -> None:
+        console.print(
+            table(
+                "Extreme runout by regression on the terrain (α-β)",
+                ("path", "by", ">β °", ">β at x m", ">α °", ">sd °", ">x m", ">x ± 1 sd m"),
+                [_alpha_beta_cells(row) for row in rows],
+            )
+        )
+        for name, source in {row.coefficients: row.source for row in rows}.items():
+            console.print(f"{name}: {source}.")
+        if any("beyond" in cell for row in rows for cell in _alpha_beta_cells(row)):
+            console.print("beyond: the line at α meets no ground before the profile ends.")
+
+    emit(context, rows, render)
+    warn(*dict.fromkeys(note for row in rows for note in row.notes))
+
+
+def _alpha_beta_cells(row: TerrainRunout) -> tuple[str, ...]:
+    if row.beta_deg is None or row.beta_x_m is None or row.alpha_deg is None:
+        return (row.path_id, row.coefficients, *["–"] * 6)
+    return (
+        row.path_id,
+        row.coefficients,
+        f"{row.beta_deg:.1f}",
+        f"{row.beta_x_m:.0f}",
+        f"{row.alpha_deg:.1f}",
+        f"{row.alpha_sd_deg:g}",
+        _alpha_beta_place(row.runout_x_m),
+        f"{_alpha_beta_place(row.runout_x_low_m)}–{_alpha_beta_place(row.runout_x_high_m)}",
+    )
+
+
+def _alpha_beta_place(x: float | None) -> str:
+    return "beyond" if x is None else f"{x:.0f}"

@@ -1,0 +1,74 @@
+"""Where the frequency of volumes comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Annotated, Literal
+
+from avahazard.records.errors import AvahazardError
+from avahazard.request import Option, Request
+
+Family = Literal["gev", "gpd"]
+
+
+@dataclass(frozen=True, slots=True)
+class VolumeSource(Request):
+    """Where the frequency of volumes comes from: records, else one of the two files.
+
+    `family` is `gev` of yearly maxima or `gpd` over a threshold (m3; without one, the median of
+    each path's volumes). `table` holds (T, V) of the user's; `snowfall` three-day snow depths,
+    which `density_ratio` (density of the release over that of the deposit, about 200 over
+    400 kg/m3) makes volumes.
+    """
+
+    family: Annotated[
+        Family,
+        Option(
+            help="gev of the yearly largest volumes, or gpd of those over a threshold.",
+            flag="--frequency",
+            what="family of frequencies",
+        ),
+    ] = "gev"
+    threshold_m3: Annotated[
+        float | None,
+        Option(
+            help="The threshold of gpd. [default: the median of each path's volumes]",
+            flag="--threshold",
+            metavar="M3",
+            what="threshold",
+            unit="m3",
+            over=0.0,
+        ),
+    ] = None
+    table: Annotated[
+        FilePath | None,
+        Option(
+            help="Your own volumes: CSV with path_id, return_period_years, volume_m3.",
+            flag="--volumes",
+            metavar="FILE",
+        ),
+    ] = None
+    snowfall: Annotated[
+        FilePath | None,
+        Option(
+            help="Volumes from three-day snow depths over release_area_m2 of the path: CSV with "
+            "year, depth_m, and path_id where they differ.",
+            metavar="FILE",
+        ),
+    ] = None
+    density_ratio: Annotated[
+        float,
+        Option(
+            help="With --snowfall: density of the released snow over that of the deposit.",
+            metavar="RATIO",
+            over=0.0,
+        ),
+    ] = 0.5
+
+    def __post_init__(self) -> None:
+        Request.__post_init__(self)
+        if self.table is not None and self.snowfall is not None:
+            raise AvahazardError("--volumes and --snowfall exclude each other.")
+        if self.threshold_m3 is not None and self.family != "gpd":
+            raise AvahazardError("--threshold is for --frequency gpd.")

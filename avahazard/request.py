@@ -1,0 +1,138 @@
+"""What a use case is asked: a frozen class whose fields say all there is to say of an option.
+
+The command line, the Python API and the file of a project take their options from these classes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from types import NoneType
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from avahazard.records.errors import AvahazardError, did_you_mean
+
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Option:
+    """What a field is, in one line of help, and which values it may have.
+
+    `flag` and `short` are its names on the command line, where they are not made of the field's.
+    Numbers lie `over` a value, or from `least` to `most`; `what` and `unit` name them in messages.
+    `choices` are the texts that it may be, asked for when they are needed; `parse` reads the
+    values of a command line.
+    """
+
+    help: str
+    flag: str | None = None
+    short: str | None = None
+    metavar: str | None = None
+    what: str | None = None
+    unit: str = ""
+    over: float | None = None
+    least: int | float | None = None
+    most: int | float | None = None
+    choices: Callable[[], Iterable[str]] | None = None
+    parse: Callable[[Sequence[str]], Any] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of a request: its name, the type of one value, whether it may have several."""
+
+    name: str
+    kind: Any
+    many: bool
+    default: Any
+    option: Option
+
+    @property
+    def flag(self) -> str:
+        """Its name on the command line: in the singular where it may be given again."""
+        if self.option.flag is not None:
+            return self.option.flag
+        name = self.name.rstrip("_").replace("_", "-")
+        return f"--{name.removesuffix('s') if self.many else name}"
+
+    def read(self, value: Any) -> Any:
+        """The value in its own type. Raises `AvahazardError` where it may not have this one."""
+        self._check(value)
+        convert = self.kind in (float, Path) and isinstance(value, int | str)
+        return self.kind(value) if convert else value
+
+    def _check(self, value: Any) -> None:
+        option = self.option
+        name = self.name.removesuffix("s") if self.many else self.name
+        what = option.what or name.rstrip("_").replace("_", " ")
+        if value is not None and get_origin(self.kind) is Literal:
+            known = get_args(self.kind)
+            if value not in known:
+                raise AvahazardError(
+                    f"There is no {what} '{value}'.",
+                    f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)}.",
+                )
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return
+        of = f" of {option.unit}" if option.unit else ""
+        if option.over is not None and not (math.isfinite(value) and value > option.over):
+            raise AvahazardError(
+                f"The {what} is {value:g}.", f"It must be a number{of} over {option.over:g}."
+            )
+        least = -math.inf if option.least is None else option.least
+        most = math.inf if option.most is None else option.most
+        if not (least <= value <= most and math.isfinite(value)):
+            upto = "" if option.most is None else f" to {most:.15g}"
+            raise AvahazardError(
+                f"The {what} is {value:g}.", f"It must be a number{of} from {least:.15g}{upto}."
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What a use case is asked; one value may stand for a sequence of one.
+
+    Raises:
+        AvahazardError: a value is out of range, or none of those that may be chosen.
+    """
+
+    def __post_init__(self) -> None:
+        for field in fields_of(type(self)):
+            value = getattr(self, field.name)
+            values = tuple(field.read(one) for one in (many(value) if field.many else (value,)))
+            value = tuple(dict.fromkeys(values)) if field.many else values[0]
+            object.__setattr__(self, field.name, value)
+
+
+def fields_of(request: type[Request]) -> tuple[Field, ...]:
+    """The options of a request, in their order, less those of a request within it."""
+    return tuple(part for part in parts_of(request) if isinstance(part, Field))
+
+
+def parts_of(request: type[Request]) -> Iterator[Field | tuple[str, type[Request]]]:
+    """The options of a request, and the requests within it by the name of their field."""
+    hints = get_type_hints(request, include_extras=True)
+    for field in fields(request):
+        hint = hints[field.name]
+        if isinstance(hint, type) and issubclass(hint, Request):
+            yield field.name, hint
+            continue
+        hint, *told = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        option = next((one for one in told if isinstance(one, Option)), None)
+        if option is not None:
+            several = get_origin(hint) is Sequence
+            kinds = [kind for kind in get_args(hint) if kind is not NoneType]
+            optional = not several and NoneType in get_args(hint)
+            kind = kinds[0] if several or optional else hint
+            default = None if field.default is MISSING else field.default
+            yield Field(field.name, kind, several, default, option)
+
+
+def many(value: Iterable[Item] | Item) -> tuple[Item, ...]:
+    """The values of something that may be one of them: text and paths are one."""
+    if isinstance(value, str | Path) or not isinstance(value, Iterable):
+        return (value,)
+    return tuple(value)

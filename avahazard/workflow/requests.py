@@ -1,0 +1,235 @@
+"""What the use cases are asked: each option once, with its type, default, check and help."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from avahazard.hazard.volume_source import VolumeSource
+from avahazard.inference.model.choices import (
+    DistributionName,
+    MethodName,
+    ScatterName,
+    TailsName,
+)
+from avahazard.records.errors import AvahazardError
+from avahazard.report.language import LanguageName
+from avahazard.request import Option, Request
+
+MeanSd = tuple[float, float]
+
+
+def _laws() -> Iterable[str]:
+    from avahazard.inference.model.laws import LAWS  # noqa: PLC0415 (slow)
+
+    return LAWS
+
+
+def _priors(texts: Sequence[str]) -> dict[str, MeanSd]:
+    """Mean and standard deviation by parameter, of texts `NAME=MEAN,SD`."""
+    result: dict[str, MeanSd] = {}
+    for text in texts:
+        name, _, pair = text.partition("=")
+        try:
+            mean, sd = (float(number) for number in pair.split(","))
+        except ValueError:
+            raise AvahazardError(
+                f"'{text}' is no prior.",
+                "Give a parameter, its mean and its standard deviation: --prior a=0.5,0.05.",
+            ) from None
+        if name.strip() in result:
+            raise AvahazardError(f"There are two priors of '{name.strip()}'.", "Give one.")
+        result[name.strip()] = mean, sd
+    return result
+
+
+def _picture(what: str = "Write a picture") -> Option:
+    return Option(help=f"{what}: .png, .svg or .pdf.", metavar="FILE")
+
+
+def _periods(words: str) -> Option:
+    return Option(help=words, short="-T", metavar="YEARS", unit="years", over=1.0)
+
+
+RECORDS = VolumeSource()
+"""Volumes as the records have them."""
+SEED = Option(help="Equal seeds, equal draws.", least=0, most=2**62)
+ONLY_PATHS = Option(help="Only this path; may be given again.", metavar="PATH")
+EFFECT_FILES = Option(
+    help="The file of an effect of your own that the model has; may be given again.",
+    metavar="FILE",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrateRequest(Request):
+    """What a model is made of, on which events it is calibrated, and how."""
+
+    law: Annotated[str, Option(help="Friction as a function of volume.", choices=_laws)] = (
+        "exponential"
+    )
+    scatter: Annotated[
+        ScatterName, Option(help="Scatter of friction: the same for all, or by volume.")
+    ] = "constant"
+    distribution: Annotated[
+        DistributionName, Option(help="Distribution of friction given volume.")
+    ] = "lognormal"
+    method: Annotated[
+        MethodName,
+        Option(help="marginal knows the errors of records; the others are the paper's."),
+    ] = "marginal"
+    tails: Annotated[
+        TailsName, Option(help="student bears wrong records (4 degrees of freedom).")
+    ] = "normal"
+    with_: Annotated[
+        Sequence[str], Option(help="Add an effect; may be given again.", metavar="EFFECT")
+    ] = ()
+    without: Annotated[
+        Sequence[str],
+        Option(help="Leave out an effect, such as centrifugal.", metavar="EFFECT"),
+    ] = ()
+    paths: Annotated[
+        Sequence[str],
+        Option(help="Only events of this path; may be given again.", metavar="PATH"),
+    ] = ()
+    prior_from: Annotated[
+        str | None,
+        Option(
+            help="The prior of the law: a stored model, or fit:PATH,PATH for least squares on "
+            "other paths. None of its events may be among those of this model.",
+            metavar="SOURCE",
+        ),
+    ] = None
+    prior: Annotated[
+        Mapping[str, MeanSd],
+        Option(
+            help="The prior of a parameter, in its unit, as `model` lists them (lognormal where it "
+            "is positive); may be given again.",
+            metavar="NAME=MEAN,SD",
+            parse=_priors,
+        ),
+    ] = field(default_factory=dict)
+    chains: Annotated[
+        int, Option(help="How many chains.", what="number of chains", least=2, most=64)
+    ] = 4
+    draws: Annotated[
+        int | None,
+        Option(
+            help="Draws of each chain. [default: 1000 by marginal, else 5000]",
+            what="number of draws",
+            least=50,
+        ),
+    ] = None
+    seed: Annotated[int, SEED] = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnoseRequest(Request):
+    """Which effects are expected beforehand, and by how many worlds chance is told."""
+
+    expect: Annotated[
+        Sequence[str],
+        Option(
+            help="Declared before looking: tested first, at its own level; may be given again.",
+            metavar="EFFECT",
+        ),
+    ] = ()
+    worlds: Annotated[
+        int,
+        Option(
+            help="Worlds made from the model to tell chance by; fewer than 199 name no "
+            "hidden pair.",
+            what="number of worlds",
+            least=39,
+        ),
+    ] = 199
+    seed: Annotated[int, Option(help="Seed of the made worlds.", least=0)] = 0
+    plot: Annotated[Path | None, _picture("Draw the candidates")] = None
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HazardRequest(Request):
+    """Return periods (years) and volumes (m3), and on which paths.
+
+    With neither of the first two, a return period of 100 years. Paths are those named, or all with
+    a profile. `source` says where the frequency of volumes comes from.
+    """
+
+    return_periods: Annotated[
+        Sequence[float],
+        _periods("May be given again. [default: 100, where no volume is given]"),
+    ] = ()
+    volumes: Annotated[
+        Sequence[float],
+        Option(help="May be given again.", short="-V", metavar="M3", unit="m3", over=0.0),
+    ] = ()
+    paths: Annotated[Sequence[str], ONLY_PATHS] = ()
+    source: VolumeSource = RECORDS
+    draws: Annotated[
+        int, Option(help="For each row.", what="number of draws", least=100, most=10_000_000)
+    ] = 20_000
+    seed: Annotated[int, SEED] = 0
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ZonesRequest(Request):
+    """Which zones, on the paths named or all with a profile.
+
+    Zones are those of `limits`, a preset or a TOML file, at the return periods (years) of these
+    and those given. `density` and its standard deviation are in kg/m3; `source` says where the
+    frequency of volumes comes from.
+    """
+
+    return_periods: Annotated[
+        Sequence[float], _periods("Besides those of the limits; may be given again.")
+    ] = ()
+    limits: Annotated[
+        str, Option(help="swiss, french, or a TOML file of your own.", metavar="LIMITS")
+    ] = "swiss"
+    paths: Annotated[Sequence[str], ONLY_PATHS] = ()
+    source: VolumeSource = RECORDS
+    # Dense flow: 300 kg/m3 is the value of the Swiss guideline; measured flows hold 200 to 400.
+    density: Annotated[
+        float, Option(help="Of the flow, its mean.", metavar="KG_M3", unit="kg/m3", over=0.0)
+    ] = 300.0
+    density_sd: Annotated[
+        float,
+        Option(
+            help="Standard deviation of the density.",
+            metavar="KG_M3",
+            what="standard deviation of the density",
+            unit="kg/m3",
+            least=0.0,
+        ),
+    ] = 50.0
+    plot: Annotated[Path | None, _picture()] = None
+    seed: Annotated[int, SEED] = 0
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VolumesRequest(Request):
+    """Return periods (years), and where the frequency of volumes comes from."""
+
+    return_periods: Annotated[
+        Sequence[float], _periods("May be given again. [default: 10, 30, 100, 300]")
+    ] = ()
+    source: VolumeSource = RECORDS
+    plot: Annotated[Path | None, _picture("Draw the return levels")] = None
+    seed: Annotated[int, SEED] = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportRequest(Request):
+    """What the document is called, who answers for it, of which place it is; its language."""
+
+    title: Annotated[str, Option(help="Title of the document.")] = ""
+    author: Annotated[str, Option(help="Who answers for it.")] = ""
+    place: Annotated[str, Option(help="Commune, valley or region.")] = ""
+    date: Annotated[str, Option(help="Date of the document; else that of the calibration.")] = ""
+    language: Annotated[LanguageName, Option(help="Language of the report.")] = "en"
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
