@@ -96,8 +96,6 @@ def judge(world: TrueWorld, families: Sequence[str] = tuple(FAMILIES)) -> Line:
     found = calibrate_model(
         observations, specification, facts, n_chains=CHAINS, n_draws=DRAWS, seed=world.seed
     )
-    # The hazard is asked for on the whole profile, which the calibration may not have had.
-    model = found.model if world.told is None else found.model.on(build_observations(world.records))
     paths: list[Line] = []
     for k, site in enumerate(world.sites):
         path_id, runs = site.path.path_id, run_path(world, k)
@@ -116,13 +114,9 @@ def judge(world: TrueWorld, families: Sequence[str] = tuple(FAMILIES)) -> Line:
             known = known_volumes(world.records)
             frequency = volume_frequencies(known, world.seed, VolumeSource(family)).of(path_id)
             returned = return_volume(frequency, YEARS)
-            at = returned.volume_m3
-            path = path_hazard(
-                *(model, world.records, path_id, frequency.volumes(), [at]),
-                event_columns=False,
-                volume_matters=True,
-                seed=world.seed,
-            )
+            volumes, at = frequency.volumes(), returned.volume_m3
+            # On the whole profile, which the calibration may not have had.
+            path = path_hazard(found, world.records, path_id, volumes, [at], seed=world.seed)
             b, rising = design(path.avalanches)
             a = volume_bounds(path, at, 20_000, generator(world.seed, "coverage", path_id)).x
             line[family] = {

@@ -18,7 +18,7 @@ FEW: dict[str, object] = {
     "avahazard.criticism.scoring.held_out.RECORD_DRAWS": 60,
     "avahazard.criticism.scoring.held_out.DENSITY_DRAWS": 60,
     "avahazard.inference.prediction.stops.MAX_TABLES": 4,
-    "avahazard.hazard.posterior_draws.MAX_TABLES": 8,
+    "avahazard.hazard.path_hazard.MAX_TABLES": 8,
 }
 
 

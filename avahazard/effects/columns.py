@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from datetime import date
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 
@@ -53,6 +54,18 @@ class EventColumns:
 
     def __len__(self) -> int:
         return len(self.event_id)
+
+    def at(self, events: Ints) -> EventColumns:
+        """The columns of these `events` `[n]`, in this order, some perhaps several times."""
+        every = {f.name: getattr(self, f.name) for f in fields(self)}
+        rows: dict[str, Any] = {k: v[events] for k, v in every.items() if isinstance(v, np.ndarray)}
+        return replace(
+            self,
+            **rows,
+            event_id=tuple(self.event_id[i] for i in events),
+            numbers={name: column[events] for name, column in self.numbers.items()},
+            texts={name: column[events] for name, column in self.texts.items()},
+        )
 
 
 def build_columns(
@@ -132,3 +145,7 @@ def _covariates(
 def _of_line(event: Event) -> dict[str, float | str | None]:
     """What an event without a profile has instead of a path's columns: how far it fell."""
     return {} if event.fall_height_m is None else {"fall_height_m": event.fall_height_m}
+
+
+NO_EVENTS = build_columns((), {}, np.empty(0))
+"""The columns of no events."""

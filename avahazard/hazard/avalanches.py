@@ -18,9 +18,9 @@ from avahazard.arrays import Floats
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
 from avahazard.inference.likelihood.block_runs import Values
-from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import below
 from avahazard.physics.resistance import Resistance
+from avahazard.physics.runout_curve import RunoutCurve
 
 LEAST_SCATTER = 1e-9
 HALVINGS = 24
@@ -33,7 +33,7 @@ class Avalanches:
     Of `volumes.rate` `[n_parameters]` avalanches a year `class_share` `[n_classes]` are of each
     class, whatever the volume. Friction has `location` (log μ, or μ where it is normal) and
     `scatter`, both `[n_parameters, n_classes, n_volumes]`; path offsets are in them. Draw p runs
-    by `tables[group[p]]`, of which row c is that of class c; `values` are the effects' parameters
+    by `curves[group[p]]`, of which row c is that of class c; `values` are the effects' parameters
     there, and `ahead` `[n_groups][n_classes]` is how far (m) the front is ahead of the block.
     `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis). `kept` is for what
     is made of these once.
@@ -46,7 +46,7 @@ class Avalanches:
     location: Floats
     scatter: Floats
     group: NDArray[np.int64]
-    tables: tuple[Predicted, ...]
+    curves: tuple[RunoutCurve, ...]
     values: tuple[Values, ...]
     resistances: tuple[Resistance, ...]
     ahead: tuple[Floats, ...]

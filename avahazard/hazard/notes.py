@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from avahazard.hazard.path_hazard import PathHazard
-from avahazard.hazard.volume_friction import RisingFriction
+from avahazard.hazard.path_hazard import PathHazard, RisingFriction
 from avahazard.message import message
 from avahazard.results.hazard import HazardRow
 

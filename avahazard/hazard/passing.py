@@ -20,9 +20,8 @@ from avahazard.hazard.avalanches import (
 )
 from avahazard.hazard.passing_kernel import Descent, exceeded_places, rates_at
 from avahazard.hazard.share_curves import share_curves
-from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.runout_curve import MU
+from avahazard.physics.runout_curve import MU, RunoutCurve
 
 N_PLACES = 4001
 
@@ -76,7 +75,7 @@ class _ByFriction:
 
 def descent(avalanches: Avalanches) -> Descent:
     """The avalanches as the kernels take them."""
-    falling, broken, ends = stops(avalanches.tables)
+    falling, broken, ends = stops(avalanches.curves)
     first, kind = _kinds(avalanches)
     shares = share_curves(
         np.ascontiguousarray(avalanches.location[:, first]),
@@ -99,12 +98,13 @@ def descent(avalanches: Avalanches) -> Descent:
 
 
 @lru_cache(maxsize=4)
-def stops(tables: tuple[Predicted, ...]) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
+def stops(
+    curves: tuple[RunoutCurve, ...],
+) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
     """`falling` and `broken` of `Descent`, and the ends of the frictions that are asked for.
 
-    Of the last tables they are kept: every row of a path takes the same.
+    Of the last curves they are kept: every row of a path takes the same.
     """
-    curves = [table.curve for table in tables]
     # Rounding may lift a value by an ulp over that of a lower friction.
     falling = np.array(
         [np.minimum.accumulate(np.where(c.left, np.inf, c.x), axis=1) for c in curves]
@@ -184,10 +184,10 @@ def _stop_elevation(avalanches: Avalanches) -> Floats:
     """Elevation of the block's stop at the friction of each volume, -inf where it left."""
     mu = np.exp(avalanches.location) if avalanches.in_log else avalanches.location
     result = np.empty_like(mu)
-    for g, table in enumerate(avalanches.tables):
+    for g, curve in enumerate(avalanches.curves):
         mine = np.flatnonzero(avalanches.group == g)
         for c in range(avalanches.n_classes):
-            _, height, status = table.curve[c].at(mu[mine, c].ravel())
+            _, height, status = curve[c].at(mu[mine, c].ravel())
             found = np.where(status == LEFT_PROFILE, -np.inf, height)
             result[mine, c] = found.reshape(len(mine), -1)
     return result

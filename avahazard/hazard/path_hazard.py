@@ -1,43 +1,41 @@
-"""All that the runouts, speeds and zones of one path follow from, built once."""
+"""All that the runouts, speeds and zones of one path follow from, built once.
+
+The flow: the classes of avalanches to come (`future_events`), draws of the fit in groups that share
+the runs of the block, the runout curves of each group, and the friction of each draw, class and
+volume by the friction model. With the rate and the volumes of the path they are its `Avalanches`,
+from which `exceedance` reads the runout exceeded once in T years.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from avahazard.effects.effect import FrontEffect, of_kind
+from avahazard.arrays import Floats, Ints
+from avahazard.effects.effect import FrontEffect, LimitEffect, of_kind
 from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.classes_to_come import classes_to_come, path_release_zone
 from avahazard.hazard.event_volumes import ANY_VOLUME_M3, EventVolumes, one_volume, with_volumes
-from avahazard.hazard.posterior_draws import (
-    GroupRuns,
-    PosteriorDraws,
-    group_runs,
-    group_tables,
-    posterior_draws,
-)
+from avahazard.hazard.future_events import FutureEvents, future_events, path_release_zone
 from avahazard.hazard.recorded_stops import RecordedStops, recorded_stops_of
-from avahazard.hazard.unseen import limits_of_sight, with_unseen
+from avahazard.hazard.unseen import with_unseen
 from avahazard.hazard.volume_frequency import N_DRAWS
-from avahazard.hazard.volume_friction import (
-    RisingFriction,
-    VolumeFriction,
-    friction_of_volumes,
-    rising_friction,
-    volume_frictions,
-)
-from avahazard.inference.likelihood.predicted import front_ahead
-from avahazard.inference.model.friction_scatter import shifted
-from avahazard.inference.model.observations import build_observations
+from avahazard.inference.likelihood.block_runs import Values
+from avahazard.inference.likelihood.predicted import front_ahead, fronts
+from avahazard.inference.model.friction_model import FrictionModel
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.inference.seeds import generator
+from avahazard.physics.resistance import Resistance
+from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.records.collection import Records
-from avahazard.records.lookup import of_path
 
 MAX_PARAMETERS = 4000
 """Posterior draws that the bounds of a volume take, evenly, of those of the model."""
+MAX_TABLES = 32
+"""Groups of draws that the block is run for where effects on the motion have parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,20 +47,81 @@ class Varying:
     volume: bool = True
 
 
+class BlockGroups(NamedTuple):
+    """Groups of draws alike in what shapes the motion of the block; `members` are their draws.
+
+    Each is run at the median of its effects on the motion: with their parameters `values`, under
+    `resistances`, along `curves` from each release of the site.
+    """
+
+    members: tuple[Ints, ...]
+    values: tuple[Values, ...]
+    resistances: tuple[Resistance, ...]
+    curves: tuple[RunoutCurve, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathDraws:
+    """Draws `u` `[n_parameters, n_slots]`, in the order of their groups `group` `[n_parameters]`.
+
+    `offset` `[n_parameters]` of log friction is the path's, None where the model does not know
+    it; `tau` `[n_parameters]` the spread between paths, None without one; `sigma_m` as in
+    `FittedModel`.
+    """
+
+    u: Floats
+    group: Ints
+    offset: Floats | None
+    tau: Floats | None
+    sigma_m: Floats | None
+
+    def shift(self, rng: np.random.Generator) -> Floats:
+        """Offset of the path's log friction `[n_parameters]`; one is drawn where it has none."""
+        if self.offset is not None:
+            return self.offset
+        if self.tau is None:
+            return np.zeros(len(self.u))
+        return np.asarray(self.tau * rng.standard_normal(len(self.tau)))
+
+
+class VolumeFriction(NamedTuple):
+    """Friction and runs of the avalanches of one volume.
+
+    `location`, `scatter` `[n_parameters, n_classes]` as `FrictionModel.of_future_events`, without
+    the path's offset; `curves` `[n_groups]` as in `Avalanches`.
+    """
+
+    location: Floats
+    scatter: Floats
+    curves: tuple[RunoutCurve, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RisingFriction:
+    """Share of the draws in which friction is higher at `largest_m3` than at `smallest_m3`.
+
+    These are the ends of the recorded volumes.
+    """
+
+    share: float
+    smallest_m3: float
+    largest_m3: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PathHazard:
     """One path by one model: the unit of work of `hazard` and `zones`, arrays all through.
 
     `avalanches` are all that come down it, of every volume, at the path's rate (once a year where
     that is not `rate_known`). `draws` are those for the bounds of single volumes, `at_volume` the
-    friction of each (m3). Both take the tables of one set of runs. `offset_unknown`: paths differ
+    friction of each (m3). Both take the curves of one set of runs. `offset_unknown`: paths differ
     by the model, and it does not know by how much this one does. `rising`: how sure it is that
     friction rises with volume.
     """
 
     path_id: str
     avalanches: Avalanches
-    draws: PosteriorDraws
+    draws: PathDraws
     at_volume: Mapping[float, VolumeFriction]
     rate_known: bool
     varying: Varying
@@ -78,41 +137,32 @@ def path_hazard(
     volumes: EventVolumes | None,
     at: Sequence[float] = (),
     *,
-    event_columns: bool,
-    volume_matters: bool,
     seed: int,
 ) -> PathHazard:
     """Apply a calibrated model to avalanches to come on a path.
 
-    `records` are those of the database, for the releases and columns of such avalanches; the model
-    takes columns of the event or not, and volume matters to it or not. Otherwise as
-    `hazard_of_classes`.
+    `records` are those of the database, for the releases and columns of such avalanches.
+    Otherwise as `hazard_of_events`.
     """
     # Of the path's own volumes: what is asked for besides must change no other row.
     mixed = _mixed(volumes, () if volumes is not None else at)
     middle = float(np.exp(np.median(mixed.log_volume)))
-    classes = classes_to_come(records, path_id, middle, event_columns=event_columns)
-    mine = of_path(records, path_id)
-    there = Records(mine.paths, mine.profiles, classes)
-    here = model.on(build_observations(there, model.observations))
-    found = hazard_of_classes(
-        here,
-        path_id,
-        volumes,
-        at,
-        Varying(path_release_zone(records, path_id) is not None, event_columns, volume_matters),
-        seed=seed,
-    )
+    by_columns = model.takes_event_columns
+    future = future_events(records, path_id, middle, event_columns=by_columns)
+    released = path_release_zone(records, path_id) is not None
+    varying = Varying(released, by_columns, not model.ignores_volume)
+    found = hazard_of_events(model, future, volumes, at, varying, seed=seed)
+    log_volume = model.columns.log_volume
     return replace(
         found,
-        rising=rising_friction(here, found.draws.u, model.observations.columns.log_volume),
-        recorded=recorded_stops_of(records, path_id, found.avalanches.site.smooth),
+        rising=rising_friction(model.friction, future, found.draws.u, log_volume),
+        recorded=recorded_stops_of(records, path_id, future.site.smooth),
     )
 
 
-def hazard_of_classes(
+def hazard_of_events(
     model: FittedModel,
-    path_id: str,
+    future: FutureEvents,
     volumes: EventVolumes | None,
     at: Sequence[float] = (),
     varying: Varying = Varying(),
@@ -121,61 +171,166 @@ def hazard_of_classes(
 ) -> PathHazard:
     """What a path has by a model on its classes of avalanches to come; the block is run here.
 
-    The events of `model` are one for each class, all of this path and equally frequent. `volumes`
-    are the rate and volumes of its avalanches, None where nothing is known; `at` the volumes (m3)
-    that bounds are wanted of. The posterior of the model is spread over the draws of `volumes`,
-    which know nothing of each other.
+    `volumes` are the rate and volumes of its avalanches, None where nothing is known; `at` the
+    volumes (m3) that bounds are wanted of. The posterior of the model is spread over the draws of
+    `volumes`, which know nothing of each other.
     """
-    mixed = _mixed(volumes, at)
-    groups = group_runs(model)
-    many = posterior_draws(model, groups, path_id, MAX_PARAMETERS)
-    avalanches = _avalanches(model, groups, path_id, mixed, seed)
-    # Runs know nothing of volumes; only how far the front is ahead may.
-    alike = not of_kind(model.posterior.effects, FrontEffect)
-    tables = avalanches.tables if alike else None
+    groups = block_groups(model, future)
+    draws = path_draws(model, groups, future.site.path.path_id, MAX_PARAMETERS)
+    avalanches = _avalanches(model, future, groups, _mixed(volumes, at), seed)
     return PathHazard(
-        path_id=path_id,
+        path_id=future.site.path.path_id,
         avalanches=avalanches,
-        draws=many,
-        at_volume=volume_frictions(model, groups, many.u, tuple(dict.fromkeys(at)), tables),
+        draws=draws,
+        at_volume=_at_volumes(model, future, groups, draws.u, avalanches.curves, at),
         rate_known=volumes is not None,
         varying=varying,
-        offset_unknown=many.tau is not None and many.offset is None,
+        offset_unknown=draws.tau is not None and draws.offset is None,
     )
+
+
+def block_groups(model: FittedModel, future: FutureEvents) -> BlockGroups:
+    """Run the block for all draws of a model, each group at its median effects on the motion."""
+    layout, site = model.layout, future.site
+    shaping = list(layout.tables)
+    members = tuple(table_groups(model.draws[:, shaping], MAX_TABLES))
+    values = []
+    for group in members:
+        middle = model.draws[group[0]].copy()
+        middle[shaping] = np.median(model.draws[group][:, shaping], axis=0)
+        values.append(layout.effect_values(middle))
+    resistances = tuple(model.resistance(site, v) for v in values)
+    curves = tuple(site.table(site.cells(resistance)) for resistance in resistances)
+    return BlockGroups(members, tuple(values), resistances, curves)
+
+
+def path_draws(
+    model: FittedModel, groups: BlockGroups, path_id: str, n_parameters: int
+) -> PathDraws:
+    """At most `n_parameters` of the draws of a model, taken evenly, for a path."""
+    order = np.concatenate(groups.members)
+    group = np.repeat(np.arange(len(groups.members)), [len(m) for m in groups.members])
+    taken = np.isin(order, model.evenly(min(len(order), n_parameters)))
+    chosen = order[taken]
+    u = model.draws[chosen]
+    # The paths', if any: winters and storms do not last.
+    lasting = [g for g, stays in enumerate(model.friction.lasting) if stays]
+    tau = model.layout.spread_values(u)[:, lasting]
+    offset = model.offsets.get(path_id)
+    return PathDraws(
+        u=u,
+        group=group[taken],
+        offset=None if offset is None else offset[chosen],
+        tau=np.sqrt(np.sum(tau**2, axis=1)) if lasting else None,
+        sigma_m=None if model.sigma_m is None else model.sigma_m[chosen],
+    )
+
+
+def friction_of_volumes(
+    friction: FrictionModel, future: FutureEvents, u: Floats, volume: Floats
+) -> tuple[Floats, Floats]:
+    """Location and scatter `[n_parameters, n_classes, n_volumes]` at volumes (m3) `[n_volumes]`."""
+    shape = (len(u), future.n_classes, len(volume))
+    every = np.tile(volume, future.n_classes)
+    location, scatter = friction.of_future_events(u, every, future.at_volumes(volume))
+    return location.reshape(shape), scatter.reshape(shape)
+
+
+def rising_friction(
+    friction: FrictionModel, future: FutureEvents, u: Floats, log_volume: Floats
+) -> RisingFriction | None:
+    """Of draws `u` `[n_parameters, n_slots]` over log volumes `[n_events]` (nan: not recorded)."""
+    known = log_volume[np.isfinite(log_volume)]
+    if not len(known) or np.ptp(known) == 0.0:
+        return None
+    ends = np.exp([known.min(), known.max()])
+    location, _ = friction_of_volumes(friction, future, u, ends)
+    rises = location[:, :, 1].mean(axis=1) > location[:, :, 0].mean(axis=1)
+    return RisingFriction(float(np.mean(rises)), float(ends[0]), float(ends[1]))
+
+
+def limits_of_sight(model: FittedModel, future: FutureEvents, values: Sequence[Values]) -> Floats:
+    """Elevation (m) above which a stop on the path is not seen `[n_groups]`; nan: all are seen.
+
+    `values` are the effects' parameters of the groups.
+    """
+    own = future.site.path.observed_below_m
+    found = np.full(len(values), np.nan if own is None else own)
+    for effect in of_kind(model.effects, LimitEffect):
+        found = np.array([effect.limit(future.columns, v[effect.key])[0] for v in values])
+    return found
 
 
 def _avalanches(
-    model: FittedModel, groups: GroupRuns, path_id: str, volumes: EventVolumes, seed: int
+    model: FittedModel,
+    future: FutureEvents,
+    groups: BlockGroups,
+    volumes: EventVolumes,
+    seed: int,
 ) -> Avalanches:
-    posterior, observations = model.posterior, model.observations
-    site, n_classes, n = observations.sites[0], observations.n_events, len(volumes.rate)
-    draws = posterior_draws(model, groups, path_id, n)
-    location, scatter = friction_of_volumes(posterior, draws.u, np.exp(volumes.log_volume))
+    path_id, n = future.site.path.path_id, len(volumes.rate)
+    draws = path_draws(model, groups, path_id, n)
+    location, scatter = friction_of_volumes(
+        model.friction, future, draws.u, np.exp(volumes.log_volume)
+    )
     shift = draws.shift(generator(seed, "avalanches", path_id))[:, None, None]
-    in_log = posterior.layout.log_scatter
-    location = shifted(location, shift, in_log)
+    location = model.friction.shifted(location, shift)
     # Fewer draws of the model than of the volumes serve several times.
     again = slice(None) if len(draws.u) == n else np.arange(n) * len(draws.u) // n
+    ahead = tuple(front_ahead(future.columns, model.effects, v) for v in groups.values)
     known = Avalanches(
-        site=site,
-        release=observations.release,
+        site=future.site,
+        release=future.release,
         volumes=volumes,
-        class_share=np.full(n_classes, 1.0 / n_classes),
+        class_share=np.full(future.n_classes, 1.0 / future.n_classes),
         location=location[again],
         scatter=scatter[again],
         group=draws.group[again],
-        tables=group_tables(model, groups, observations),
+        curves=_fronts(future, groups, ahead),
         values=groups.values,
-        resistances=tuple(posterior.resistance(site, values) for values in groups.values),
-        ahead=tuple(
-            front_ahead(posterior.observations, posterior.effects, values)
-            for values in groups.values
-        ),
-        in_log=in_log,
-        student=model.specification.tails == "student",
+        resistances=groups.resistances,
+        ahead=ahead,
+        in_log=model.layout.log_scatter,
+        student=model.friction.student,
         sigma_m=None if draws.sigma_m is None else draws.sigma_m[again],
     )
-    return with_unseen(known, limits_of_sight(posterior, groups.values))
+    return with_unseen(known, limits_of_sight(model, future, groups.values))
+
+
+def _fronts(
+    future: FutureEvents, groups: BlockGroups, ahead: Sequence[Floats]
+) -> tuple[RunoutCurve, ...]:
+    """Where the front of each class stops by each group, `ahead` (m) `[n_groups][n_classes]`."""
+    return tuple(
+        fronts(future.site, curve[future.release], advance)
+        for curve, advance in zip(groups.curves, ahead, strict=True)
+    )
+
+
+def _at_volumes(
+    model: FittedModel,
+    future: FutureEvents,
+    groups: BlockGroups,
+    u: Floats,
+    curves: tuple[RunoutCurve, ...],
+    at: Sequence[float],
+) -> dict[float, VolumeFriction]:
+    """Friction of each of the volumes `at` (m3); `curves` are those of any volume."""
+    found: dict[float, VolumeFriction] = {}
+    if not at:
+        return found
+    different = tuple(dict.fromkeys(at))
+    location, scatter = friction_of_volumes(model.friction, future, u, np.array(different))
+    # Runs know nothing of volumes; only how far the front is ahead may.
+    alike = not of_kind(model.effects, FrontEffect)
+    for k, volume in enumerate(different):
+        own = curves
+        if not alike:
+            columns = future.at_volumes(np.array([volume]))
+            ahead = [front_ahead(columns, model.effects, v) for v in groups.values]
+            own = _fronts(future, groups, ahead)
+        found[volume] = VolumeFriction(location[:, :, k], scatter[:, :, k], own)
+    return found
 
 
 def _mixed(volumes: EventVolumes | None, at: Sequence[float]) -> EventVolumes:

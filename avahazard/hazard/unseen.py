@@ -11,28 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import LimitEffect, of_kind
 from avahazard.effects.site import release_place
 from avahazard.hazard.avalanches import Avalanches, friction_below
 from avahazard.hazard.passing import passing_in_metres, stops
-from avahazard.inference.likelihood.block_runs import Values
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.physics.runout_curve import inverse
 
 LEAST_SEEN = 0.05
 """Volumes that are seen less often count as if they were seen so often: few records say more."""
-
-
-def limits_of_sight(posterior: Posterior, values: tuple[Values, ...]) -> Floats:
-    """Elevation (m) above which a stop on the path is not seen `[n_groups]`; nan: all are seen.
-
-    The events of `posterior` are all of this path; `values` are the parameters of the groups.
-    """
-    observations = posterior.observations
-    found = np.full(len(values), observations.limit[0])
-    for effect in of_kind(posterior.effects, LimitEffect):
-        found = np.array([effect.limit(observations.columns, v[effect.key])[0] for v in values])
-    return found
 
 
 def with_unseen(avalanches: Avalanches, limit: Floats) -> Avalanches:
@@ -59,7 +44,7 @@ def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:
     if avalanches.sigma_m is not None:
         chance = passing_in_metres(avalanches)(place[avalanches.group])
     else:
-        falling, broken, _ = stops(avalanches.tables)
+        falling, broken, _ = stops(avalanches.curves)
         mu = np.array(
             [
                 [np.inf if np.isnan(z) else inverse(curve, gap, x) for curve, gap in rows]

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from avahazard.hazard.elevation_scatter import scattered_stops
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import Pieces, RunoutBounds, bounds_of_stops, draw_stops
-from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_curve import MU, friction_grid, pieces
+from avahazard.physics.runout_curve import MU, RunoutCurve, friction_grid, pieces
 
 Indices = NDArray[np.int64]
 
@@ -35,7 +34,7 @@ def volume_bounds(
         scatter = scatter * widening(rng, n_draws)
     if draws.sigma_m is not None:
         scatter = np.zeros(n_draws)
-    curves, kind = _curves(here.tables)
+    curves, kind = _curves(here.curves)
     of = kind[draws.group[parameter], event]
     # Draws by one curve together: its pieces are then at hand.
     order = np.argsort(of.astype(np.uint16), kind="stable")
@@ -54,16 +53,16 @@ def volume_bounds(
 
 
 @lru_cache(maxsize=4)
-def _curves(tables: tuple[Predicted, ...]) -> tuple[Pieces, Indices]:
-    """The curves of the tables, each once, and which of them each class has.
+def _curves(curves: tuple[RunoutCurve, ...]) -> tuple[Pieces, Indices]:
+    """The curves of all groups, each once, and which of them each class has.
 
-    The latter is `[n_groups, n_classes]`. Of the last tables they are kept, as `passing.stops`.
+    The latter is `[n_groups, n_classes]`. Of the last they are kept, as `passing.stops`.
     """
-    rows = [tuple(row) for row in tables[len(tables) // 2].x.tolist()]
+    rows = [tuple(row) for row in curves[len(curves) // 2].x.tolist()]
     different = sorted(set(rows))
     first = [rows.index(row) for row in different]
     kind = np.array([different.index(row) for row in rows])
-    parts = [pieces(table.curve[first]) for table in tables]
+    parts = [pieces(curve[first]) for curve in curves]
     straight, status = (np.concatenate(part) for part in zip(*parts, strict=True))
-    curves = straight, status, friction_grid(MU)
-    return curves, np.add.outer(np.arange(len(tables)) * len(first), kind)
+    each = straight, status, friction_grid(MU)
+    return each, np.add.outer(np.arange(len(curves)) * len(first), kind)

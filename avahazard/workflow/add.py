@@ -14,10 +14,13 @@ from avahazard.criticism.scoring.held_out import error_fall
 from avahazard.inference.fitting.mode import FIRST_SPREAD
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.samplers.calibrate import N_CHAINS, N_DRAWS, calibrate_model
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.samplers.calibrate import N_CHAINS, calibrate_model
 from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
@@ -30,7 +33,6 @@ from avahazard.workflow.ladder import standing
 from avahazard.workflow.steps import steps
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import (
-    StoredFit,
     load_stored,
     require_unchanged,
     save_calibrated,
@@ -69,38 +71,34 @@ def add(
             f"The effect '{unused[0]}' of the effect file is not asked for.",
             f"Name it: avahazard add {name} {unused[0]} --as {new_name} --effect-file FILE.",
         )
-    parent = load_stored(database, name, definitions)
+    parent, records = load_stored(database, name, definitions)
     require_unchanged(parent)
-    observations = build_observations(parent.training)
+    training = only_paths(records, parent.paths)
+    observations = build_observations(training)
     specification, new_facts = with_effects(
         observations, parent.specification, effects, definitions
     )
     if specification == parent.specification:
         raise AvahazardError(f"The model {name} has {', '.join(effects)} already.")
     facts = {**parent.facts, **new_facts}
-    seed = parent.result.seed
-    fresh = before is None and parent.method != "metropolis"
+    before_it = parent.calibration
+    fresh = before is None and parent.sigma_m is None
     tell = steps(report, (2.0, 1.0, 1.0 if fresh else 0.0))
-    same_method = parent.method == "marginal"
     found = calibrate_model(
         observations,
         specification,
         facts,
-        n_chains=parent.result.chains if same_method else N_CHAINS,
-        n_draws=parent.result.draws if same_method else N_DRAWS["marginal"],
-        seed=seed,
+        n_chains=before_it.chains if parent.knows_errors else N_CHAINS,
+        n_draws=before_it.draws if parent.knows_errors else METHODS[DEFAULT_METHOD].n_draws,
+        seed=before_it.seed,
         own=definitions,
         start=start_from(parent, assemble(observations, specification, facts, definitions)),
         progress=lambda share: tell[0](f"Calibrating {new_name}", share, 1.0),
     )
-    result = calibration_result(found, new_name, parent.training, seed=seed, parent=name)
-    after = comparison(
-        new_name, found.model, lambda share: tell[1](f"Comparing {new_name}", share, 1.0)
-    )
+    result = calibration_result(found, new_name, training, seed=before_it.seed, parent=name)
+    after = comparison(new_name, found, lambda share: tell[1](f"Comparing {new_name}", share, 1.0))
     if fresh:
-        before = comparison(
-            name, parent.model, lambda share: tell[2](f"Comparing {name}", share, 1.0)
-        )
+        before = comparison(name, parent, lambda share: tell[2](f"Comparing {name}", share, 1.0))
     after = with_explained(after, before, effects)
     # One transaction: a model that stands without its comparison could not be added again.
     with writing(database) as session:
@@ -126,15 +124,15 @@ def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndA
     )
 
 
-def start_from(parent: StoredFit, child: Posterior) -> Floats | None:
+def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
     """Coordinates to seek the child's mode from: the parent's, its new ones neutral.
 
     None, to start from the data, where the parent's coordinates mean something else.
     """
-    if parent.method != "marginal" or not _same_base(parent.specification, child.specification):
+    if not parent.knows_errors or not _same_base(parent.specification, child.specification):
         return None
-    slots = [slot.name for slot in parent.model.posterior.layout.slots]
-    known = dict(zip(slots, np.median(parent.model.draws, axis=0), strict=True))
+    slots = [slot.name for slot in parent.layout.slots]
+    known = dict(zip(slots, np.median(parent.draws, axis=0), strict=True))
     layout = child.layout
     start = [
         known.get(slot.name, slot.mean if np.isnan(slot.neutral) else slot.neutral)

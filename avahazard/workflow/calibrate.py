@@ -8,12 +8,13 @@ from dataclasses import replace
 from avahazard.effects.catalogue import catalogue, definition, require
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
+from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import (
     Specification,
 )
 from avahazard.inference.paper.calibration import check_method
-from avahazard.inference.samplers.calibrate import N_DRAWS, calibrate_model
+from avahazard.inference.samplers.calibrate import calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, silent
@@ -76,7 +77,7 @@ def calibrate(
         facts,
         method=method,
         n_chains=request.chains,
-        n_draws=N_DRAWS[method] if request.draws is None else request.draws,
+        n_draws=METHODS[method].n_draws if request.draws is None else request.draws,
         seed=request.seed,
         progress=lambda share: report(f"Calibrating {name}", share, 1.0),
     )

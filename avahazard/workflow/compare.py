@@ -40,7 +40,6 @@ from avahazard.criticism.scoring.speed_misfit import (
     speed_misfit,
 )
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
-from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.ground_error import ground_error
@@ -83,10 +82,10 @@ def compare(
             predictive distribution of the friction, or `plot` is not the name of a picture.
     """
     require_picture(plot)
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    require_comparable(name, stored.method)
+    stored, _ = load_stored(database, name, own_effects(database, name, effect_files))
+    require_comparable(stored)
     require_unchanged(stored)
-    found = comparison(name, stored.model, lambda share: report(f"Comparing {name}", share, 1.0))
+    found = comparison(name, stored, lambda share: report(f"Comparing {name}", share, 1.0))
     found = replace(found, notes=notes_of_fit(stored))
     with writing(database) as session:
         parent = load_model(session, name).parent
@@ -108,12 +107,12 @@ def stored_comparison(document: dict[str, Any] | None) -> Comparison | None:
     return None if document is None else Comparison.from_dict(document)
 
 
-def require_comparable(name: str, method: MethodName) -> None:
+def require_comparable(model: FittedModel) -> None:
     """Raise `AvahazardError` for a model whose scatter is not on friction."""
-    if method == "metropolis":
+    if model.sigma_m is not None:
         raise AvahazardError(
-            f"The model {name} was calibrated by method metropolis, whose scatter is in metres "
-            "and holds all errors at once: it cannot be set against them.",
+            f"The model {model.name} was calibrated by method {model.method}, whose scatter is in "
+            "metres and holds all errors at once: it cannot be set against them.",
             "Calibrate with --method marginal (or gibbs) to compare.",
         )
 

@@ -12,6 +12,7 @@ from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import LEFT
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.message import message, named
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
@@ -27,7 +28,7 @@ from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import stored_comparison
 from avahazard.workflow.requests import DiagnoseRequest
 from avahazard.workflow.stored.diagnosis import diagnosis
-from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
+from avahazard.workflow.stored.model import load_stored, require_unchanged
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import read_own_of
 
@@ -54,8 +55,8 @@ def diagnose_model(
     with reading(database) as session:
         own_files = read_own_of(load_model(session, name), request.effect_files)
     own = tuple(effect.definition for effect in own_files.values())
-    stored = load_stored(database, name, own)
-    if stored.method != "marginal":
+    stored, _ = load_stored(database, name, own)
+    if not stored.knows_errors:
         raise AvahazardError(
             f"The model {name} was calibrated by {stored.method}, which cannot test effects.",
             "Calibrate one with --method marginal.",
@@ -64,7 +65,7 @@ def diagnose_model(
     _require_stops(stored)
     check_expected(stored, expect, own)
     found = diagnose(
-        stored.model.observations,
+        stored.observations,
         stored.specification,
         stored.facts,
         own,
@@ -88,9 +89,9 @@ def diagnose_model(
     return told
 
 
-def _require_stops(stored: StoredFit) -> None:
+def _require_stops(stored: FittedModel) -> None:
     """Raise `AvahazardError` where all events left: whatever shifts their friction is unseen."""
-    if (stored.model.observations.kind == LEFT).all():
+    if (stored.observations.kind == LEFT).all():
         raise AvahazardError(
             f"Every event of {stored.name} left its profile: no effect could be seen in them.",
             "Import events whose runout was recorded, or profiles that reach beyond the stops; "
@@ -98,9 +99,9 @@ def _require_stops(stored: StoredFit) -> None:
         )
 
 
-def check_expected(stored: StoredFit, expect: Sequence[str], own: Sequence[Definition]) -> None:
+def check_expected(stored: FittedModel, expect: Sequence[str], own: Sequence[Definition]) -> None:
     """Raise `AvahazardError` for an expected effect that is no candidate, with the reason."""
-    observations = stored.model.observations
+    observations = stored.observations
     known = {c.key for c in candidate_definitions(observations, stored.specification, own)}
     for key in expect:
         entry = find_definition(key, own)
@@ -116,12 +117,12 @@ def check_expected(stored: StoredFit, expect: Sequence[str], own: Sequence[Defin
 
 
 def _where(
-    database: str, stored: StoredFit, found: Findings, own: Sequence[Definition]
+    database: str, stored: FittedModel, found: Findings, own: Sequence[Definition]
 ) -> tuple[str, ...]:
     """On which paths the model fails, if it was compared, and where is what it lacks."""
     if not found.missing:
         return ()
-    observations = stored.model.observations
+    observations = stored.observations
     with reading(database) as session:
         compared = stored_comparison(latest_result(session, COMPARISON, stored.name))
     words = [] if compared is None else failing_paths(compared)

@@ -35,7 +35,7 @@ from avahazard.workflow.friction_views import (
     perturbation_check,
 )
 from avahazard.workflow.model_friction import apparent_friction, friction_view, from_reference
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored.model import load_stored, on_events
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 
@@ -85,10 +85,10 @@ def _by_model(
     plot: FilePath | None,
     effect_files: Sequence[FilePath],
 ) -> Frictions:
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    fitted = stored.model
+    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    fitted = stored
     if path_id is not None:
-        fitted = stored.on(_events_of(stored.records, path_id))
+        fitted = on_events(stored, records, _events_of(records, path_id))
     observations = fitted.observations
     found, predicted = apparent_friction(fitted)
     reference = found.mu * np.exp(-from_reference(fitted))

@@ -3,23 +3,37 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
-from avahazard.hazard.frequencies import volume_frequencies
+from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.frequencies import Frequencies, volume_frequencies
+from avahazard.hazard.path_hazard import path_hazard
+from avahazard.hazard.path_rows import path_rows
+from avahazard.hazard.scenario import Scenario
+from avahazard.hazard.volume_frequency import return_volume
 from avahazard.hazard.volume_source import VolumeSource
+from avahazard.inference.prediction.extrapolation import extrapolation
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import Hazard, HazardRow, failed_document
 from avahazard.store.results import BOUNDS, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.hazard_notes import RowNotes, model_notes
-from avahazard.workflow.hazard_unit import HazardUnit, hazard_of_path
 from avahazard.workflow.requests import HazardRequest
-from avahazard.workflow.stored.by_path import PathRun, run_paths, went_on
+from avahazard.workflow.stored.by_path import (
+    PathAnswer,
+    PathRun,
+    PathTask,
+    PathWork,
+    run_paths,
+    went_on,
+)
+from avahazard.workflow.stored.model import load_for_paths
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_unit import PathWork
-from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
 
 DEFAULT_RETURN_PERIOD = 100.0
 
@@ -73,9 +87,8 @@ def run_hazard(
             model was made with, a
             file of `source` cannot be read, or no path has what a return period needs.
     """
-    stored, path_ids, work = hazard_work(database, name, request)
-    run = run_paths(database, stored, path_ids, work, report)
-    of_model = model_notes(stored)
+    work, of_model = hazard_work(database, name, request)
+    run = run_paths(database, work, report)
     told = RowNotes(of_model)
     failed: dict[str, str] = {}
     beyond: list[str] = []
@@ -96,22 +109,25 @@ def run_hazard(
 
 def hazard_work(
     database: str, name: str, request: HazardRequest
-) -> tuple[RegionFit, list[str], PathWork[HazardUnit]]:
-    """The model, the paths to run, and what is done on each. Raises as `run_hazard`."""
+) -> tuple[PathWork, tuple[str, ...]]:
+    """What is done on each path, and the notes on the model. Raises as `run_hazard`."""
     periods, sizes = tuple(request.return_periods), tuple(request.volumes)
     if not periods and not sizes:
         periods = (DEFAULT_RETURN_PERIOD,)
     n_draws, seed, source = request.draws, request.seed, request.source
     own = own_effects(database, name, request.effect_files)
-    stored = load_region_fit(database, name, own)
-    path_ids = stored.paths_to_run(request.paths)
-    unit = HazardUnit.of(
-        stored,
-        volume_frequencies(stored.survey.volumes, seed, source) if periods else None,
+    model, survey = load_for_paths(database, name, own)
+    path_ids = survey.paths_to_run(request.paths)
+    notes = tuple(model_notes(model))
+    answer = partial(
+        hazard_of_path,
+        model,
+        volume_frequencies(survey.volumes, seed, source) if periods else None,
         periods,
         sizes,
-        n_draws,
-        seed,
+        notes,
+        n_draws=n_draws,
+        seed=seed,
     )
     settings = {
         "return_periods": list(periods),
@@ -120,7 +136,77 @@ def hazard_work(
         "seed": seed,
         "source": source_settings(source),
     }
-    return stored, path_ids, PathWork(BOUNDS, "Runout", hazard_of_path, unit, settings)
+    work = PathWork(BOUNDS, "Runout", answer, model.calibration, survey, path_ids, settings)
+    return work, notes
+
+
+def hazard_of_path(
+    model: FittedModel,
+    frequencies: Frequencies | None,
+    return_periods: Sequence[float],
+    volumes: Sequence[float],
+    notes: Sequence[str],
+    task: PathTask,
+    *,
+    n_draws: int,
+    seed: int,
+) -> PathAnswer:
+    """The rows of a path, for return periods (years) and volumes (m3); `notes` go with each.
+
+    Raises `AvahazardError` where it lacks what a return period needs.
+    """
+    path_id, needs_volume = task.path_id, not model.ignores_volume
+    if frequencies is not None:
+        # Fits of other paths are not kept.
+        frequencies = replace(frequencies, fitted={})
+    scenarios, refused = _scenarios(path_id, frequencies, return_periods, needs_volume)
+    scenarios += [Scenario(path_id, volume) for volume in volumes]
+    if not scenarios:
+        raise refused[0]
+    rate = _rate(scenarios, frequencies, needs_volume)
+    at = [scenario.any_volume_m3 for scenario in scenarios]
+    path = path_hazard(model, task.records, path_id, rate, at, seed=seed)
+    beyond: dict[float | None, list[str]] = {}
+    if needs_volume:
+        asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
+        beyond = {v: extrapolation(model, path_id, v).sentences() for v in asked}
+    rows = [
+        replace(row, notes=(*row.notes, *beyond.get(row.volume_m3, ()), *notes))
+        for row in path_rows(path, scenarios, n_draws, seed)
+    ]
+    return PathAnswer(rows, tuple(f"left out: {error.message}" for error in refused))
+
+
+def _scenarios(
+    path_id: str, frequencies: Frequencies | None, return_periods: Sequence[float], by_volume: bool
+) -> tuple[list[Scenario], list[AvahazardError]]:
+    """What to compute for return periods, and why some are left out."""
+    found: list[Scenario] = []
+    refused: list[AvahazardError] = []
+    for period in return_periods:
+        assert frequencies is not None
+        try:
+            frequency = frequencies.of(path_id)
+            returned = return_volume(frequency, period)
+            found.append(Scenario(path_id, returned.volume_m3, period, returned, frequency))
+        except AvahazardError as error:
+            if by_volume:
+                refused.append(error)
+            else:
+                found.append(Scenario(path_id, None, period))
+    return found, refused
+
+
+def _rate(
+    scenarios: Sequence[Scenario], frequencies: Frequencies | None, by_volume: bool
+) -> EventVolumes | None:
+    """Rate and volumes of a path; None where nothing is known, or no return period is asked."""
+    for scenario in scenarios:
+        if scenario.frequency is not None:
+            return scenario.frequency.volumes()
+    if frequencies is None or by_volume:
+        return None
+    return frequencies.rate_alone(scenarios[0].path_id)
 
 
 def source_settings(source: VolumeSource) -> dict[str, Any]:

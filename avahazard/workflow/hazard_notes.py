@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.message import message
 from avahazard.workflow.stored.notes import notes_of_fit
-from avahazard.workflow.stored.path_hazard import ignores_volume
-from avahazard.workflow.stored.region_fit import RegionFit
 
 ANY_VOLUME = message("this model's friction is the same for every volume.")
 
 
-def model_notes(stored: RegionFit) -> list[str]:
+def model_notes(model: FittedModel) -> list[str]:
     """What goes with every row of a model."""
-    notes = list(notes_of_fit(stored))
-    if ignores_volume(stored):
+    notes = list(notes_of_fit(model))
+    if model.ignores_volume:
         notes.append(ANY_VOLUME)
     return notes
 

@@ -19,8 +19,7 @@ from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
 from avahazard.workflow.hazard import hazard_work
 from avahazard.workflow.requests import HazardRequest
-from avahazard.workflow.stored.by_path import path_tasks, run_key
-from avahazard.workflow.stored.path_unit import PathShared, path_answer
+from avahazard.workflow.stored.by_path import path_answer, path_tasks, run_key
 
 MEASURED = 4
 """Paths that are measured, evenly over all; one more is run first, unmeasured."""
@@ -31,14 +30,15 @@ def plan_hazard(database: str, name: str, request: HazardRequest) -> HazardPlan:
 
     Raises `AvahazardError` as that does, and where memory or disk will not do.
     """
-    stored, path_ids, work = hazard_work(database, name, request)
+    work, _ = hazard_work(database, name, request)
+    path_ids = work.path_ids
     with reading(database) as session:
-        key = run_key(stored, path_ids, work)
+        key = run_key(work)
         _, done = interrupted_run(session, work.kind, name, key) or (0, set[str]())
     places = np.unique(np.linspace(0, len(path_ids) - 1, MEASURED).astype(int))
-    tasks = list(path_tasks(database, stored, [path_ids[k] for k in places]))
+    tasks = list(path_tasks(database, work.survey, [path_ids[k] for k in places]))
     before = peak_bytes()
-    shared = PathShared.of(stored, work)
+    shared = work.answer, work.survey.others
     path_answer(shared, tasks[0])
     seconds, sizes = [], []
     for task in tasks:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
-from avahazard.inference.model.friction_scatter import draws, friction, volume_share
+from avahazard.inference.model.friction_model import FrictionModel
 from avahazard.inference.paper.apparent import BackCalculation, back_calculate
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
@@ -26,23 +25,20 @@ def friction_view(model: FittedModel) -> FrictionView | None:
     Effects on friction are at their reference, and the spread between paths is left out, as they
     are from `EventView.mu_reference`.
     """
-    posterior = model.posterior
-    recorded = posterior.observations.columns.log_volume
+    recorded = model.columns.log_volume
     recorded = recorded[np.isfinite(recorded)]
     if not len(recorded):
         return None
     volume = np.geomspace(np.exp(recorded.min()) / ROOM, np.exp(recorded.max()) * ROOM, N_VOLUMES)
     u = model.draws[model.evenly(min(len(model.draws), N_PARAMETERS))]
-    law = posterior.layout.law
+    law = model.layout.law
     middle = law.log_friction(u[:, : len(law.coordinates)], volume)
     return FrictionView(
         volume=volume,
         law=np.exp(np.quantile(middle, [0.05, 0.5, 0.95], axis=0)),
         scatter=None
         if model.sigma_m is not None
-        else np.quantile(
-            _frictions(posterior, u, middle, volume), [0.05, 0.25, 0.75, 0.95], axis=0
-        ),
+        else np.quantile(_frictions(model.friction, u, volume), [0.05, 0.25, 0.75, 0.95], axis=0),
     )
 
 
@@ -52,10 +48,10 @@ def apparent_friction(model: FittedModel) -> tuple[BackCalculation, Predicted]:
     Effects on the motion and on the record stand at the median of the posterior: so the
     frictions are those that the model's law is a law of. Also what was turned round for it.
     """
-    observations, posterior = model.observations, model.posterior
-    values = posterior.layout.effect_values(np.median(model.draws, axis=0))
+    observations = model.observations
+    values = model.layout.effect_values(np.median(model.draws, axis=0))
     curvature = float(model.specification.centrifugal)
-    predicted = predict_records(observations, posterior.effects, values, curvature)
+    predicted = predict_records(observations, model.effects, values, curvature)
     return back_calculate(observations, predicted), predicted
 
 
@@ -64,13 +60,14 @@ def from_reference(model: FittedModel) -> Floats:
 
     Less of them, a friction may stand beside the law alone. nan for an event without a volume.
     """
-    posterior, columns = model.posterior, model.observations.columns
+    friction, columns = model.friction, model.columns
     u = np.median(model.draws, axis=0)
     volume = np.exp(columns.log_volume)
     known = np.where(np.isfinite(volume), volume, 1e4)
-    location, _ = posterior.location_and_scatter(u, known[:, None])
-    law = posterior.layout.law
-    at = location[:, 0] if posterior.layout.log_scatter else np.log(location[:, 0])
+    events = friction.of_events(columns)
+    location, _ = friction.location_and_scatter(u, known[:, None], events)
+    law = model.layout.law
+    at = location[:, 0] if model.layout.log_scatter else np.log(location[:, 0])
     added = at - law.log_friction(u[: len(law.coordinates)], known)
     by_path = [
         float(np.median(model.offsets[p])) if p in model.offsets else 0.0 for p in columns.paths
@@ -79,16 +76,10 @@ def from_reference(model: FittedModel) -> Floats:
     return np.where(np.isfinite(volume), added + offsets, np.nan)
 
 
-def _frictions(posterior: Posterior, u: Floats, middle: Floats, volume: Floats) -> Floats:
-    """Draws of friction `[n_draws, n_volumes]` about log median friction `middle`."""
-    layout = posterior.layout
-    log_scatter = np.repeat(u[:, layout.scatter, None], len(volume), axis=1)
-    if layout.scatter_slope is not None:
-        share = volume_share(volume, layout.reference_volume)
-        log_scatter -= u[:, layout.scatter_slope, None] * share
+def _frictions(friction: FrictionModel, u: Floats, volume: Floats) -> Floats:
+    """Draws of friction `[n_draws, n_volumes]` about the law alone."""
+    location, scatter = friction.location_and_scatter(u, volume[None])
+    shape = (DRAWS_EACH, len(u), len(volume))
+    location, scatter = (np.broadcast_to(v[:, 0], shape) for v in (location, scatter))
     rng = generator(0, "report", "friction")
-    shape = (DRAWS_EACH, *middle.shape)
-    scatter = np.exp(log_scatter) * draws(rng, shape, posterior.specification.tails == "student")
-    in_log = layout.log_scatter
-    drawn = friction(middle if in_log else np.exp(middle), scatter, in_log)
-    return np.asarray(drawn.reshape(-1, len(volume)))
+    return friction.draw(location, scatter, rng).reshape(-1, len(volume))

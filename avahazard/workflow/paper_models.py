@@ -19,7 +19,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store.models import load_model
 from avahazard.store.session import reading
 from avahazard.workflow.model_friction import apparent_friction, friction_view, from_reference
-from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
+from avahazard.workflow.stored.model import load_parameter_draws, load_stored
 from avahazard.workflow.stored.own_effects import effects_of, files_of, own_effects
 
 FEWEST = 3
@@ -40,18 +40,18 @@ class Planned:
 
 def load_models(
     database: str, names: Sequence[str], effect_files: Sequence[Path]
-) -> list[StoredFit]:
+) -> list[FittedModel]:
     """The stored models, each with those of the effect files that are its own."""
     stored = []
     for name in dict.fromkeys(names):
         with reading(database) as session:
             effects = effects_of(load_model(session, name))
         own = own_effects(database, name, files_of(effect_files, effects))
-        stored.append(load_stored(database, name, own))
+        stored.append(load_stored(database, name, own)[0])
     return stored
 
 
-def plan_of_models(database: str, models: Sequence[StoredFit]) -> Iterator[Planned]:
+def plan_of_models(database: str, models: Sequence[FittedModel]) -> Iterator[Planned]:
     """What is drawn of models: two figures each, and one of all together."""
     for stored in models:
         yield Planned(
@@ -82,26 +82,27 @@ def standardised_residuals(model: FittedModel) -> tuple[Floats, str]:
     the median of the posterior; nan for an event without a volume or without a friction.
     """
     found, predicted = apparent_friction(model)
-    volume = np.exp(model.observations.columns.log_volume)
+    volume = np.exp(model.columns.log_volume)
     if model.sigma_m is not None:
         median = model.median_friction(np.where(np.isfinite(volume), volume, 1.0))
         stop = look_up(predicted, median[:, None])[2][:, 0]
         off = (recorded_elevation(model.observations) - stop) / float(np.median(model.sigma_m))
         return np.where(np.isfinite(volume), off, np.nan), "elevation"
-    posterior = model.posterior
+    friction, layout = model.friction, model.layout
     u = np.median(model.draws, axis=0)
     known = np.where(np.isfinite(volume), volume, 1e4)[:, None]
-    _, scatter = posterior.location_and_scatter(u, known)
-    law = posterior.layout.law
+    events = friction.of_events(model.columns)
+    _, scatter = friction.location_and_scatter(u, known, events)
+    law = layout.law
     reference = law.log_friction(u[: len(law.coordinates)], known[:, 0])
     middle = reference + from_reference(model)
-    if posterior.layout.log_scatter:
+    if layout.log_scatter:
         return (np.log(found.mu) - middle) / scatter[:, 0], "log μ"
     return (found.mu - np.exp(middle)) / scatter[:, 0], "μ"
 
 
-def _draw_residuals(stored: StoredFit, file: Path) -> None:
-    off, of = standardised_residuals(stored.model)
+def _draw_residuals(stored: FittedModel, file: Path) -> None:
+    off, of = standardised_residuals(stored)
     off = off[np.isfinite(off)]
     if len(off) < FEWEST:
         raise AvahazardError(
@@ -115,24 +116,24 @@ def _draw_residuals(stored: StoredFit, file: Path) -> None:
     draw_residuals(file, stored.name, off, density, of)
 
 
-def _draw_posterior(database: str, stored: StoredFit, file: Path) -> None:
+def _draw_posterior(database: str, stored: FittedModel, file: Path) -> None:
     from avahazard.report.paper_posterior_figure import draw_posterior  # noqa: PLC0415 (slow)
 
     draws = load_parameter_draws(database, stored.name)
-    units = {name: told.unit for name, told in stored.result.parameters.items()}
+    units = {name: told.unit for name, told in stored.calibration.parameters.items()}
     draw_posterior(file, stored.name, {k: v.ravel() for k, v in draws.items()}, units)
 
 
-def _draw_laws(models: Sequence[StoredFit], file: Path) -> None:
+def _draw_laws(models: Sequence[FittedModel], file: Path) -> None:
     from avahazard.report.paper_laws_figure import ModelLaw, draw_model_laws  # noqa: PLC0415
 
     laws = []
     for stored in models:
-        view = friction_view(stored.model)
+        view = friction_view(stored)
         if view is None:
             continue
-        mu = apparent_friction(stored.model)[0].mu * np.exp(-from_reference(stored.model))
-        volume = np.exp(stored.model.observations.columns.log_volume)
+        mu = apparent_friction(stored)[0].mu * np.exp(-from_reference(stored))
+        volume = np.exp(stored.columns.log_volume)
         laws.append(ModelLaw(stored.name, view, volume, mu))
     if not laws:
         raise AvahazardError("No event of these models has a volume.")

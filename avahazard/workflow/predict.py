@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +29,9 @@ from avahazard.results.amounts import RATIO
 from avahazard.results.base import Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import coordinate_name, require_comparable
-from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.model import load_stored, on_events
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import ignores_volume
 
 STOP_DRAWS = 2000
 RECORD_DRAWS = 1000
@@ -52,20 +52,21 @@ def predict(
         AvahazardError: there is no such model, or it cannot predict these events.
         RejectedRows: rows of the file that cannot be taken.
     """
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    require_comparable(name, stored.method)
-    new = _new_events(file, stored)
+    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    require_comparable(stored)
+    new = _new_events(file, records)
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
     of_all = [*notes_of_fit(stored)]
-    model = stored.on(new.events)
+    on = partial(on_events, stored, records)
+    model = on(new.events)
     stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
     values, left = told(model.observations, stops.record, stops.elevation), stops.left
-    sigma = stated_release_sigma(new.events, {p.path_id: p for p in stored.records.paths})
+    sigma = stated_release_sigma(new.events, {p.path_id: p for p in records.paths})
     unsure = np.flatnonzero(sigma > 0.0)
     if len(unsure):
         values[unsure], left[unsure] = stops_over_releases(
-            stored.on,
+            on,
             [new.events[i] for i in unsure],
             sigma[unsure],
             STOP_DRAWS,
@@ -85,7 +86,7 @@ def predict(
     measured = tuple(e for e in new.events if _has_runout(e))
     scores = None
     if measured:
-        scores = _scores(model if len(measured) == len(new.events) else stored.on(measured))
+        scores = _scores(model if len(measured) == len(new.events) else on(measured))
     rows = (
         _row(e, v, left, (*_of_volume(stored, e.path_id, e.volume_m3), *of_all))
         for e, v, left in zip(new.events, values, left, strict=True)
@@ -93,16 +94,16 @@ def predict(
     return Prediction(Rows(rows), scores, tuple(notes))
 
 
-def _new_events(file: Path, stored: StoredFit) -> Records:
+def _new_events(file: Path, records: Records) -> Records:
     try:
-        return read_records([file], known=stored.records, need_runout=False)
+        return read_records([file], known=records, need_runout=False)
     except RejectedRows as error:
         error.message = error.message.replace("imported", "predicted")
         error.hint = "Mend the rows above and predict again."
         raise
 
 
-def _of_largest(stored: StoredFit, events: Sequence[Event]) -> list[str]:
+def _of_largest(stored: FittedModel, events: Sequence[Event]) -> list[str]:
     """Notes on the largest volume of each path, which is farthest beyond the records."""
     largest: dict[str | None, float] = {}
     for event in events:
@@ -112,11 +113,11 @@ def _of_largest(stored: StoredFit, events: Sequence[Event]) -> list[str]:
     return [note for path, volume in largest.items() for note in _of_volume(stored, path, volume)]
 
 
-def _of_volume(stored: StoredFit, path_id: str | None, volume_m3: float | None) -> list[str]:
+def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None) -> list[str]:
     """Notes on a volume beyond the records, or with a friction that no avalanche has."""
-    if volume_m3 is None or ignores_volume(stored):
+    if volume_m3 is None or model.ignores_volume:
         return []
-    return extrapolation(stored.model, path_id, volume_m3).notes()
+    return extrapolation(model, path_id, volume_m3).notes()
 
 
 def _has_runout(event: Event) -> bool:

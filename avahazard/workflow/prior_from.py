@@ -22,7 +22,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.stored.model import StoredFit, load_stored, require_unchanged
+from avahazard.workflow.stored.model import load_stored, require_unchanged
 
 FIT = "fit:"
 SHOWN = 4
@@ -77,7 +77,7 @@ def _refuse_the_same(found: PriorFrom, source: str, records: Records) -> None:
 def _of_model(
     database: str, name: str, specification: Specification, effects: Sequence[Effect]
 ) -> PriorFrom:
-    stored = load_stored(database, name)
+    stored, records = load_stored(database, name)
     require_unchanged(stored)
     theirs = stored.specification
     asked = {
@@ -85,7 +85,7 @@ def _of_model(
         "distribution": (theirs.distribution, specification.distribution),
         "curvature": (theirs.centrifugal, specification.centrifugal),
         "set of effects on the motion": (
-            _on_the_motion(stored.model.posterior.effects),
+            _on_the_motion(stored.effects),
             _on_the_motion(effects),
         ),
     }
@@ -96,35 +96,34 @@ def _of_model(
                 "friction is another one.",
                 "Give both models the same.",
             )
-    mean, covariance = _moments(stored.model, {e.key for e in effects})
+    mean, covariance = _moments(stored, {e.key for e in effects})
     prior = law_prior(name, law(specification.law), mean, covariance)
-    return PriorFrom(prior, frozenset(_events_behind(database, stored)))
+    return PriorFrom(prior, frozenset(_events_behind(database, stored, records)))
 
 
 def _moments(model: FittedModel, keys: set[str]) -> tuple[np.ndarray, np.ndarray]:
     """Mean and covariance of the law's coordinates, the spread between paths in the level."""
-    layout = model.posterior.layout
+    layout = model.layout
     u = model.draws[:, : len(layout.law.coordinates)]
     covariance = np.atleast_2d(np.cov(u, rowvar=False))
-    plan = model.posterior.plan
-    for k, key in enumerate(plan.keys):
-        if plan.lasting[k] and key not in keys:
+    for k, (key, lasts) in enumerate(zip(layout.spreads, model.friction.lasting, strict=True)):
+        if lasts and key not in keys:
             # The first coordinate of every law is the log of a level of friction.
             covariance[0, 0] += float(np.mean(layout.spread_values(model.draws)[:, k] ** 2))
     return u.mean(axis=0), covariance
 
 
-def _events_behind(database: str, stored: StoredFit) -> set[str]:
+def _events_behind(database: str, stored: FittedModel, records: Records) -> set[str]:
     """The events of a model's calibration, and those behind its own prior."""
-    events = {event.event_id for event in stored.training.events}
+    events = set(stored.columns.event_id)
     prior = stored.specification.prior
     if prior is None:
         return events
     if prior.source.startswith(GIVEN):
         return events
     if prior.source.startswith(FIT):
-        return events | {e.event_id for e in _paths_of(stored.records, prior.source).events}
-    return events | _events_behind(database, load_stored(database, prior.source))
+        return events | {e.event_id for e in _paths_of(records, prior.source).events}
+    return events | _events_behind(database, *load_stored(database, prior.source))
 
 
 def _of_fit(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.message import message
+from avahazard.records.lookup import only_paths
 from avahazard.records.plain import plain
 from avahazard.report.html.content import Cover, ReportContent
 from avahazard.report.language import language_of
@@ -32,7 +34,7 @@ from avahazard.workflow.report_events import event_views, unknown_columns
 from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import path_views
 from avahazard.workflow.requests import ReportRequest
-from avahazard.workflow.stored.model import StoredFit, load_parameter_draws, load_stored
+from avahazard.workflow.stored.model import load_parameter_draws, load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
 
@@ -69,8 +71,8 @@ def gather(
         AvahazardError: there is no such model, or its own effects are not given.
     """
     tongue = language_of(request.language)
-    stored = load_stored(database, name, own_effects(database, name, request.effect_files))
-    everything = stored.records
+    own = own_effects(database, name, request.effect_files)
+    stored, records = load_stored(database, name, own)
     with reading(database) as session:
         models = list_models(session)
         comparisons = {
@@ -86,19 +88,18 @@ def gather(
         zones = latest_documents(session, ZONES, name) or []
         grounds = {
             profile.path_id: ground
-            for profile in everything.profiles
+            for profile in records.profiles
             if (ground := load_terrain(session, profile.path_id)) is not None
         }
     report("Writing the report", 0.1, 1.0)
-    observations = stored.model.observations
-    found, _ = apparent_friction(stored.model)
+    found, _ = apparent_friction(stored)
     report("Writing the report", 0.3, 1.0)
-    events = event_views(stored.training.events, stored.model, found.mu)
+    events = event_views(only_paths(records, stored.paths).events, stored, found.mu)
     report("Writing the report", 0.6, 1.0)
-    baseline = plain(alpha_beta_paths(database)) if everything.profiles else []
-    paths = path_views(stored, events, rows, baseline, zones, grounds)
+    baseline = plain(alpha_beta_paths(database)) if records.profiles else []
+    paths = path_views(stored, records, events, rows, baseline, zones, grounds)
     report("Writing the report", 0.7, 1.0)
-    loop = loop_view(database, stored, models, comparisons, diagnoses)
+    loop = loop_view(database, stored, records, models, comparisons, diagnoses)
     report("Writing the report", 0.9, 1.0)
     calibration = show_model(database, name)
     model = next(model for model in models if model.name == name)
@@ -108,10 +109,10 @@ def gather(
         draws={key: v.ravel() for key, v in load_parameter_draws(database, name).items()},
         paths=paths,
         events=events,
-        n_speeds=sum(len(track.x) for track in observations.speeds),
-        covariates=unknown_columns(observations),
-        friction=friction_view(stored.model),
-        densities=plain(friction_densities(found.mu, observations)),
+        n_speeds=sum(len(track.x) for track in stored.observations.speeds),
+        covariates=unknown_columns(stored.columns),
+        friction=friction_view(stored),
+        densities=plain(friction_densities(found.mu, stored.observations)),
         ladder=ladder_rows(models, comparisons, {}),
         comparison=comparisons[name],
         diagnosis=diagnoses.get(name),
@@ -125,7 +126,7 @@ def gather(
         versions=surroundings().versions,
         lacking=_lacking(
             stored,
-            profiles=bool(everything.profiles),
+            profiles=bool(records.profiles),
             comparison=comparisons[name] is not None,
             diagnosis=name in diagnoses,
             rows=bool(rows),
@@ -138,7 +139,7 @@ def gather(
 
 
 def _lacking(
-    stored: StoredFit,
+    stored: FittedModel,
     *,
     profiles: bool,
     comparison: bool,
@@ -147,18 +148,18 @@ def _lacking(
     zones: bool,
 ) -> Mapping[str, str]:
     """By key, what the report lacks and the command that makes it."""
-    name, method = stored.name, stored.method
+    name = stored.name
     lacking = {}
     if not profiles:
         lacking["paths"] = lacking["rows"] = NO_PROFILES
     elif not rows:
         lacking["rows"] = NO_BOUNDS.format(model=name)
-    if method == "metropolis":
+    if stored.sigma_m is not None:
         lacking["comparison"] = ONE_SCATTER
     elif not comparison:
         lacking["comparison"] = NOT_COMPARED.format(model=name)
-    if method != "marginal":
-        lacking["diagnosis"] = CANNOT_BE_ASKED.format(method=method)
+    if not stored.knows_errors:
+        lacking["diagnosis"] = CANNOT_BE_ASKED.format(method=stored.method)
     elif not diagnosis:
         lacking["diagnosis"] = NOT_DIAGNOSED.format(model=name)
     if profiles and not zones:

@@ -9,8 +9,9 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import expected_records
+from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import stop_place
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE
 from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops
@@ -91,9 +92,8 @@ def event_view(
     )
 
 
-def unknown_columns(observations: Observations) -> Mapping[str, int]:
+def unknown_columns(columns: EventColumns) -> Mapping[str, int]:
     """For every column of the events that some lack, by how many."""
-    columns = observations.columns
     lacking = {name: int(np.isnan(values).sum()) for name, values in columns.numbers.items()}
     lacking |= {name: int(np.sum(values == "")) for name, values in columns.texts.items()}
     return {name: n for name, n in lacking.items() if n}
@@ -108,7 +108,7 @@ def _predicted(model: FittedModel) -> Floats:
     # Its scatter is in metres of elevation, about the stop of the median friction.
     sigma = model.sigma_m[model.evenly(RECORD_DRAWS)]
     flat = model.draws.copy()
-    flat[:, model.posterior.layout.scatter] = NO_SCATTER
+    flat[:, model.layout.scatter] = NO_SCATTER
     stops = predict_stops(replace(model, draws=flat), RECORD_DRAWS, rng)
     noise = sigma * rng.standard_normal(stops.elevation.shape)
     elevation = np.where(stops.left, stops.elevation, stops.elevation + noise)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from avahazard.effects.effect import Definition
-from avahazard.inference.model.observations import build_observations
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -15,7 +15,7 @@ from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import StoredModel
 from avahazard.workflow.report_states import FRICTION, places, state_view, to_come, volumes_of
 from avahazard.workflow.report_strength import sweep, sweepable
-from avahazard.workflow.stored.model import StoredFit, load_stored
+from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.own_effects import effects_of
 
 MOST_MODELS, MOST_SWEEPS = 8, 2
@@ -26,34 +26,32 @@ OTHER_RECORDS = message("calibrated on other records")
 
 def loop_view(
     database: str,
-    stored: StoredFit,
+    stored: FittedModel,
+    records: Records,
     models: Sequence[StoredModel],
     comparisons: Mapping[str, Comparison | None],
     diagnoses: Mapping[str, Diagnosis],
 ) -> LoopView:
-    """The model `stored` among those of the ladder that were calibrated on the same records."""
+    """The model `stored` among those of the ladder that were calibrated on the same records.
+
+    `records` are all of the database.
+    """
     known = {name: found for name, found in comparisons.items() if found is not None}
     lineage = _lineage(stored.name, models)
-    volumes = volumes_of(stored.model.observations)
-    paths = tuple(site.path.path_id for site in stored.model.observations.sites)
-    records = Records(stored.records.paths, stored.records.profiles, ())
+    volumes = volumes_of(stored.columns)
+    paths = tuple(site.path.path_id for site in stored.observations.sites)
     shown: list[StateView] = []
     swept: list[StateView] = []
     sweeps: list[SweepView] = []
     left_out: dict[str, str] = {}
-    if stored.method != "metropolis":
-        events = tuple(to_come(paths, volumes))
-        future = None
-        if events:
-            future = build_observations(
-                Records(records.paths, records.profiles, events), stored.model.observations
-            )
+    if stored.sigma_m is None:
+        future = [to_come(records, path_id, volumes) for path_id in paths]
         for fit in _others(database, stored, lineage, models, known, left_out):
-            shown.append(state_view(fit.name, fit.model, future, known.get(fit.name)))
+            shown.append(state_view(fit.name, fit, future, known.get(fit.name)))
         own = next(state for state in shown if state.key == stored.name)
         for effect in _movable(stored, models):
             keys, strengths = [], []
-            for strength, model in sweep(stored.model, effect):
+            for strength, model in sweep(stored, effect):
                 key = f"{effect} × {strength:g}"
                 if strength == 1.0:
                     key = own.key
@@ -67,7 +65,7 @@ def loop_view(
         models=tuple(shown),
         swept=tuple(swept),
         sweeps=tuple(sweeps),
-        places=tuple(places(stored.model, trees)),
+        places=tuple(places(stored, trees)),
         lineage=lineage,
         comparisons=known,
         diagnoses=diagnoses,
@@ -88,17 +86,17 @@ def _lineage(name: str, models: Sequence[StoredModel]) -> tuple[str, ...]:
 
 def _others(
     database: str,
-    stored: StoredFit,
+    stored: FittedModel,
     lineage: Sequence[str],
     models: Sequence[StoredModel],
     known: Mapping[str, Comparison],
     left_out: dict[str, str],
-) -> list[StoredFit]:
+) -> list[FittedModel]:
     """The models to switch between, oldest first: the lineage, then those of least error."""
     error = {name: found.held_out.runout.crps_m for name, found in known.items()}
     wanted = [name for name in lineage if name in known or name == stored.name]
     wanted += sorted((n for n in error if n not in wanted), key=lambda n: error[n])
-    found: list[StoredFit] = []
+    found: list[FittedModel] = []
     for name in wanted:
         if name == stored.name:
             found.append(stored)
@@ -107,12 +105,12 @@ def _others(
             left_out[name] = TOO_MANY.format(n=MOST_MODELS)
             continue
         try:
-            fit = load_stored(database, name, _own_of(name, stored.own, models))
+            fit, _ = load_stored(database, name, _own_of(name, stored.definitions, models))
         except AvahazardError:
             left_out[name] = NOT_GIVEN
             continue
         if (
-            fit.fingerprint != stored.fingerprint
+            fit.calibration.data_fingerprint != stored.calibration.data_fingerprint
             or fit.records_changed
             or fit.paths != stored.paths
         ):
@@ -126,14 +124,14 @@ def _others(
 def _own_of(
     name: str, own: Sequence[Definition], models: Sequence[StoredModel]
 ) -> tuple[Definition, ...]:
-    """Those of the user's effects that a model has."""
+    """Those of these effects that a model has."""
     has = next(effects_of(model) for model in models if model.name == name)
     return tuple(entry for entry in own if entry.key in has)
 
 
-def _movable(stored: StoredFit, models: Sequence[StoredModel]) -> list[str]:
+def _movable(stored: FittedModel, models: Sequence[StoredModel]) -> list[str]:
     """Effects to move, what was added last first."""
-    parent = next((m for m in models if m.name == stored.parent), None)
+    parent = next((m for m in models if m.name == stored.calibration.parent), None)
     before = () if parent is None else effects_of(parent)
-    keys = sweepable(stored.model)
+    keys = sweepable(stored)
     return sorted(keys, key=lambda key: key in before)[:MOST_SWEEPS]

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import release_place
+from avahazard.hazard.future_events import classes_of
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.records.collection import Records
 from avahazard.records.event import Event
+from avahazard.records.lookup import of_path
 from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLine
 from avahazard.workflow.path import describe_path
 from avahazard.workflow.report_events import event_view
 from avahazard.workflow.runout import run_site
-from avahazard.workflow.stored.model import StoredFit
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -26,7 +30,8 @@ ANY_VOLUME_M3 = 1e4
 
 
 def path_views(
-    stored: StoredFit,
+    stored: FittedModel,
+    records: Records,
     events: Sequence[EventView],
     rows: Rows,
     alpha_beta: Rows,
@@ -35,16 +40,16 @@ def path_views(
 ) -> tuple[PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
-    `events` are those of the calibration; `rows`, `alpha_beta` and `zones` are the documents of
-    `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by path.
+    `records` are all of the database; `events` are those of the calibration; `rows`, `alpha_beta`
+    and `zones` are the documents of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by
+    path.
     """
-    records = stored.records
     bounded = {row["path_id"] for row in rows}
     trained = set(stored.paths) or {path.path_id for path in records.paths}
     shown = [p for p in records.paths if p.path_id in trained | bounded]
     profiles = {profile.path_id: profile for profile in records.profiles}
-    known = {site.path.path_id: site.smooth for site in stored.model.observations.sites}
-    speeds = dict(_speeds(stored, rows))
+    known = {site.path.path_id: site.smooth for site in stored.observations.sites}
+    speeds = dict(_speeds(stored, records, rows))
     views = []
     for path in shown:
         profile = profiles.get(path.path_id)
@@ -86,31 +91,25 @@ def _notes(
 
 
 def _speeds(
-    stored: StoredFit, rows: Rows
+    model: FittedModel, records: Records, rows: Rows
 ) -> Iterator[tuple[str, list[tuple[Mapping[str, Any], Floats, Floats]]]]:
     """By path, for each of its rows: the row, x and speed of the block of median friction."""
-    if not rows:
-        return
-    volumes = [row["volume_m3"] or ANY_VOLUME_M3 for row in rows]
-    model = stored.on(
-        [
-            Event(f"to come {k}", path_id=row["path_id"], volume_m3=volume)
-            for k, (row, volume) in enumerate(zip(rows, volumes, strict=True))
-        ]
-    )
-    observations = model.observations
-    friction = model.median_friction(np.array(volumes))
-    values = model.posterior.layout.effect_values(model.draws.mean(axis=0))
-    for k, site in enumerate(observations.sites):
-        resistance = model.posterior.resistance(site, values)
+    values = model.layout.effect_values(model.draws.mean(axis=0))
+    for path_id in dict.fromkeys(row["path_id"] for row in rows):
+        mine = [row for row in rows if row["path_id"] == path_id]
+        volumes = [row["volume_m3"] or ANY_VOLUME_M3 for row in mine]
+        events = [Event("", path_id=path_id, volume_m3=volume) for volume in volumes]
+        future = classes_of(replace(of_path(records, path_id), events=tuple(events)))
+        friction = model.median_friction(np.array(volumes), future.columns)
+        resistance = model.resistance(future.site, values)
         lines = []
-        for i in np.flatnonzero(observations.columns.path_index == k).tolist():
-            if rows[i]["p_not_released"] > 0.5:
+        for row, mu in zip(mine, friction, strict=True):
+            if row["p_not_released"] > 0.5:
                 continue
-            found = run_site(site, float(friction[i]), resistance).speeds
+            found = run_site(future.site, float(mu), resistance).speeds
             places = np.array([[s.x_m, s.speed_m_s] for s in found])
-            lines.append((rows[i], places[:, 0], places[:, 1]))
-        yield site.path.path_id, lines
+            lines.append((row, places[:, 0], places[:, 1]))
+        yield path_id, lines
 
 
 def _plan(profile: Profile, ground: TerrainCrop | None) -> PlanView | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +11,17 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
+from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
-from avahazard.inference.model.observations import Observations
+from avahazard.hazard.future_events import FutureEvents, classes_of
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU
+from avahazard.records.collection import Records
 from avahazard.records.event import Event
+from avahazard.records.lookup import of_path
 from avahazard.report.html.content import PlaceView, StateView
 from avahazard.results.comparison import Comparison
 
@@ -30,31 +34,31 @@ NOTHING: Floats = np.empty((0, 0))
 LEAST_LENGTH_M = 1.0
 
 
-def volumes_of(observations: Observations) -> Floats:
+def volumes_of(columns: EventColumns) -> Floats:
     """Volumes (m3) over the recorded ones `[n_volumes]`; none where none is recorded."""
-    log_volume = observations.columns.log_volume
+    log_volume = columns.log_volume
     known = log_volume[np.isfinite(log_volume)]
     if not len(known):
         return np.empty(0)
     return np.geomspace(np.exp(known.min()), np.exp(known.max()), N_VOLUMES)
 
 
-def to_come(paths: Sequence[str], volumes: Floats) -> list[Event]:
-    """An avalanche of each volume on each path, path by path; of any volume where there is none."""
+def to_come(records: Records, path_id: str, volumes: Floats) -> FutureEvents:
+    """An avalanche of each volume (m3) on a path; of any volume where there is none."""
     sizes = volumes.tolist() or [1e4]
-    return [
-        Event(f"{path} {k}", path_id=path, volume_m3=v)
-        for path in paths
-        for k, v in enumerate(sizes)
-    ]
+    events = tuple(Event("", path_id=path_id, volume_m3=size) for size in sizes)
+    return classes_of(replace(of_path(records, path_id), events=events))
 
 
 def state_view(
-    key: str, model: FittedModel, future: Observations | None, comparison: Comparison | None
+    key: str,
+    model: FittedModel,
+    future: Sequence[FutureEvents],
+    comparison: Comparison | None,
 ) -> StateView:
     """What `model` predicts for its records, with the very draws that `compare` scores.
 
-    `future` are the avalanches of `to_come`, on whose sites the block is run; None without paths.
+    `future` are the avalanches of `to_come` of each path, on whose sites the block is run.
     """
     expected = expected_records(model, RECORD_DRAWS, generator(0, "compare"))
     paths, stops, friction = _blocks(model, future) if future else ((), NOTHING, NOTHING)
@@ -72,23 +76,26 @@ def state_view(
     )
 
 
-def _blocks(model: FittedModel, future: Observations) -> tuple[tuple[str, ...], Floats, Floats]:
+def _blocks(
+    model: FittedModel, future: Sequence[FutureEvents]
+) -> tuple[tuple[str, ...], Floats, Floats]:
     """Paths, F(μ) `[n_paths, n_friction]` and median friction `[n_paths, n_volumes]`."""
-    posterior = model.on(future).posterior
     u = np.median(model.draws, axis=0)
-    location, _ = posterior.location_and_scatter(u, np.exp(future.columns.log_volume)[:, None])
-    log_friction = location[:, 0] if posterior.layout.log_scatter else np.log(location[:, 0])
-    values = posterior.layout.effect_values(u)
+    values = model.layout.effect_values(u)
     paths, stops, friction = [], [], []
-    for k, site in enumerate(future.sites):
-        curve = site.table(site.cells(posterior.resistance(site, values)))[0]
+    for there in future:
+        site, path_id = there.site, there.site.path.path_id
+        curve = site.table(site.cells(model.resistance(site, values)))[0]
         x = np.where(curve.status == LEFT_PROFILE, np.inf, curve.x)
-        paths.append(site.path.path_id)
+        paths.append(path_id)
         stops.append(x[np.searchsorted(MU, FRICTION - 1e-9)])
-        offset = model.offsets.get(site.path.path_id)
-        mine = np.flatnonzero(future.columns.path_index == k)
+        volume = np.exp(there.columns.log_volume)[:, None]
+        events = model.friction.of_events(there.columns)
+        location = model.friction.location_and_scatter(u, volume, events)[0][:, 0]
+        offset = model.offsets.get(path_id)
         shift = 0.0 if offset is None else float(np.median(offset))
-        friction.append(np.exp(log_friction[mine] + shift))
+        in_log = location if model.layout.log_scatter else np.log(location)
+        friction.append(np.exp(in_log + shift))
     return tuple(paths), np.array(stops), np.array(friction)
 
 
@@ -97,12 +104,11 @@ def places(model: FittedModel, trees: Sequence[str]) -> Iterator[PlaceView]:
 
     `trees` are the effects that are drawn as trees.
     """
-    posterior = model.posterior
-    values = posterior.layout.effect_values(np.median(model.draws, axis=0))
-    for effect in of_kind(posterior.effects, MotionEffect):
+    values = model.layout.effect_values(np.median(model.draws, axis=0))
+    for effect in of_kind(model.effects, MotionEffect):
         for site in model.observations.sites:
-            alone = posterior.resistance(site, _alone(posterior.effects, effect, values))
-            none = posterior.resistance(site, _alone(posterior.effects, None, values))
+            alone = model.resistance(site, _alone(model.effects, effect, values))
+            none = model.resistance(site, _alone(model.effects, None, values))
             terrain = site.terrain_for(alone)
             acts = _differ(alone, none)
             if acts is None or acts.all() or not acts.any():

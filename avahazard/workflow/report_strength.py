@@ -52,7 +52,7 @@ def sweep(model: FittedModel, effect: str) -> Iterator[tuple[float, FittedModel]
         shaping = list(layout.tables)
         draws[:, shaping] = draws[:, shaping].mean(axis=0)
         draws = np.clip(draws, layout.low, layout.high)
-        changed = replace(model, posterior=posterior, draws=draws)
+        changed = replace(model, friction=posterior.friction, likelihood=posterior, draws=draws)
         yield strength, replace(changed, offsets=_offsets(model, effect, strength))
 
 

@@ -11,6 +11,7 @@ from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.samplers.calibrate import calibrate_model
 from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, silent
 from avahazard.results.provenance import Difference, Rerun
 from avahazard.workflow.add import start_from
@@ -33,7 +34,7 @@ def rerun(
             effects are missing or others.
     """
     own = own_effects(database, name, effect_files)
-    stored = load_stored(database, name, own)
+    stored, records = load_stored(database, name, own)
     require_unchanged(stored)
     kept = load_parameter_draws(database, name)
     if "speed_sigma" in kept:
@@ -41,19 +42,19 @@ def rerun(
             f"{name} was calibrated with the error of speeds of an earlier version (speed_sigma).",
             "Calibrate a new model: this version knows the scatter of friction along tracks.",
         )
-    observations = build_observations(stored.training)
-    start = None
-    if stored.parent is not None:
+    observations = build_observations(only_paths(records, stored.paths))
+    start, told = None, stored.calibration
+    if told.parent is not None:
         child = assemble(observations, stored.specification, stored.facts, own)
-        start = start_from(load_stored(database, stored.parent, own), child)
+        start = start_from(load_stored(database, told.parent, own)[0], child)
     found = calibrate_model(
         observations,
         stored.specification,
         stored.facts,
         method=stored.method,
-        n_chains=stored.result.chains,
-        n_draws=stored.result.draws,
-        seed=stored.result.seed,
+        n_chains=told.chains,
+        n_draws=told.draws,
+        seed=told.seed,
         own=own,
         start=start,
         progress=lambda share: report(f"Calibrating {name} again", share, 1.0),

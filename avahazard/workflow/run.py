@@ -287,8 +287,8 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
 
 def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     request = run.project.hazard
-    work = hazard_work(run.database, model, request)
-    if _is_latest(run, BOUNDS, model, run_key(*work)):
+    work, _ = hazard_work(run.database, model, request)
+    if _is_latest(run, BOUNDS, model, run_key(work)):
         n = len({row["path_id"] for row in _found_last(run, BOUNDS, model) or ()})
         return Step("hazard", UP_TO_DATE, counted(n, "path")), [], []
     found = hazard(run.database, model, request, run.report)
@@ -305,8 +305,8 @@ def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
         limits=str(file) if file.is_file() else limits,
         paths=run.project.hazard.paths,
     )
-    work = zones_work(run.database, model, request)
-    if _is_latest(run, ZONES, model, run_key(*work)):
+    work, _ = zones_work(run.database, model, request)
+    if _is_latest(run, ZONES, model, run_key(work)):
         n = len(_found_last(run, ZONES, model) or ())
         return Step("zones", UP_TO_DATE, counted(n, "path")), [], []
     found = zones(run.database, model, request, run.report)

@@ -10,12 +10,14 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import Site, path_site
+from avahazard.hazard.future_events import classes_of
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
+from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile
@@ -27,7 +29,6 @@ from avahazard.store.session import reading
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import ignores_volume
 
 SPEED_EVERY_M = 10.0
 MOST_PLACES = 100
@@ -84,21 +85,22 @@ def run_model(
     require_picture(plot)
     if mu is None and not (volume_m3 is not None and np.isfinite(volume_m3) and volume_m3 > 0.0):
         raise AvahazardError("The volume must be a number over 0.", "Give it in m3: --volume 20000")
-    stored = load_stored(database, name, own_effects(database, name, effect_files))
-    find_profile(stored.records, find_path(stored.records, path_id))
+    model, records = load_stored(database, name, own_effects(database, name, effect_files))
+    path = find_path(records, path_id)
+    profile = find_profile(records, path)
     # One event of that volume, from the path's own release.
-    model = stored.on([Event("", path_id=path_id, volume_m3=volume_m3)])
+    event = Event("", path_id=path_id, volume_m3=volume_m3)
+    future = classes_of(Records((path,), (profile,), (event,)))
     source = "given"
     if mu is None:
         assert volume_m3 is not None
-        mu = float(model.median_friction(np.array([volume_m3]))[0])
+        mu = float(model.median_friction(np.array([volume_m3]), future.columns)[0])
         source = "posterior median"
-    site = model.observations.sites[0]
-    values = model.posterior.layout.effect_values(model.draws.mean(axis=0))
-    resistance = model.posterior.resistance(site, values)
-    notes = list(notes_of_fit(stored))
-    if volume_m3 is not None and not ignores_volume(stored):
-        notes += extrapolation(stored.model, path_id, volume_m3).notes()
+    site = future.site
+    resistance = model.resistance(site, model.layout.effect_values(model.draws.mean(axis=0)))
+    notes = list(notes_of_fit(model))
+    if volume_m3 is not None and not model.ignores_volume:
+        notes += extrapolation(model, path_id, volume_m3).notes()
     found = replace(
         run_site(site, mu, resistance),
         model=name,

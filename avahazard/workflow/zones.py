@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path as FilePath
 
 from avahazard.effects.catalogue import catalogue
-from avahazard.hazard.frequencies import volume_frequencies
+from avahazard.hazard.frequencies import Frequencies, volume_frequencies
+from avahazard.hazard.path_hazard import path_hazard
+from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits
 from avahazard.hazard.zones.limits_file import read_limits
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path, find_profile
@@ -21,13 +26,16 @@ from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
-from avahazard.workflow.stored.by_path import run_paths, went_on
+from avahazard.workflow.stored.by_path import (
+    PathAnswer,
+    PathTask,
+    PathWork,
+    run_paths,
+    went_on,
+)
+from avahazard.workflow.stored.model import load_for_paths
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
-from avahazard.workflow.stored.path_hazard import applied_model
-from avahazard.workflow.stored.path_unit import PathWork
-from avahazard.workflow.stored.region_fit import RegionFit, load_region_fit
-from avahazard.workflow.zones_unit import ZonesUnit, zones_of_path
 
 
 def zones(database: str, name: str, request: ZonesRequest, report: Report = silent) -> Zones:
@@ -42,9 +50,8 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
     """
     plot = request.plot
     require_picture(plot)
-    stored, path_ids, work = zones_work(database, name, request)
-    of_all = work.shared.notes
-    run = run_paths(database, stored, path_ids, work, report)
+    work, of_all = zones_work(database, name, request)
+    run = run_paths(database, work, report)
     with reading(database) as session:
         found = list(read_run(session, run.run))
     entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
@@ -52,33 +59,34 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
     if run.n_before:
         notes.insert(0, went_on(run))
     if plot is not None:
-        _draw(plot, database, entries, f"Zones by {name}, limits '{work.shared.limits.name}'")
+        limits = work.settings["limits"]["name"]
+        _draw(plot, database, entries, f"Zones by {name}, limits '{limits}'")
     of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
     return Zones(Rows(entries), (*notes, *of_paths, *of_all))
 
 
-def zones_work(
-    database: str, name: str, request: ZonesRequest
-) -> tuple[RegionFit, list[str], PathWork[ZonesUnit]]:
-    """The model, the paths to run, and what is done on each. Raises as `zones`."""
+def zones_work(database: str, name: str, request: ZonesRequest) -> tuple[PathWork, tuple[str, ...]]:
+    """What is done on each path, and the notes that go with all. Raises as `zones`."""
     wanted = load_limits(request.limits)
     own = own_effects(database, name, request.effect_files)
-    stored = load_region_fit(database, name, own)
-    if stored.model.sigma_m is not None:
+    model, survey = load_for_paths(database, name, own)
+    if model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
             "Calibrate with the method marginal or gibbs.",
         )
     seed, source = request.seed, request.source
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
-    unit = ZonesUnit(
-        applied_model(stored),
-        (*wanted.notes, *_notes(stored)),
-        volume_frequencies(stored.survey.volumes, seed, source),
+    notes = (*wanted.notes, *_notes(model))
+    answer = partial(
+        zones_of_path,
+        model,
+        volume_frequencies(survey.volumes, seed, source),
         wanted,
         periods,
         Density(request.density, request.density_sd),
-        seed,
+        notes,
+        seed=seed,
     )
     settings = {
         "limits": plain(wanted),
@@ -88,8 +96,34 @@ def zones_work(
         "seed": seed,
         "source": source_settings(source),
     }
-    work = PathWork(ZONES, "Zones", zones_of_path, unit, settings)
-    return stored, stored.paths_to_run(request.paths), work
+    path_ids = survey.paths_to_run(request.paths)
+    work = PathWork(ZONES, "Zones", answer, model.calibration, survey, path_ids, settings)
+    return work, notes
+
+
+def zones_of_path(
+    model: FittedModel,
+    frequencies: Frequencies,
+    limits: Limits,
+    periods: Sequence[float],
+    density: Density,
+    notes: Sequence[str],
+    task: PathTask,
+    *,
+    seed: int,
+) -> PathAnswer:
+    """The entry of a path (`path_zones`); `notes` go with all.
+
+    Raises `AvahazardError` where it has no rate of avalanches.
+    """
+    # Fits of other paths are not kept.
+    frequencies = replace(frequencies, fitted={})
+    rate = frequencies.rate_alone(task.path_id) if model.ignores_volume else None
+    volumes = rate or frequencies.of(task.path_id).volumes()
+    path = path_hazard(model, task.records, task.path_id, volumes, seed=seed)
+    far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}
+    entry = path_zones(path, limits, periods, density, far, seed)
+    return PathAnswer([replace(entry, notes=(*entry.notes, *notes))])
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:
@@ -121,14 +155,14 @@ def load_limits(limits: str) -> Limits:
     return read_limits(file.name, text)
 
 
-def _notes(stored: RegionFit) -> list[str]:
+def _notes(model: FittedModel) -> list[str]:
     """What goes with the zones of every path by a model."""
     notes = []
-    if not any(entry.limits_speed for entry in stored.definitions):
+    if not any(entry.limits_speed for entry in model.definitions):
         mend = " or ".join(e.key for e in catalogue().values() if e.limits_speed)
         notes.append(
-            f"{stored.name} has no drag: nothing but friction limits its speeds, so that they and "
+            f"{model.name} has no drag: nothing but friction limits its speeds, so that they and "
             "the pressures are too high where the path is steep and long. Measured speeds, and "
             f"the effect {mend}, would mend it."
         )
-    return [*notes, *notes_of_fit(stored)]
+    return [*notes, *notes_of_fit(model)]

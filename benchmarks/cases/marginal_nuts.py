@@ -54,8 +54,9 @@ def measure() -> Result:
 
     def ours() -> float:
         begin = time.perf_counter()
-        draws = sample(posterior, n_chains=N_CHAINS, n_draws=N_DRAWS, seed=next(seeds)).coordinates
+        found = sample(posterior, n_chains=N_CHAINS, n_draws=N_DRAWS, seed=next(seeds))
         taken = time.perf_counter() - begin
+        draws = found.draws.reshape(N_CHAINS, N_DRAWS, -1)
         means["ours"].append(draws.mean(axis=(0, 1)))
         return diagnose_chains(draws).ess_bulk_min / taken
 

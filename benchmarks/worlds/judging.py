@@ -18,7 +18,7 @@ from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.seeds import generator
 from avahazard.synth.making import make_world
 from avahazard.workflow.stored.diagnosis import diagnosis
@@ -158,7 +158,7 @@ def held_out(observations: Observations, fit: Refit) -> list[float]:
         if rest.plan:
             shift = np.array([rest.offsets(v).draw(rng) for v in u])
             offsets = {name: shift[:, k] for k, name in enumerate(rest.plan.names)}
-        records = expected_records(FittedModel(rest, u, offsets), DRAWS, rng)
+        records = expected_records(fitted_model(rest, u, offsets), DRAWS, rng)
         scores[out] = crps(records.draws, records.observed)[out]
         inside[out] = (np.abs(record_pit(records, rng) - 0.5) <= 0.45)[out]
     return [round(float(np.mean(scores)), 3), round(float(np.mean(inside)), 4)]

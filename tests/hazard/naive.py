@@ -49,10 +49,7 @@ def naive_passing_rate(avalanches: Avalanches) -> Callable[[np.ndarray], np.ndar
 
     def rate(x: np.ndarray) -> np.ndarray:
         mu = [
-            [
-                naive_inverse(avalanches.tables[g].curve[c], place)
-                for c in range(avalanches.n_classes)
-            ]
+            [naive_inverse(avalanches.curves[g][c], place) for c in range(avalanches.n_classes)]
             for g, place in zip(avalanches.group, x, strict=True)
         ]
         return rate_below(avalanches, np.array(mu))

@@ -11,12 +11,13 @@ import numpy as np
 from avahazard.effects.effect import Effect
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.path_hazard import PathHazard, hazard_of_classes
+from avahazard.hazard.future_events import FutureEvents
+from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -40,6 +41,12 @@ def observations(releases: tuple[float, ...] = (TOP_M,)) -> Observations:
     return build_observations(Records((Path("p"),), (Profile("p", x, y),), events))
 
 
+def future(releases: Sequence[float] = (TOP_M,)) -> FutureEvents:
+    """The same events as classes of avalanches to come."""
+    given = observations(tuple(releases))
+    return FutureEvents(given.sites[0], given.release, given.columns)
+
+
 def draws(sigma: float, n: int, *more: float) -> np.ndarray:
     """A posterior that knows everything: equal draws."""
     return np.tile(np.concatenate([LAW, [np.log(sigma)], more]), (n, 1))
@@ -56,8 +63,8 @@ def path(
 ) -> PathHazard:
     posterior = Posterior(observations(tuple(releases)), specification or Specification(), effects)
     method: MethodName = "metropolis" if metres else "marginal"
-    model = FittedModel(posterior, coordinates, {}, method)
-    return hazard_of_classes(model, "p", volumes, at, seed=3)
+    model = fitted_model(posterior, coordinates, {}, method)
+    return hazard_of_events(model, future(releases), volumes, at, seed=3)
 
 
 def avalanches_of(

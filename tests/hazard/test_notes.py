@@ -9,14 +9,13 @@ import pytest
 
 from avahazard.hazard.event_volumes import one_volume
 from avahazard.hazard.notes import row_notes
-from avahazard.hazard.path_hazard import PathHazard, path_hazard
+from avahazard.hazard.path_hazard import PathHazard, RisingFriction, path_hazard
 from avahazard.hazard.path_rows import path_rows
 from avahazard.hazard.scenario import Scenario
-from avahazard.hazard.volume_friction import RisingFriction
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
@@ -67,9 +66,7 @@ def test_larger_avalanches_that_stop_earlier_are_told_with_their_probability(
     coordinates[:, 1] = np.where(np.arange(40) < 40 * share, -steepness, steepness)
     posterior = Posterior(build_observations(records), Specification(law=law), ())
     given = path_hazard(
-        *(FittedModel(posterior, coordinates, {}), records, "p", one_volume(1e4, 40, 0.3), [1e4]),
-        event_columns=False,
-        volume_matters=True,
+        *(fitted_model(posterior, coordinates, {}), records, "p", one_volume(1e4, 40, 0.3), [1e4]),
         seed=0,
     )
     assert given.rising == RisingFriction(share, pytest.approx(2e3), pytest.approx(3e5))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,21 +11,29 @@ import pytest
 from avahazard.effects.catalogue import definition
 from avahazard.effects.site import Site
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.path_hazard import PathHazard, path_hazard
+from avahazard.hazard.path_hazard import (
+    PathHazard,
+    friction_of_volumes,
+    limits_of_sight,
+    path_hazard,
+    rising_friction,
+)
 from avahazard.hazard.path_rows import path_rows
 from avahazard.hazard.scenario import Scenario
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.friction_model import FrictionModel, friction_model
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from tests.hazard.parabola import LAW, TOP_M, observations
+from tests.hazard.parabola import LAW, TOP_M, draws, future, observations
 
 DRAG = definition("turbulent-drag").build({})
+RELEASES = (TOP_M, 2350.0)
 VOLUMES = EventVolumes(np.full(50, 0.3), np.log([1e4, 1e5]), np.full((50, 2), 0.5))
 
 
@@ -39,9 +48,9 @@ def model(scatter: str = "constant") -> FittedModel:
     ]
     if scatter == "volume":
         columns.append(rng.normal(0.0, 1.0, 300))
-    draws = np.column_stack([*columns, drag / DRAG.parameters[0].prior_sd])
+    u = np.column_stack([*columns, drag / DRAG.parameters[0].prior_sd])
     specification = Specification(scatter="volume" if scatter == "volume" else "constant")
-    return FittedModel(Posterior(observations(), specification, (DRAG,)), draws, {})
+    return fitted_model(Posterior(observations(), specification, (DRAG,)), u, {})
 
 
 def records() -> Records:
@@ -53,12 +62,7 @@ def records() -> Records:
 
 
 def build(fitted: FittedModel, volumes: EventVolumes | None = VOLUMES) -> PathHazard:
-    return path_hazard(
-        *(fitted, records(), "p", volumes, [2e4, 5e4]),
-        event_columns=False,
-        volume_matters=True,
-        seed=0,
-    )
+    return path_hazard(fitted, records(), "p", volumes, [2e4, 5e4], seed=0)
 
 
 @pytest.mark.parametrize("scatter", ["constant", "volume"])
@@ -99,7 +103,7 @@ def test_the_block_is_run_once_for_each_group(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(Site, "table", count)
     path = build(fitted)
     path_rows(path, [Scenario("p", 2e4), Scenario("p", 5e4)], 1000, seed=0)
-    assert len(runs) == len(set(runs)) == len(path.avalanches.tables)
+    assert len(runs) == len(set(runs)) == len(path.avalanches.curves)
 
 
 def test_another_process_finds_the_same() -> None:
@@ -120,3 +124,46 @@ def test_nothing_known_of_the_rate_means_no_chances() -> None:
     rows = path_rows(path, [Scenario("p", 2e4), Scenario("p", 5e4)], 1000, seed=0)
     assert all(row.reach is None and row.design is None for row in rows)
     assert path_rows(build(model()), [Scenario("p", 2e4)], 1000, seed=0)[0].reach is not None
+
+
+def law_alone() -> FrictionModel:
+    return friction_model(Specification(), (), speeds=False)
+
+
+def test_every_class_has_the_friction_of_every_volume() -> None:
+    u = draws(0.1, 3)
+    u[:, 0] += [0.0, 0.1, 0.3]
+    volume = np.array([1e4, 5e4, 2e5])
+    location, scatter = friction_of_volumes(law_alone(), future(RELEASES), u, volume)
+    assert location.shape == scatter.shape == (3, 2, 3)
+    expected = u[:, 0, None] - 1e-6 * u[:, 1, None] * volume
+    for k in range(2):
+        np.testing.assert_allclose(location[:, k], expected)
+    np.testing.assert_allclose(scatter, 0.1)
+
+
+def test_friction_rises_in_the_draws_whose_law_does() -> None:
+    u = draws(0.1, 4)
+    u[:, 1] = [2.0, 1.0, -1.0, 3.0]
+    found = rising_friction(law_alone(), future(RELEASES), u, np.log([np.nan, 3e4, 1e4, 2e5]))
+    assert found is not None
+    assert found.share == 0.25
+    assert (found.smallest_m3, found.largest_m3) == pytest.approx((1e4, 2e5))
+
+
+@pytest.mark.parametrize("volumes", [[np.nan, np.nan], [1e4, 1e4, np.nan]])
+def test_volumes_that_are_alike_tell_nothing(volumes: list[float]) -> None:
+    u = draws(0.1, 2)
+    assert rising_friction(law_alone(), future(RELEASES), u, np.log(volumes)) is None
+
+
+def test_the_limit_is_the_path_s_or_the_effect_s() -> None:
+    given, there = observations(RELEASES), future(RELEASES)
+    told = replace(there.site, path=replace(there.site.path, observed_below_m=1200.0))
+    plain = fitted_model(Posterior(given, Specification(), ()), draws(0.1, 2))
+    found = limits_of_sight(plain, replace(there, site=told), ({}, {}))
+    assert found.tolist() == [1200.0, 1200.0]
+    effect = definition("observation-limit").build({"paths": {"p": {"highest_m": 900.0}}})
+    limited = fitted_model(Posterior(given, Specification(), (effect,)), draws(0.1, 2, 0.0))
+    values = ({effect.key: np.array([50.0])}, {effect.key: np.array([1000.0])})
+    np.testing.assert_array_equal(limits_of_sight(limited, there, values), [950.0, np.nan])

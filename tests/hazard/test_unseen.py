@@ -7,14 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.effects.catalogue import definition
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes, with_volumes
 from avahazard.hazard.exceedance import exceeded_runout
-from avahazard.hazard.unseen import LEAST_SEEN, chance_seen, limits_of_sight, with_unseen
-from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.specification import Specification
-from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, observations, stops
+from avahazard.hazard.unseen import LEAST_SEEN, chance_seen, with_unseen
+from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, stops
 
 SIGMA, RATE, N = 0.15, 0.8, 400_000
 LOG_VOLUME = np.log([1e4, 5e4, 2e5])
@@ -75,7 +72,7 @@ def test_a_rate_of_all_avalanches_stays(drawn) -> None:
 def test_some_draws_may_have_a_limit_and_others_none(drawn) -> None:
     k, x = drawn
     given = on_record(k, x > 0.0)
-    groups = replace(given, tables=given.tables * 2, group=np.array([0, 1, 0, 1]))
+    groups = replace(given, curves=given.curves * 2, group=np.array([0, 1, 0, 1]))
     limit = height(float(np.quantile(x[np.isfinite(x)], 0.35)))
     found = with_unseen(groups, np.array([limit, np.nan])).volumes.rate
     np.testing.assert_allclose(found[1::2], given.volumes.rate[1::2])
@@ -96,21 +93,6 @@ def test_with_scatter_in_metres() -> None:
     middle = stops(np.exp(LAW[0] - LAW[1] * np.exp(LOG_VOLUME) * 1e-6), TOP_M)
     limit = float(height(middle[1]))
     assert chance_seen(known, np.array([limit]))[0, 1] == pytest.approx(0.5, abs=0.02)
-
-
-def test_the_limit_is_the_path_s_or_the_effect_s() -> None:
-    given = observations(RELEASES)
-    told = replace(given, limit=np.full(2, 1200.0))
-    assert limits_of_sight(Posterior(told, Specification(), ()), ({}, {})).tolist() == [
-        1200.0,
-        1200.0,
-    ]
-    effect = definition("observation-limit").build({"paths": {"p": {"highest_m": 900.0}}})
-    found = limits_of_sight(
-        Posterior(given, Specification(), (effect,)),
-        ({effect.key: np.array([50.0])}, {effect.key: np.array([1000.0])}),
-    )
-    np.testing.assert_array_equal(found, [950.0, np.nan])
 
 
 def test_more_nodes_are_those_of_the_seen_too() -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Effect
-from avahazard.hazard.path_hazard import PathHazard, hazard_of_classes
+from avahazard.hazard.future_events import FutureEvents
+from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
 from avahazard.hazard.runout_bounds import RunoutBounds
 from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.inference.likelihood.posterior import Posterior
@@ -18,7 +19,7 @@ from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
@@ -53,9 +54,11 @@ def path_of(
     offsets: dict[str, np.ndarray] | None = None,
     method: MethodName = "marginal",
 ) -> PathHazard:
-    posterior = Posterior(observations(*lengths), specification or Specification(), effects)
-    model = FittedModel(posterior, draws, offsets or {}, method)
-    return hazard_of_classes(model, "p", None, [VOLUME], seed=0)
+    given = observations(*lengths)
+    future = FutureEvents(given.sites[0], given.release, given.columns)
+    posterior = Posterior(given, specification or Specification(), effects)
+    model = fitted_model(posterior, draws, offsets or {}, method)
+    return hazard_of_events(model, future, None, [VOLUME], seed=0)
 
 
 def bounds(path: PathHazard, n_draws: int = 40_000) -> RunoutBounds:

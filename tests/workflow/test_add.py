@@ -105,7 +105,7 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
     snow_database: str, tmp_path: Path, snow_world: Path
 ) -> None:
     add(snow_database, "base", ["snow-type"], "built-in")
-    built_in = load_stored(snow_database, "built-in")
+    built_in, _ = load_stored(snow_database, "built-in")
     file = tmp_path / "snow.py"
     facts = built_in.facts["snow-type"]
     text = LEVELS.format(levels=facts["levels"], sd=facts["prior_sd"])
@@ -142,10 +142,10 @@ def test_an_effect_from_a_file_is_as_good_as_one_of_the_catalogue(
 def test_the_child_starts_where_its_parent_is(snow_database: str) -> None:
     """A neutral effect leaves the posterior where it was: the base parameters agree."""
     child = add(snow_database, "base", ["path-section"], "section")
-    parent = load_stored(snow_database, "base")
-    a = parent.result.parameters["a"]
+    parent, _ = load_stored(snow_database, "base")
+    a = parent.calibration.parameters["a"]
     assert child.parameters["a"].mean == pytest.approx(a.mean, abs=4 * a.sd)
-    assert child.seed == parent.result.seed
+    assert child.seed == parent.calibration.seed
     assert np.isfinite(child.comparison.after.elpd_loo)
 
 

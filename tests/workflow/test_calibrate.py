@@ -31,12 +31,12 @@ def test_the_stored_model_is_the_one_that_is_told(my_twin: str) -> None:
         CalibrateRequest(**FEW, seed=3),
         lambda _what, done, total: told.append(done / total),
     )
-    stored = load_stored(my_twin, "m")
-    assert stored.result == found
+    stored, records = load_stored(my_twin, "m")
+    assert stored.calibration == found
     assert stored.paths == FEW_PATHS
-    assert len(stored.records.events) == 173
+    assert len(records.events) == 173
     assert found.n_events == 61
-    u = stored.model.draws
+    u = stored.draws
     assert found.parameters["a"].mean == pytest.approx(np.exp(u[:, 0]).mean())
     assert found.parameters["sigma"].q95 == pytest.approx(np.quantile(np.exp(u[:, 2]), 0.95))
     assert (told[0], told[-1]) == (0.0, 1.0)
@@ -46,10 +46,10 @@ def test_equal_seeds_equal_bits(my_twin: str) -> None:
     short = {**FEW, "draws": 60}
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         calibrate(my_twin, name, CalibrateRequest(**short, seed=seed))
-    a, b, c = (load_stored(my_twin, name) for name in "abc")
-    np.testing.assert_array_equal(a.model.draws, b.model.draws)
-    assert a.result.parameters == b.result.parameters
-    assert not np.array_equal(a.model.draws, c.model.draws)
+    a, b, c = (load_stored(my_twin, name)[0] for name in "abc")
+    np.testing.assert_array_equal(a.draws, b.draws)
+    assert a.calibration.parameters == b.calibration.parameters
+    assert not np.array_equal(a.draws, c.draws)
 
 
 def test_a_run_too_short_is_stored_as_such(my_twin: str) -> None:
@@ -63,16 +63,16 @@ def test_path_offsets_are_told_and_kept(my_twin: str) -> None:
     found = calibrate(my_twin, "m", CalibrateRequest(with_=["path-effect"], chains=2, draws=60))
     offsets = {k for k in found.parameters if k.startswith("path:")}
     assert offsets == {f"path:{p.path_id}" for p in twin_records().paths}
-    stored = load_stored(my_twin, "m")
-    assert stored.model.offsets["scey"].shape == (120,)
-    assert found.parameters["path:scey"].mean == pytest.approx(stored.model.offsets["scey"].mean())
+    stored, _ = load_stored(my_twin, "m")
+    assert stored.offsets["scey"].shape == (120,)
+    assert found.parameters["path:scey"].mean == pytest.approx(stored.offsets["scey"].mean())
     assert found.effects == ("path-effect",)
 
 
 def test_without_centrifugal(my_twin: str) -> None:
     found = calibrate(my_twin, "m", CalibrateRequest(**FEW, without=["centrifugal"]))
     assert found.centrifugal is False
-    assert load_stored(my_twin, "m").specification.centrifugal is False
+    assert load_stored(my_twin, "m")[0].specification.centrifugal is False
     # Curvature loads the bed of these hollow paths: without, more friction is needed.
     base = calibrate(my_twin, "base", CalibrateRequest(**FEW))
     assert found.parameters["a"].mean > base.parameters["a"].mean + 0.02

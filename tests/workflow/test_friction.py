@@ -105,7 +105,7 @@ def test_drag_takes_its_part_of_the_friction(twin_models: str, tmp_path: FilePat
     assert len(pairs) > 20
     assert all(mu < plain for mu, plain in pairs)
     # As the report has it: its points and this table are one.
-    report = apparent_friction(load_stored(twin_models, "drag").model)[0].mu
+    report = apparent_friction(load_stored(twin_models, "drag")[0])[0].mu
     np.testing.assert_array_equal([event.mu or np.nan for event in found.events], report)
     assert "<svg" in picture.read_text(encoding="utf-8")
 

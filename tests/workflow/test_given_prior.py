@@ -32,14 +32,14 @@ def database(twin_database: str, tmp_path: Path) -> str:
 def test_two_normals_make_the_posterior(database: str) -> None:
     """Precisions of the numbers and of the records add up, the weak prior's counted once."""
     calibrate(database, "alone", CalibrateRequest(chains=2, draws=600, paths=["scey"]))
-    alone = load_stored(database, "alone").model.draws[:, :2]
+    alone = load_stored(database, "alone")[0].draws[:, :2]
     mean, sd = float(np.exp(alone[:, 0].mean()) * 1.15), 0.03
     found = calibrate(
         database,
         "told",
         CalibrateRequest(prior={"a": (mean, sd)}, chains=2, draws=600, paths=["scey"]),
     )
-    told = load_stored(database, "told").model.draws[:, :2]
+    told = load_stored(database, "told")[0].draws[:, :2]
     variance = np.log1p((sd / mean) ** 2)
     centre = np.array([np.log(mean) - 0.5 * variance, 0.0])
     weak, new = np.diag([0.5**-2, 0.0]), np.diag([1.0 / variance, 0.0])
@@ -57,10 +57,12 @@ def test_two_normals_make_the_posterior(database: str) -> None:
 def test_it_stays_with_the_model(database: str) -> None:
     numbers = {"a": (0.5, 0.02), "sigma": (0.2, 0.01)}
     calibrate(database, "told", CalibrateRequest(prior=numbers, chains=2, draws=60, paths=["scey"]))
-    stored = load_stored(database, "told")
+    stored, _ = load_stored(database, "told")
     # The report shows the notes of the calibration.
     note = "the prior of a in told is 0.5 ± 0.02, as it was given."
-    assert stored.result.notes.count(note) == show_model(database, "told").notes.count(note) == 1
+    assert (
+        stored.calibration.notes.count(note) == show_model(database, "told").notes.count(note) == 1
+    )
     assert {g.name: (g.mean, g.sd) for g in stored.specification.given} == numbers
     assert rerun(database, "told").identical
     shown = show_model(database, "told")
@@ -87,7 +89,7 @@ def test_a_child_of_another_law_keeps_the_prior_of_the_rest_and_has_its_own_prio
     assert child.prior is None
     assert set(child.given_priors or {}) == {"sigma"}
     # A child has what its parent was given and is its own still.
-    layout = load_stored(database, "child").model.posterior.layout
+    layout = load_stored(database, "child")[0].posterior.layout
     sigma = layout.slots[layout.scatter]
     assert (sigma.mean, sigma.sd) == GivenPrior("sigma", 0.2, 0.05).in_log
     assert [slot.sd for slot in layout.slots[:2]] == list(layout.law.prior_sd[:2])

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from avahazard.effects.site import Site
+from avahazard.hazard import future_events
 from avahazard.hazard.volume_source import VolumeSource
-from avahazard.inference.model import observations
 from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
@@ -104,7 +104,7 @@ def test_tables_and_profiles_are_made_once_for_a_path(
     mine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     counted: Counter[str] = Counter()
-    table, smooth = Site.table, observations.smooth_profile
+    table, smooth = Site.table, future_events.smooth_profile
 
     def count_table(site: Site, cells: Cells) -> RunoutCurve:
         counted[f"table of {site.path.path_id}"] += 1
@@ -115,7 +115,7 @@ def test_tables_and_profiles_are_made_once_for_a_path(
         return smooth(x, y, sigma)
 
     monkeypatch.setattr(Site, "table", count_table)
-    monkeypatch.setattr(observations, "smooth_profile", count_profile)
+    monkeypatch.setattr(future_events, "smooth_profile", count_profile)
     paths = ["nants", "scey"]
     hazard(
         mine, "gibbs", HazardRequest(return_periods=[30.0, 100.0], volumes=[1e4, 1e5], paths=paths)
@@ -149,7 +149,7 @@ def test_the_metropolis_model_scatters_in_metres(mine: str) -> None:
     (row,) = rows_of(mine, "metropolis", volumes=[3e4], paths=["saugy"])
     assert "sigma metres of elevation" in row.interval
     z = row.runout_elevation_m
-    sigma = load_stored(mine, "metropolis").result.parameters["sigma"].mean
+    sigma = load_stored(mine, "metropolis")[0].calibration.parameters["sigma"].mean
     assert z.q95 - z.q05 == pytest.approx(2 * 1.645 * sigma, rel=0.1)
 
 

@@ -16,7 +16,8 @@ from avahazard.records.plain import plain
 from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.store.tables import PathResultTable, PathRunTable
-from avahazard.workflow import hazard_plan, hazard_unit
+from avahazard.workflow import hazard as hazard_module
+from avahazard.workflow import hazard_plan
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard, run_hazard
 from avahazard.workflow.hazard_plan import plan_hazard
@@ -73,15 +74,15 @@ def broken_at(
     monkeypatch: pytest.MonkeyPatch, path_id: str, error: BaseException
 ) -> Callable[[], None]:
     """Let the rows of one path fail; call to mend it."""
-    whole = hazard_unit.path_rows
+    whole = hazard_module.path_rows
 
     def rows(path: Any, *more: Any) -> Any:
         if path.path_id == path_id:
             raise error
         return whole(path, *more)
 
-    monkeypatch.setattr(hazard_unit, "path_rows", rows)
-    return lambda: monkeypatch.setattr(hazard_unit, "path_rows", whole)
+    monkeypatch.setattr(hazard_module, "path_rows", rows)
+    return lambda: monkeypatch.setattr(hazard_module, "path_rows", whole)
 
 
 def counts(database: str) -> tuple[int, int, int]:

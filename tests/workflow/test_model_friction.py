@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -49,7 +49,7 @@ def world(offset: float = 0.0) -> tuple[FittedModel, np.ndarray]:
     draws = np.tile([np.log(0.5), 1.0, np.log(SIGMA), slot], (50, 1))
     posterior = Posterior(build_observations(records), Specification(), (DRAG,))
     offsets = {"p": np.full(50, offset)} if offset else {}
-    return FittedModel(posterior, draws, offsets), np.exp(log_mu)
+    return fitted_model(posterior, draws, offsets), np.exp(log_mu)
 
 
 def inside(model: FittedModel, mu: np.ndarray) -> float:

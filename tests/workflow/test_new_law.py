@@ -15,7 +15,6 @@ from avahazard.workflow.fit import fit_laws
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.path_hazard import ignores_volume
 from tests.criticism.lengths import as_csv, lengths
 from tests.inference.new_law import NAME, halving
 
@@ -46,7 +45,7 @@ def test_one_without_volume_gives_one_runout_for_all_volumes(
     same = replace(LAWS["constant"], name="even", uses_volume=uses_volume)
     monkeypatch.setitem(LAWS, "even", same)
     calibrate(database_with_law, "m", CalibrateRequest(law="even", chains=2, draws=50))
-    assert ignores_volume(load_stored(database_with_law, "m")) == ignored
+    assert load_stored(database_with_law, "m")[0].ignores_volume == ignored
 
 
 @pytest.mark.parametrize("method", ["gibbs", "metropolis"])

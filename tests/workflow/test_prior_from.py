@@ -37,7 +37,7 @@ def database(with_source: str, tmp_path: Path) -> str:
 
 
 def law_of(database: str, name: str) -> np.ndarray:
-    return load_stored(database, name).model.draws[:, :2]
+    return load_stored(database, name)[0].draws[:, :2]
 
 
 def test_what_two_paths_say_adds_up(database: str) -> None:
@@ -63,7 +63,7 @@ def test_what_two_paths_say_adds_up(database: str) -> None:
     sd = np.sqrt(np.diag(covariance))
     assert np.abs(both.mean(axis=0) - mean) == pytest.approx(0.0, abs=0.4 * sd.max())
     np.testing.assert_allclose(both.std(axis=0), sd, rtol=0.25)
-    again = load_stored(database, "both").specification.prior
+    again = load_stored(database, "both")[0].specification.prior
     assert again is not None
     assert again.source == "elsewhere"
     assert rerun(database, "both").identical

@@ -119,7 +119,7 @@ def test_from_the_database(database: str) -> None:
 @pytest.mark.parametrize(("name", "law"), [("plain", "exponential"), ("gibbs", "exponential")])
 def test_friction_is_the_median_over_the_posterior(twin_models: str, name: str, law: str) -> None:
     found = run_model(twin_models, "scey", name, volume_m3=2e4)
-    model = load_stored(twin_models, name).model
+    model = load_stored(twin_models, name)[0]
     u = model.draws[:, :2]
     expected = np.median(np.exp(LAWS[law].log_friction(u, np.array([2e4]))))
     assert found.mu == pytest.approx(expected, rel=1e-12)
@@ -133,7 +133,7 @@ def test_friction_is_the_median_over_the_posterior(twin_models: str, name: str, 
 
 def test_normal_friction_without_centrifugal(twin_models: str) -> None:
     found = run_model(twin_models, "scey", "normal", volume_m3=2e4)
-    model = load_stored(twin_models, "normal").model
+    model = load_stored(twin_models, "normal")[0]
     natural = LAWS["power"].to_natural(model.draws[:, :2])
     assert found.mu == pytest.approx(np.median(natural[:, 0] * 2e4 ** -natural[:, 1]))
     # Without the load of curvature the block runs further at the same friction.
@@ -142,7 +142,7 @@ def test_normal_friction_without_centrifugal(twin_models: str) -> None:
 
 
 def test_a_path_has_its_own_friction(twin_models: str) -> None:
-    model = load_stored(twin_models, "paths").model
+    model = load_stored(twin_models, "paths")[0]
     base = np.exp(model.draws[:, 0] - model.draws[:, 1] * 0.02)
     for path_id in ("scey", "saugy"):
         found = run_model(twin_models, path_id, "paths", volume_m3=2e4)

@@ -25,7 +25,7 @@ def heavier_tails(model: FittedModel) -> float | None:
     at their best for either; effects and spreads of groups stay as calibrated, so that it is a
     little less than that of the models fitted in full, and takes a fraction of their time.
     """
-    if model.method != "marginal" or model.specification.tails != "normal":
+    if not model.knows_errors or model.specification.tails != "normal":
         return None
     posterior = model.posterior
     grids = {slot.name: slot.grid for slot in posterior.layout.slots if slot.grid}

@@ -50,7 +50,7 @@ def paths_differ(model: FittedModel) -> PathsDiffer | None:
     columns = model.observations.columns
     n_paths = len(np.unique(columns.path_index[columns.path_index >= 0]))
     entry = _definition()
-    if model.method != "marginal" or n_paths < 2 or model.specification.has(entry):
+    if not model.knows_errors or n_paths < 2 or model.specification.has(entry):
         return None
     wider = _with_spread(model, entry)
     layout = wider.layout

@@ -21,7 +21,7 @@ from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Refit:
         if plan:
             mode = self.posterior.offsets(self.mode.u).mode
             offsets = {name: mode[[k]] for k, name in enumerate(plan.names)}
-        return FittedModel(self.posterior, self.mode.u[None], offsets)
+        return fitted_model(self.posterior, self.mode.u[None], offsets)
 
 
 def refit(

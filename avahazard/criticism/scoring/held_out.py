@@ -21,7 +21,7 @@ from avahazard.engine import spread_map
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Comparison, GroupError
@@ -159,7 +159,7 @@ def _predict_left_out(
     rest = posterior.restricted(~out)
     fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, key_of(out), around), RECORD_DRAWS)
     rng = generator(0, "held out records", key_of(out))
-    fitted = FittedModel(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
+    fitted = fitted_model(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
     records = expected_records(fitted, RECORD_DRAWS, rng)
     log_density = mean_log_density(rest, fit, out)
     return HeldOutPredictions(log_density, records, matched_speeds(fitted, rng))

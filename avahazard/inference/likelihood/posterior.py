@@ -99,13 +99,6 @@ class Posterior:
         part._keep = keep
         return part
 
-    def bare(self) -> Posterior:
-        """The same without tables and designs: small, to be put on other events."""
-        other = copy(self)
-        for made in ("nodes", "of_events", "_covariate"):
-            other.__dict__.pop(made, None)
-        return other
-
     def regridded(self, grids: Grids) -> Posterior:
         """The same posterior with other grids, and so ranges, of parameters by name."""
         other = copy(self)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, FrontEffect, RecordErrorEffect, ShiftEffect, of_kind
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.block_runs import BlockRuns, JumpedStop, Values, run_blocks
@@ -65,22 +66,11 @@ def predict_records(
     x[nowhere] = y[nowhere] = np.nan
     status[nowhere] = STOPPED
     runs = run_blocks(observations, effects, values, curvature) if runs is None else runs
-    advance = front_ahead(observations, effects, values)
+    advance = front_ahead(observations.columns, effects, values)
     for k, site in enumerate(observations.sites):
         mine = np.flatnonzero(observations.columns.path_index == k)
-        table = runs.tables[k]
-        left = table.left[observations.release[mine]]
-        # What left the profile passed its end at least.
-        x[mine] = np.where(left, site.smooth.x_max, table.x[observations.release[mine]])
-        y[mine] = np.where(left, site.end_y, table.y[observations.release[mine]])
-        status[mine] = table.status[observations.release[mine]]
-        ahead = mine[advance[mine] != 0.0]
-        if len(ahead):
-            front = _ahead(site, x[ahead], advance[ahead])
-            # The front may have passed the end of the profile where the block did not.
-            status[ahead] = np.where(front > site.smooth.x_max, LEFT_PROFILE, status[ahead])
-            x[ahead] = np.minimum(front, site.smooth.x_max)
-            y[ahead] = site.smooth.height(x[ahead])
+        front = fronts(site, runs.tables[k][observations.release[mine]], advance[mine])
+        x[mine], y[mine], status[mine] = front.x, front.y, front.status
     raised = raised_by(observations, effects, values)
     y += raised[:, None]
     record = _recorded(observations, x, y)
@@ -146,12 +136,30 @@ def raised_by(observations: Observations, effects: tuple[Effect, ...], values: V
     return total
 
 
-def front_ahead(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
+def front_ahead(columns: EventColumns, effects: tuple[Effect, ...], values: Values) -> Floats:
     """Metres `[n_events]` along the path by which the records are ahead of the block."""
-    total = np.zeros(observations.n_events)
+    total = np.zeros(len(columns))
     for effect in of_kind(effects, FrontEffect):
-        total = total + effect.advance(observations.columns, values[effect.key])
+        total = total + effect.advance(columns, values[effect.key])
     return total
+
+
+def fronts(site: Site, block: RunoutCurve, advance: Floats) -> RunoutCurve:
+    """Where fronts stop that are `advance` `[n_rows]` (m) ahead of the block `[n_rows, …]`.
+
+    What left the profile passed its end at least, and is there.
+    """
+    x = np.where(block.left, site.smooth.x_max, block.x)
+    y = np.where(block.left, site.end_y, block.y)
+    status = block.status.copy()
+    ahead = advance != 0.0
+    if ahead.any():
+        front = _ahead(site, x[ahead], advance[ahead])
+        # The front may have passed the end of the profile where the block did not.
+        status[ahead] = np.where(front > site.smooth.x_max, LEFT_PROFILE, status[ahead])
+        x[ahead] = np.minimum(front, site.smooth.x_max)
+        y[ahead] = site.smooth.height(x[ahead])
+    return RunoutCurve(x, y, status)
 
 
 def _ahead(site: Site, x: Floats, distance: Floats) -> Floats:

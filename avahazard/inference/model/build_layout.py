@@ -15,6 +15,7 @@ from avahazard.inference.model.layout import (
     MOST_WRONG,
     TRACK_GRID,
     TRACK_SCATTER,
+    TRACK_SLOT,
     WRONG_SHARE,
     Grids,
     Layout,
@@ -84,7 +85,7 @@ def build_layout(
         track_scatter = len(slots)
         slots.append(
             Slot(
-                "log track sigma",
+                TRACK_SLOT,
                 "",
                 float(np.log(TRACK_SCATTER)),
                 1.0,

@@ -2,9 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Mapping
+from typing import Literal, NamedTuple
 
 ScatterName = Literal["constant", "volume"]
 DistributionName = Literal["lognormal", "normal"]
 TailsName = Literal["normal", "student"]
 MethodName = Literal["marginal", "metropolis", "gibbs"]
+
+
+class Method(NamedTuple):
+    """What a method of calibration is to the rest of the program.
+
+    `n_draws`: draws of each chain where the user names none. `knows_errors`: it accounts for the
+    errors of records, and so has a likelihood in which effects can be tested. `in_metres`: what
+    scatters is the stop's elevation, not friction.
+    """
+
+    n_draws: int
+    knows_errors: bool = False
+    in_metres: bool = False
+
+
+# The draws of the marginal method are nearly independent.
+METHODS: Mapping[str, Method] = {
+    "marginal": Method(1000, knows_errors=True),
+    "metropolis": Method(5000, in_metres=True),
+    "gibbs": Method(5000),
+}
+DEFAULT_METHOD: MethodName = "marginal"

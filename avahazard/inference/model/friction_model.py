@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.columns import EventColumns
+from avahazard.effects.columns import NO_EVENTS, EventColumns
 from avahazard.effects.effect import Effect, FrictionEffect, GroupEffect, of_kind
 from avahazard.inference.model.build_layout import build_layout
 from avahazard.inference.model.friction_scatter import (
@@ -59,6 +59,11 @@ class FrictionModel:
             shifts.append((place, effect.design(columns) * scales))
         return EventFriction(shifts, offset_plan(self.effects, columns))
 
+    @property
+    def lasting(self) -> tuple[bool, ...]:
+        """Of each grouping, whether what is to come has the same groups, as of paths."""
+        return offset_plan(self.effects, NO_EVENTS).lasting
+
     def line_covariate(self, volume: Floats) -> Floats | None:
         """What log μ is a line in at volumes (m3), `[n_events, n_volumes]`; None for other laws."""
         law = self.layout.law
@@ -91,8 +96,8 @@ class FrictionModel:
         Its winter or storm is none that is known: that, too, is in its scatter. `u` is
         `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
         """
-        shifts, plan = self.of_events(columns)
-        passing = ~np.array(plan.lasting, dtype=np.bool_)
+        shifts, _ = self.of_events(columns)
+        passing = ~np.array(self.lasting, dtype=np.bool_)
         own = np.sum(self.layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
         # Events that differ in nothing that friction knows are taken once.
         rows = np.column_stack([volume, *(design for _, design in shifts)])

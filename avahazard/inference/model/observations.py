@@ -83,7 +83,7 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     others, here or in `prior`, metres.
     """
     events = records.events
-    _require_one_scale(events, prior)
+    require_one_scale(events, prior)
     paths = {p.path_id: p for p in records.paths}
     profiles = {p.path_id: p for p in records.profiles}
     used = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
@@ -112,19 +112,6 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     return _arranged(records, prior, tuple(sites), release, elevation)
 
 
-def observations_without_ground(records: Records) -> Observations:
-    """Arrange the records without the ground of their paths, for a model of others than these.
-
-    It has no sites, no speeds, and nothing that follows from places on a profile: where blocks
-    start, and what the error of that is. Raises `AvahazardError` as `build_observations` does, but
-    asks for no profiles.
-    """
-    _require_one_scale(records.events, None)
-    n = len(records.events)
-    nowhere = np.zeros(n, dtype=np.int64), np.full(n, np.nan)
-    return _arranged(replace(records, speeds=()), None, (), *nowhere)
-
-
 def require_profiles(lacking: Iterable[str]) -> None:
     """Raise `AvahazardError` where paths lack the profile that their events need."""
     names = ", ".join(lacking)
@@ -135,7 +122,8 @@ def require_profiles(lacking: Iterable[str]) -> None:
         )
 
 
-def _require_one_scale(events: Sequence[Event], prior: Observations | None) -> None:
+def require_one_scale(events: Sequence[Event], prior: Observations | None = None) -> None:
+    """Raise `AvahazardError` where there are no events, or some have H/L alone, others metres."""
     if not events:
         raise AvahazardError(
             "There are no events to work on.", "Import some: avahazard import FOLDER."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -31,20 +30,14 @@ def part_of(observations: Observations, events: Ints) -> Observations:
         told = {f.name: rows(getattr(record, f.name)) for f in fields(record) if f.init}
         return replace(record, **{**told, **own})
 
-    def each(columns: Mapping[str, Any]) -> dict[str, Any]:
-        return {name: rows(column) for name, column in columns.items()}
-
     columns, volumes = observations.columns, observations.volumes
     part: Observations = of(
         observations,
         sites=tuple(observations.sites[k] for k in known),
-        columns=of(
-            columns,
-            event_id=tuple(columns.event_id[i] for i in events),
+        columns=replace(
+            columns.at(events),
             paths=tuple(columns.paths[k] for k in known),
             path_index=np.where(path >= 0, np.searchsorted(known, path), -1),
-            numbers=each(columns.numbers),
-            texts=each(columns.texts),
         ),
         volumes=of(
             volumes,

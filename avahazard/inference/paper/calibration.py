@@ -5,6 +5,8 @@ Both use the stops as recorded and the volumes as exact, and no measured speeds.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +20,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis
-from avahazard.inference.prediction.fitted_model import fitted_model
-from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model, in_slots
 from avahazard.inference.samplers.chains import Chains
 from avahazard.message import message
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
@@ -38,7 +39,7 @@ NO_SPEEDS = message("method {method} does not use measured speeds.")
 
 def check_method(method: MethodName, specification: Specification) -> None:
     """Raise `AvahazardError` where `method` cannot do what the specification asks."""
-    if method == "marginal":
+    if method not in FORMS:
         return
     asked = {
         "a scatter that changes with volume": specification.scatter != BASE.scatter,
@@ -65,7 +66,7 @@ def calibrate_paper(
     n_chains: int,
     n_draws: int,
     seed: int,
-) -> Calibrated:
+) -> FittedModel:
     """Draw from the posterior of `method` metropolis or gibbs.
 
     Metropolis: σ is the scatter of recorded elevations, in metres, about F(μ(V)). Gibbs: σ is
@@ -123,10 +124,10 @@ def calibrate_paper(
         notes.append(NO_SPEEDS.format(method=method))
     posterior = assemble(observations, specification, {})
     slots = (*chosen.coordinates, "log sigma")
-    model = fitted_model(posterior, slots, _coordinates(chosen, chains), {}, method)
+    draws = in_slots(posterior.layout, slots, _coordinates(chosen, chains))
     # Volumes are exact to these methods.
-    model = model.on(observations)
-    return Calibrated(model, {}, chains, int(np.sum(keep)), left_out, tuple(notes))
+    model = fitted_model(posterior, draws, method=method).on(observations)
+    return replace(model, sampled=chains, left_out=left_out, notes=tuple(notes))
 
 
 def recorded_elevation(observations: Observations) -> Floats:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.model.friction_scatter import draws, friction, volume_share
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.message import message
@@ -116,7 +115,7 @@ def extrapolation(model: FittedModel, path_id: str | None, volume_m3: float) -> 
     Friction is drawn from the posterior, with its scatter and the path's offset; effects that
     look at columns of the event are at their reference.
     """
-    columns = model.observations.columns
+    columns = model.columns
     volume = np.exp(columns.log_volume)
     mine = np.zeros(len(volume), dtype=np.bool_)
     if path_id in columns.paths:
@@ -135,22 +134,18 @@ def extrapolation(model: FittedModel, path_id: str | None, volume_m3: float) -> 
 
 def _frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Floats:
     """Draws of friction `[n_draws]`; of its middle alone where the stop scatters, not friction."""
-    layout, u = model.posterior.layout, model.draws
-    at = np.array([volume_m3])
-    middle = layout.law.log_friction(u[:, : len(layout.law.coordinates)], at)[:, 0]
+    friction, u = model.friction, model.draws
+    location, scatter = friction.location_and_scatter(u, np.array([[volume_m3]]))
     rng = generator(0, "extrapolation")
-    tau = layout.spread_values(u)
-    for g, lasting in enumerate(model.posterior.plan.lasting):
+    tau = model.layout.spread_values(u)
+    shift = np.zeros(len(u))
+    for g, lasting in enumerate(friction.lasting):
         known = model.offsets.get(path_id or "") if lasting else None
-        middle = middle + (tau[:, g] * rng.standard_normal(len(u)) if known is None else known)
+        shift = shift + (tau[:, g] * rng.standard_normal(len(u)) if known is None else known)
+    middle = friction.shifted(location[:, 0, 0], shift)
     if model.sigma_m is not None:
-        return np.asarray(np.exp(middle))
-    log_sigma = u[:, layout.scatter].copy()
-    if layout.scatter_slope is not None:
-        log_sigma -= u[:, layout.scatter_slope] * volume_share(at, layout.reference_volume)
-    z = draws(rng, len(u), model.specification.tails == "student")
-    location = middle if layout.log_scatter else np.exp(middle)
-    return friction(location, np.exp(log_sigma) * z, layout.log_scatter)
+        return np.exp(middle) if model.layout.log_scatter else middle
+    return friction.draw(middle, scatter[:, 0, 0], rng)
 
 
 def _largest(volume: Floats) -> float | None:

@@ -1,61 +1,148 @@
-"""A fitted model: its posterior over some events, and the draws of its parameters."""
+"""A fitted model: what it is made of, and draws of its parameters. The one holder of a fit."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.effects.site import Site
+from avahazard.inference.likelihood.block_runs import Values, resistance_of
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.choices import MethodName
+from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS, MethodName
+from avahazard.inference.model.friction_model import FrictionModel
+from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes
+from avahazard.inference.samplers.chains import Chains
+from avahazard.physics.resistance import Resistance
+from avahazard.results.calibration import Calibration
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class FittedModel:
-    """A model on the events of `posterior`, with draws of its parameters, all chains in a row.
+    """A model with draws of its parameters, all chains in a row.
 
-    `draws` `[n_draws, n_slots]` are coordinates in the order of the posterior's layout; `offsets`
-    `[n_draws]` are those of log friction by group (path, winter, storm), for the groups that it
-    was fitted on. What scatters is friction, but for the method metropolis the stop's elevation.
+    `definitions`, `facts` and `effects` are those of its effects. `draws` `[n_draws, n_slots]` are
+    coordinates in the order of `friction.layout`; `offsets` `[n_draws]` are those of log friction
+    by group (path, winter, storm), for the groups that it was fitted on. What scatters is
+    friction, but for the method metropolis the stop's elevation.
+
+    `columns` describe the events that it is of, those of its calibration unless it was put on
+    others; `posterior` is their likelihood, where that is at hand.
+
+    Of a calibration: `sampled`, the chains of the parameters that people read, the number of
+    events that the method cannot use by reason (`left_out`), and sentences for people (`notes`).
+    Of a stored model: its calibration as it was told (`stored`), the `paths` that it was calibrated
+    on (none: all), the `version` of the program that made it, and whether the records have changed
+    since.
     """
 
-    posterior: Posterior
+    specification: Specification
+    effects: tuple[Effect, ...]
+    friction: FrictionModel
+    columns: EventColumns
     draws: Floats
     offsets: Mapping[str, Floats]
-    method: MethodName = "marginal"
+    method: MethodName = DEFAULT_METHOD
+    definitions: tuple[Definition, ...] = ()
+    facts: dict[str, Facts] = field(default_factory=dict)
+    likelihood: Posterior | None = None
+    sampled: Chains | None = None
+    left_out: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    stored: Calibration | None = None
+    paths: tuple[str, ...] = ()
+    version: str | None = None
+    records_changed: bool = False
+
+    @property
+    def posterior(self) -> Posterior:
+        """The likelihood of the events, and the posterior by it."""
+        assert self.likelihood is not None, "the model has not been put on observations"
+        return self.likelihood
 
     @property
     def observations(self) -> Observations:
-        """The events that the model is applied to."""
+        """The events that the model is of, as the likelihood has them."""
         return self.posterior.observations
 
     @property
-    def specification(self) -> Specification:
-        """What the model is made of."""
-        return self.posterior.specification
+    def chains(self) -> Chains:
+        """The chains of a model that has just been calibrated."""
+        assert self.sampled is not None, "the model comes from elsewhere than a sampler"
+        return self.sampled
+
+    @property
+    def calibration(self) -> Calibration:
+        """What is stored of its calibration."""
+        assert self.stored is not None, "the model is not stored"
+        return self.stored
+
+    @property
+    def name(self) -> str:
+        """The name under which it is stored."""
+        return self.calibration.model
+
+    @property
+    def n_events(self) -> int:
+        """Number of events that it was calibrated on."""
+        return len(self.columns) - sum(self.left_out.values())
+
+    @property
+    def layout(self) -> Layout:
+        """Its coordinates."""
+        return self.friction.layout
 
     @property
     def sigma_m(self) -> Floats | None:
         """Scatter of the stop's elevation in metres `[n_draws]`; None where friction scatters."""
-        if self.method != "metropolis":
+        if not METHODS[self.method].in_metres:
             return None
-        return np.asarray(np.exp(self.draws[:, self.posterior.layout.scatter]))
+        return np.asarray(np.exp(self.draws[:, self.layout.scatter]))
+
+    @property
+    def knows_errors(self) -> bool:
+        """Whether it accounts for the errors of records, and so has a likelihood to test in."""
+        return METHODS[self.method].knows_errors
+
+    @property
+    def takes_event_columns(self) -> bool:
+        """Whether friction or front depends on columns of the event itself."""
+        return any(entry.event_columns for entry in self.definitions)
+
+    @property
+    def ignores_volume(self) -> bool:
+        """Whether every volume has the same runout."""
+        return (
+            not self.layout.law.uses_volume
+            and self.specification.scatter == "constant"
+            and not any(entry.uses_volume for entry in self.definitions)
+        )
 
     def on(self, observations: Observations) -> FittedModel:
-        """The same model and draws on other events."""
-        if self.method != "marginal":
+        """The same model and draws on other events. The paper's methods take volumes as exact."""
+        if not self.knows_errors:
             observations = replace(observations, volumes=exact_volumes(observations))
-        layout = self.posterior.layout
-        grids = {slot.name: slot.grid for slot in layout.slots if slot.grid}
-        posterior = Posterior(observations, self.specification, self.posterior.effects, grids)
-        slots = [slot.name for slot in layout.slots]
-        return fitted_model(posterior, slots, self.draws, self.offsets, self.method)
+        grids = {slot.name: slot.grid for slot in self.layout.slots if slot.grid}
+        posterior = Posterior(observations, self.specification, self.effects, grids)
+        return replace(
+            self,
+            friction=posterior.friction,
+            columns=observations.columns,
+            draws=in_slots(posterior.layout, [s.name for s in self.layout.slots], self.draws),
+            likelihood=posterior,
+        )
+
+    def resistance(self, site: Site, values: Values) -> Resistance:
+        """The resistance on a site with the model's effects at these values."""
+        return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
 
     def evenly(self, n: int) -> NDArray[np.int64]:
         """Indices `[n]` of draws, evenly over all of them."""
@@ -69,7 +156,7 @@ class FittedModel:
         plan = self.posterior.plan
         if not plan:
             return None
-        tau = self.posterior.layout.spread_values(self.draws)
+        tau = self.layout.spread_values(self.draws)
         columns = [
             self.offsets[name]
             if name in self.offsets
@@ -78,16 +165,21 @@ class FittedModel:
         ]
         return np.column_stack(columns) if columns else np.empty((len(tau), 0))
 
-    def median_friction(self, volume: Floats) -> Floats:
+    def median_friction(self, volume: Floats, columns: EventColumns | None = None) -> Floats:
         """Posterior median `[n_events]` of the median friction of each event.
 
-        `volume` (m3) `[n_events]` is exact; a group that the model has not seen has no offset.
+        Of the events of `columns`, by default the model's own; `volume` (m3) `[n_events]` is
+        exact. A group that the model has not seen has no offset.
         """
-        location = self.posterior.location_and_scatter
-        median = np.array([location(u, volume[:, None])[0][:, 0] for u in self.draws])
-        if self.posterior.layout.log_scatter:
+        friction = self.friction
+        events = friction.of_events(self.columns if columns is None else columns)
+        at = volume[:, None]
+        median = np.array(
+            [friction.location_and_scatter(u, at, events)[0][:, 0] for u in self.draws]
+        )
+        if self.layout.log_scatter:
             median = np.exp(median)
-        plan = self.posterior.plan
+        plan = events.plan
         if plan:
             none = np.zeros(len(self.draws))
             known = np.column_stack([self.offsets.get(name, none) for name in plan.names])
@@ -97,22 +189,36 @@ class FittedModel:
 
 def fitted_model(
     posterior: Posterior,
-    slots: Sequence[str],
     draws: Floats,
-    offsets: Mapping[str, Floats],
-    method: MethodName = "marginal",
+    offsets: Mapping[str, Floats] | None = None,
+    method: MethodName = DEFAULT_METHOD,
 ) -> FittedModel:
-    """A model from draws `[n_draws, n_slots]` whose columns are named by `slots`.
+    """A model on the events of `posterior`, from draws `[n_draws, n_slots]` of its coordinates."""
+    return FittedModel(
+        specification=posterior.specification,
+        effects=posterior.effects,
+        friction=posterior.friction,
+        columns=posterior.observations.columns,
+        draws=draws,
+        offsets=offsets or {},
+        method=method,
+        likelihood=posterior,
+    )
+
+
+def in_slots(layout: Layout, slots: Sequence[str], draws: Floats) -> Floats:
+    """Draws `[n_draws, n_slots]` in the order of a layout; their columns are named by `slots`.
 
     Events with speeds have a slot for their scatter that those without have not; where the model
     was fitted without, it stays at the mean of its prior.
     """
     place = {slot: k for k, slot in enumerate(slots)}
-    columns = [
-        draws[:, place[slot.name]] if slot.name in place else np.full(len(draws), slot.mean)
-        for slot in posterior.layout.slots
-    ]
-    return FittedModel(posterior, np.column_stack(columns), offsets, method)
+    return np.column_stack(
+        [
+            draws[:, place[slot.name]] if slot.name in place else np.full(len(draws), slot.mean)
+            for slot in layout.slots
+        ]
+    )
 
 
 def exact_volumes(observations: Observations) -> VolumeNodes:

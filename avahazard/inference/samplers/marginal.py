@@ -7,7 +7,7 @@ warm-up only, by each chain's own draws.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.fitting.refinement import continued, settled, sharpened
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.samplers.convergence import ESS_LIMIT
 from avahazard.inference.samplers.walk import Proposal, dispersed_state, walk
@@ -27,29 +28,6 @@ MAX_ROUNDS = 4
 WARM_UP_ROUNDS = 3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sample:
-    """Draws of the coordinates `[n_chains, n_draws, n_slots]` and what is read from them.
-
-    `chains` holds the readable parameters with their diagnostics; `offsets` are draws of the
-    offsets of groups `[n_chains, n_draws, n_offsets]`, None without groups. `posterior` is the
-    one that was sampled, with grids fit to it.
-    """
-
-    coordinates: Floats
-    chains: Chains
-    mode: Mode
-    offsets: Floats | None
-    posterior: Posterior
-
-    def offsets_by_group(self) -> dict[str, Floats]:
-        """Draws of the offsets `[n_chains * n_draws]` by group; none without groups."""
-        if self.offsets is None:
-            return {}
-        names = self.posterior.plan.names
-        return {name: self.offsets[..., k].ravel() for k, name in enumerate(names)}
-
-
 def sample(
     posterior: Posterior,
     *,
@@ -58,12 +36,13 @@ def sample(
     seed: int = 0,
     start: Floats | None = None,
     progress: Callable[[float], None] = lambda _share: None,
-) -> Sample:
+) -> FittedModel:
     """Draw from the posterior with several chains from dispersed starts.
 
     Where the chains have not converged, what they found so far reshapes the proposals and they
     run on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept. Of
     fewer draws than `ESS_LIMIT` in all, which never pass, there is one round.
+    The model that is returned has the posterior that was sampled, with grids fit to it.
     `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
     Equal seeds give equal draws.
     """
@@ -71,7 +50,7 @@ def sample(
     fine, mode = sharpened(posterior, mode)
     found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
     # Never back to the grids before: they are held against exact tables at the mode alone.
-    while (wider := continued(fine, posterior, found.coordinates)) is not None:
+    while (wider := continued(fine, posterior, found.draws)) is not None:
         fine, mode = settled(wider, find_mode(wider, mode.u))
         found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
     return found
@@ -84,7 +63,7 @@ def _rounds(
     n_draws: int,
     seed: int,
     progress: Callable[[float], None],
-) -> Sample:
+) -> FittedModel:
     """Warm up every chain, then rounds of draws until they have converged."""
     warm_up = max(100, n_draws // 4)
     done, first = WARM_UP_ROUNDS * KEEP_EVERY * warm_up, KEEP_EVERY * n_draws
@@ -109,8 +88,8 @@ def _rounds(
         if drawn.diagnostics.converged:
             break
         proposals = [_following(draws.reshape(-1, draws.shape[2]), mode)] * n_chains
-    offsets = _offset_draws(posterior, draws, seed) if posterior.plan else None
-    return Sample(draws, drawn, mode, offsets, posterior)
+    flat = draws.reshape(-1, draws.shape[2])
+    return replace(fitted_model(posterior, flat, _offsets(posterior, draws, seed)), sampled=drawn)
 
 
 def _read(posterior: Posterior, draws: Floats, acceptance: Floats) -> Chains:
@@ -133,15 +112,18 @@ def _following(draws: Floats, mode: Mode) -> Proposal:
     return Proposal(draws.mean(axis=0), share * found + (1.0 - share) * mode.covariance)
 
 
-def _offset_draws(posterior: Posterior, draws: Floats, seed: int) -> Floats:
-    """Offsets for every draw, from their (nearly normal) conditional distribution."""
+def _offsets(posterior: Posterior, draws: Floats, seed: int) -> dict[str, Floats]:
+    """Offsets by group, each `[n_chains * n_draws]`, from their (nearly normal) distribution.
+
+    That is the conditional one given the draws `[n_chains, n_draws, n_slots]`.
+    """
+    if not posterior.plan:
+        return {}
     result = np.empty((*draws.shape[:2], len(posterior.plan.names)))
     for c in range(draws.shape[0]):
         rng = generator(seed, "offsets", c)
         for k in range(draws.shape[1]):
-            if k and np.array_equal(draws[c, k], draws[c, k - 1]):
-                pass
-            else:
+            if not (k and np.array_equal(draws[c, k], draws[c, k - 1])):
                 offsets = posterior.offsets(draws[c, k])
             result[c, k] = offsets.draw(rng)
-    return result
+    return {name: result[..., k].ravel() for k, name in enumerate(posterior.plan.names)}

@@ -5,19 +5,24 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
 from avahazard.engine import spread_map
+from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.fingerprint import Fingerprint
 from avahazard.records.lookup import of_path
 from avahazard.records.plain import plain
 from avahazard.results.base import Report
+from avahazard.results.calibration import Calibration
 from avahazard.store.records import PATHS_AT_ONCE, load_paths
 from avahazard.store.results import (
     PathResult,
+    RunKind,
     any_found,
     begin_run,
     drop_run,
@@ -25,13 +30,54 @@ from avahazard.store.results import (
     save_paths,
 )
 from avahazard.store.session import reading, writing
-from avahazard.workflow.stored.path_unit import PathShared, PathTask, PathWork, path_answer
-from avahazard.workflow.stored.region_fit import RegionFit
+from avahazard.workflow.stored.survey import Survey
 
 BATCH = 50
 """Paths that are stored together, at most."""
 BATCH_S = 10.0
 """Seconds of work that an interruption may lose, about."""
+
+
+FAILURES = (ArithmeticError, ValueError, LookupError)
+"""What ends the work on one path only, besides `AvahazardError`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathTask:
+    """A path as one unit of work: its own records only, and their digest when the work began."""
+
+    position: int
+    path_id: str
+    records: Records
+    digest: bytes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathAnswer:
+    """The documents of a path, and notes for people that are in none of them."""
+
+    documents: Sequence[object]
+    notes: tuple[str, ...] = ()
+
+
+Answer = Callable[[PathTask], PathAnswer]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathWork:
+    """What is done on every one of the paths `path_ids` by a stored model, by `answer(task)`.
+
+    `survey` is of the records of the database; `settings` are all that the result hangs on besides
+    the model and the records.
+    """
+
+    kind: RunKind
+    what: str
+    answer: Answer
+    model: Calibration
+    survey: Survey
+    path_ids: list[str]
+    settings: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +95,7 @@ def went_on(run: PathRun) -> str:
 
 
 def path_tasks(
-    database: str, stored: RegionFit, path_ids: Sequence[str], done: Collection[str] = ()
+    database: str, survey: Survey, path_ids: Sequence[str], done: Collection[str] = ()
 ) -> Iterator[PathTask]:
     """A task for each path that is not done; records are read as the tasks are taken."""
     left = [(k, path_id) for k, path_id in enumerate(path_ids) if path_id not in done]
@@ -58,30 +104,24 @@ def path_tasks(
         with reading(database) as session:
             records = load_paths(session, [path_id for _, path_id in piece])
         for position, path_id in piece:
-            digest = stored.survey.digests[path_id]
+            digest = survey.digests[path_id]
             yield PathTask(position, path_id, of_path(records, path_id), digest)
 
 
-def run_paths(
-    database: str,
-    stored: RegionFit,
-    path_ids: Sequence[str],
-    work: PathWork[Any],
-    report: Report,
-) -> PathRun:
+def run_paths(database: str, work: PathWork, report: Report) -> PathRun:
     """Do the work on the paths and store it in batches, going on where it was interrupted.
 
     A path that fails is stored with its reason. Raises `AvahazardError`, that of the first, where
     all paths do; nothing is then kept. It is raised too where somebody has changed the records of a
     path meanwhile.
     """
-    key, settings = _settings(stored, path_ids, work)
+    key, settings = _settings(work)
     with writing(database) as session:
-        run, done = begin_run(session, work.kind, stored.name, key, settings)
+        run, done = begin_run(session, work.kind, work.model.model, key, settings)
     first_failure: AvahazardError | None = None
     waiting: list[PathResult] = []
     stored_at = time.monotonic()
-    for found in _results(database, stored, path_ids, done, work, report):
+    for found in _results(database, work, done, report):
         if found.failed is not None and first_failure is None:
             first_failure = AvahazardError(found.failed, found.hint)
         waiting.append(found)
@@ -98,41 +138,60 @@ def run_paths(
             first_failure = None
     if first_failure is not None:
         raise first_failure
-    return PathRun(run, len(path_ids), len(done))
+    return PathRun(run, len(work.path_ids), len(done))
 
 
-def run_key(stored: RegionFit, path_ids: Sequence[str], work: PathWork[Any]) -> str:
+def run_key(work: PathWork) -> str:
     """The key of all that the results hang on."""
-    return _settings(stored, path_ids, work)[0]
+    return _settings(work)[0]
 
 
-def _settings(
-    stored: RegionFit, path_ids: Sequence[str], work: PathWork[Any]
-) -> tuple[str, dict[str, Any]]:
+def _settings(work: PathWork) -> tuple[str, dict[str, Any]]:
     """The key of all that the results hang on, and what of it is told."""
     told = {
         **plain(work.settings),
-        "data_fingerprint": stored.survey.fingerprint,
+        "data_fingerprint": work.survey.fingerprint,
         "avahazard": version("avahazard"),
     }
-    whole = {**told, "paths": list(path_ids), "model": plain(stored.result)}
+    whole = {**told, "paths": work.path_ids, "model": plain(work.model)}
     text = json.dumps(whole, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest(), told
 
 
 def _results(
-    database: str,
-    stored: RegionFit,
-    path_ids: Sequence[str],
-    done: Collection[str],
-    work: PathWork[Any],
-    report: Report,
+    database: str, work: PathWork, done: Collection[str], report: Report
 ) -> Iterator[PathResult]:
     """The results of the paths that are not done yet, as they come."""
-    tasks = path_tasks(database, stored, path_ids, done)
-    began, n = time.monotonic(), len(path_ids)
+    tasks = path_tasks(database, work.survey, work.path_ids, done)
+    shared = work.answer, work.survey.others
+    began, n = time.monotonic(), len(work.path_ids)
     report(work.what, float(len(done)), n)
-    for k, found in enumerate(spread_map(path_answer, PathShared.of(stored, work), tasks), 1):
+    for k, found in enumerate(spread_map(path_answer, shared, tasks), 1):
         yield found
         rate, there = k / max(time.monotonic() - began, 1e-9), len(done) + k
         report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", float(there), n)
+
+
+def path_answer(shared: tuple[Answer, tuple[Event, ...]], task: PathTask) -> PathResult:
+    """The result of a path, or why it failed; `shared` are what is done and the survey's `others`.
+
+    Raises `AvahazardError` where somebody has changed its records since the work began.
+    """
+    answer, others = shared
+    own = task.records
+    # Here, where many do it, and not by who gives out the work.
+    if Fingerprint().add(own) != task.digest:
+        raise AvahazardError(
+            f"The records of path {task.path_id} have been changed since this began.",
+            "Give the same command again: it takes the records as they are now.",
+        )
+    task = replace(task, records=replace(own, events=own.events or others))
+    try:
+        found = answer(task)
+    except AvahazardError as error:
+        return PathResult(task.position, task.path_id, failed=error.message, hint=error.hint)
+    except FAILURES as error:
+        reason = f"{type(error).__name__} on path {task.path_id}: {error}"
+        return PathResult(task.position, task.path_id, failed=reason)
+    documents = tuple(plain(document) for document in found.documents)
+    return PathResult(task.position, task.path_id, documents, found.notes)

@@ -11,7 +11,6 @@ from avahazard.criticism.diagnosis.heavier_tails import heavier_tails
 from avahazard.criticism.diagnosis.nuisances import HEAVY_TAILS
 from avahazard.criticism.diagnosis.paths_differ import WORTH_A_NOTE, paths_differ
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.fingerprint import data_fingerprint
@@ -44,10 +43,10 @@ NOT_CONVERGED = message(
 
 
 def calibration_result(
-    found: Calibrated, name: str, records: Records, *, seed: int, parent: str | None = None
+    found: FittedModel, name: str, records: Records, *, seed: int, parent: str | None = None
 ) -> Calibration:
     """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
-    specification, chains = found.model.specification, found.chains
+    specification, chains = found.specification, found.chains
     n_chains, n_draws = chains.draws.shape[:2]
     checks = chains.diagnostics
     notes = list(found.notes)
@@ -58,12 +57,12 @@ def calibration_result(
                 ess=f"{min(checks.ess_bulk_min, checks.ess_tail_min):.0f}",
             )
         )
-    dominated = prior_dominated(found.model)
-    given, prior = _given_told(found), _prior_told(found.model)
+    dominated = prior_dominated(found)
+    given, prior = _given_told(found), _prior_told(found)
     notes += prior_notes(name, given, prior, dominated)
     of_records = (
-        *record_notes(records, found.model.observations.sites),
-        *volume_notes(found.model, name),
+        *record_notes(records, found.observations.sites),
+        *volume_notes(found, name),
     )
     notes += of_records
     spread = _path_spread(found)
@@ -77,10 +76,10 @@ def calibration_result(
         distribution=specification.distribution,
         tails=specification.tails,
         centrifugal=specification.centrifugal,
-        method=found.model.method,
+        method=found.method,
         effects=specification.effects,
         n_events=found.n_events,
-        left_out=found.left_out,
+        left_out=dict(found.left_out),
         parameters={key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
         diagnostics=Convergence(
             rhat_max=float(checks.rhat_max) if np.isfinite(checks.rhat_max) else None,
@@ -106,32 +105,32 @@ def calibration_result(
 
 def _prior_told(model: FittedModel) -> PriorTold | None:
     """Where the prior of the law comes from, and what it was, by coordinate."""
-    prior, law = model.specification.prior, model.posterior.layout.law
+    prior, law = model.specification.prior, model.layout.law
     if prior is None:
         return None
     each = zip(law.coordinates, prior.mean, prior.sd.tolist(), strict=True)
     return PriorTold(prior.source, {name: PriorCoordinate(m, s) for name, m, s in each})
 
 
-def _given_told(found: Calibrated) -> dict[str, GivenTold]:
+def _given_told(found: FittedModel) -> dict[str, GivenTold]:
     """The priors that were given as numbers, with the units of their parameters."""
     units = dict(zip(found.chains.names, found.chains.units, strict=True))
-    given = found.model.specification.given
+    given = found.specification.given
     return {g.name: GivenTold(g.mean, g.sd, units[g.name]) for g in given}
 
 
-def _path_spread(found: Calibrated) -> PathSpread | None:
+def _path_spread(found: FittedModel) -> PathSpread | None:
     """The spread between paths that the model lacks, where the records speak for one."""
-    differ = paths_differ(found.model)
+    differ = paths_differ(found)
     if differ is None or differ.evidence < WORTH_A_NOTE:
         return None
     effect = None if differ.lacking else differ.effect
     return PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
 
 
-def _heavier_tails(found: Calibrated) -> HeavierTails | None:
+def _heavier_tails(found: FittedModel) -> HeavierTails | None:
     """What heavy tails would gain, where the records ask for them."""
-    gain = heavier_tails(found.model)
+    gain = heavier_tails(found)
     return None if gain is None or gain <= HEAVY_TAILS else HeavierTails(gain)
 
 
@@ -139,9 +138,9 @@ def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:
     """The parameters that the records hardly narrow, by their coordinate."""
     from scipy.stats import truncnorm  # noqa: PLC0415 (slow)
 
-    layout = model.posterior.layout
+    layout = model.layout
     # The paper's methods have a σ of their own.
-    n_slots = len(layout.slots) if model.method == "marginal" else len(layout.law.coordinates)
+    n_slots = len(layout.slots) if model.knows_errors else len(layout.law.coordinates)
     found = {}
     for k, slot in enumerate(layout.slots[:n_slots]):
         prior = truncnorm(*slot.bounds, loc=slot.mean, scale=slot.sd)
@@ -154,15 +153,15 @@ def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:
     return found
 
 
-def _all_draws(found: Calibrated) -> Iterator[tuple[str, Floats, str]]:
+def _all_draws(found: FittedModel) -> Iterator[tuple[str, Floats, str]]:
     """Name, draws and unit of every parameter, offsets of paths last."""
     for k, (name, unit) in enumerate(zip(found.chains.names, found.chains.units, strict=True)):
         yield name, found.chains.draws[..., k].ravel(), unit
-    plan = found.model.posterior.plan
+    plan = found.posterior.plan
     for name, told, g in zip(plan.names, plan.told, plan.of, strict=True):
         # Winters and storms are past: their spread is what matters.
-        if plan.lasting[g] and name in found.model.offsets:
-            yield told, found.model.offsets[name], "log friction"
+        if plan.lasting[g] and name in found.offsets:
+            yield told, found.offsets[name], "log friction"
 
 
 def summary(draws: Floats, unit: str) -> ParameterSummary:

@@ -1,60 +1,50 @@
-"""Calibrated models in and out of the database."""
+"""Fitted models in and out of the database: the one record of a fit."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Definition, Facts
+from avahazard.effects.columns import NO_EVENTS, build_columns
+from avahazard.effects.effect import Definition
 from avahazard.inference.fitting.refinement import refined_grids
-from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.friction_model import friction_model
+from avahazard.inference.model.given_prior import GivenPrior
+from avahazard.inference.model.law_prior import prior_from_document
+from avahazard.inference.model.layout import TRACK_SLOT, Grids
+from avahazard.inference.model.observations import (
+    build_observations,
+    require_one_scale,
+    require_profiles,
+)
+from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel, in_slots
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
-from avahazard.records.lookup import only_paths
+from avahazard.records.lookup import only_paths, unknown_path
 from avahazard.results.calibration import Calibration
-from avahazard.store.models import save_model
-from avahazard.store.records import load_records
+from avahazard.store.models import StoredModel, load_model, save_model
+from avahazard.store.records import load_records, load_without_profiles
 from avahazard.store.results import latest_calibration, load_draws, save_calibration
 from avahazard.store.session import Session, reading
 from avahazard.workflow.provenance import surroundings
-from avahazard.workflow.stored.fit import COORDINATE, OFFSET, Fit, load_kept
+from avahazard.workflow.stored.survey import Survey, any_events, fingerprint_of, survey
 
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class StoredFit(Fit):
-    """A stored model, fitted to the records that it was calibrated on as they are now.
-
-    `records` are all of the database, `training` those of the calibration: on `paths`, none: all.
-    """
-
-    parent: str | None
-    facts: dict[str, Facts]
-    paths: tuple[str, ...]
-    records: Records
-    training: Records
-
-    def on(self, events: Sequence[Event]) -> FittedModel:
-        """The model on other events of the database's paths.
-
-        Their volumes are read in the light of those that it was calibrated on.
-        """
-        records = Records(self.records.paths, self.records.profiles, tuple(events))
-        return self.model.on(build_observations(records, self.model.observations))
-
-    @property
-    def records_changed(self) -> bool:
-        """Whether the records are others than the model was calibrated on."""
-        return data_fingerprint(self.training) != self.fingerprint
+COORDINATE, OFFSET = "coordinate:", "offset:"
+"""How the draws of coordinates and path offsets are told from readable ones in the store."""
 
 
 def save_calibrated(
     session: Session,
-    found: Calibrated,
+    model: FittedModel,
     result: Calibration,
     *,
     paths: tuple[str, ...] = (),
@@ -67,14 +57,15 @@ def save_calibrated(
     parent that is not there.
     """
     name, document = result.model, result.to_dict()
-    model, by_chain = found.model, found.chains.draws.shape[:2]
-    slots = [slot.name for slot in model.posterior.layout.slots]
-    draws = {key: found.chains.draws[..., k] for k, key in enumerate(found.chains.names)}
+    chains = model.chains
+    by_chain = chains.draws.shape[:2]
+    slots = [slot.name for slot in model.layout.slots]
+    draws = {key: chains.draws[..., k] for k, key in enumerate(chains.names)}
     draws |= {f"{COORDINATE}{s}": model.draws[:, k].reshape(by_chain) for k, s in enumerate(slots)}
     draws |= {f"{OFFSET}{path}": v.reshape(by_chain) for path, v in model.offsets.items()}
     specification = {
         "specification": asdict(model.specification),
-        "facts": found.facts,
+        "facts": model.facts,
         "method": model.method,
         "paths": paths,
         "grids": refined_grids(model.posterior),
@@ -99,30 +90,67 @@ def save_calibrated(
     )
 
 
-def load_stored(database: str, name: str, own: Sequence[Definition] = ()) -> StoredFit:
-    """The model `name` with the records of the database, all of one moment.
+def load_stored(
+    database: str, name: str, own: Sequence[Definition] = ()
+) -> tuple[FittedModel, Records]:
+    """The model `name` on the records of its calibration, and all records of the database.
 
-    `own` are the effects of the user's file, which is never run from the database. Raises
-    `AvahazardError` where there is no such model, its own effects are not given, or there is
-    nothing left of the records that it was calibrated on.
+    All of one moment. `own` are the effects of the user's file, which is never run from the
+    database. Raises `AvahazardError` where there is no such model, its own effects are not given,
+    or there is nothing left of the records that it was calibrated on.
     """
     with reading(database) as session:
-        kept = load_kept(session, name, own)
+        model, grids = _load(session, name, own)
         records = load_records(session)
-    training = only_paths(records, kept.paths)
-    return StoredFit(
-        name=name,
-        parent=kept.parent,
-        model=kept.on(build_observations(training)),
-        facts=kept.facts,
-        paths=kept.paths,
-        own=kept.own,
-        fingerprint=kept.fingerprint,
-        result=kept.result,
-        records=records,
-        training=training,
-        version=kept.version,
+    training = only_paths(records, model.paths)
+    observations = build_observations(training)
+    posterior = Posterior(observations, model.specification, model.effects, grids)
+    slots = [slot.name for slot in model.layout.slots]
+    fitted = replace(
+        model,
+        friction=posterior.friction,
+        columns=observations.columns,
+        draws=in_slots(posterior.layout, slots, model.draws),
+        likelihood=posterior,
+        records_changed=data_fingerprint(training) != model.calibration.data_fingerprint,
     )
+    # The paper's methods take volumes as exact.
+    return fitted if model.knows_errors else fitted.on(observations), records
+
+
+def load_for_paths(
+    database: str, name: str, own: Sequence[Definition] = ()
+) -> tuple[FittedModel, Survey]:
+    """The model `name` for work path by path, without the records of the region in memory.
+
+    It has the columns of its events, and no likelihood. Raises as `load_stored`.
+    """
+    with reading(database) as session:
+        model, _ = _load(session, name, own)
+        found = survey(session)
+        for path_id in model.paths:
+            if path_id not in found.digests:
+                raise unknown_path(path_id, list(found.digests))
+        training = only_paths(load_without_profiles(session, model.paths), model.paths)
+        today = fingerprint_of(session, model.paths) if model.paths else found.fingerprint
+        if model.takes_event_columns:
+            found = replace(found, others=any_events(session))
+    require_one_scale(training.events)
+    used = dict.fromkeys(e.path_id for e in training.events if e.path_id is not None)
+    require_profiles(path_id for path_id in used if path_id not in found.with_profile)
+    paths = {path.path_id: path for path in training.paths}
+    columns = build_columns(training.events, paths, np.full(len(training.events), np.nan))
+    changed = today != model.calibration.data_fingerprint
+    return replace(model, columns=columns, records_changed=changed), found
+
+
+def on_events(model: FittedModel, records: Records, events: Sequence[Event]) -> FittedModel:
+    """A loaded model on other events of the database's paths.
+
+    Their volumes are read in the light of those that it was calibrated on.
+    """
+    there = Records(records.paths, records.profiles, tuple(events))
+    return model.on(build_observations(there, model.observations))
 
 
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
@@ -133,10 +161,69 @@ def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
     return {key: draws[key] for key in calibration.result["parameters"] if key in draws}
 
 
-def require_unchanged(stored: StoredFit) -> None:
+def require_unchanged(model: FittedModel) -> None:
     """Raise `AvahazardError` where the records have changed since the calibration."""
-    if stored.records_changed:
+    if model.records_changed:
         raise AvahazardError(
-            f"The records have changed since {stored.name} was calibrated.",
+            f"The records have changed since {model.name} was calibrated.",
             "Calibrate it again under another name: avahazard calibrate NAME.",
         )
+
+
+def version_of(settings: Mapping[str, Any]) -> str | None:
+    """The version of the program that made a calibration; None where it was not kept."""
+    versions: dict[str, str] = (settings.get("made_with") or {}).get("versions", {})
+    return versions.get("avahazard")
+
+
+def _load(session: Session, name: str, own: Sequence[Definition]) -> tuple[FittedModel, Grids]:
+    """What is stored of a model, on no events yet, and its refined grids."""
+    stored = load_model(session, name)
+    calibration = latest_calibration(session, name)
+    kept = stored.specification
+    fields = kept["specification"]
+    specification = Specification(
+        **{
+            **fields,
+            "effects": tuple(fields["effects"]),
+            "prior": prior_from_document(fields.get("prior")),
+            "given": tuple(GivenPrior(**told) for told in fields.get("given", ())),
+        }
+    )
+    _require_own(stored, specification, own)
+    effects = build_effects(specification, kept["facts"], own)
+    grids = {key: tuple(grid) for key, grid in kept["grids"].items()}
+    slots = kept["slots"]
+    friction = friction_model(specification, effects, grids, speeds=TRACK_SLOT in slots)
+    draws = {key: v.ravel() for key, v in load_draws(session, calibration.id).items()}
+    u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
+    model = FittedModel(
+        specification=specification,
+        effects=effects,
+        friction=friction,
+        columns=NO_EVENTS,
+        draws=in_slots(friction.layout, slots, u),
+        offsets={k.removeprefix(OFFSET): v for k, v in draws.items() if k.startswith(OFFSET)},
+        method=kept["method"],
+        definitions=definitions_of(specification, own),
+        facts=kept["facts"],
+        stored=Calibration.from_dict(calibration.result),
+        paths=tuple(kept["paths"]),
+        version=version_of(calibration.settings),
+    )
+    return model, grids
+
+
+def _require_own(
+    model: StoredModel, specification: Specification, own: Sequence[Definition]
+) -> None:
+    for key in specification.effects:
+        try:
+            find_definition(key, own)
+        except AvahazardError as error:
+            if model.effect_file is None:
+                raise
+            raise AvahazardError(
+                f"The model {model.name} has the effect '{key}' from its user's file.",
+                "Name that file again: --effect-file FILE. It is never run from the database.",
+            ) from error

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 import avahazard
 from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.inference.model.given_prior import GIVEN
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.message import message
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -26,9 +27,7 @@ from avahazard.results.calibration import (
 from avahazard.store.models import load_model
 from avahazard.store.results import latest_calibration
 from avahazard.store.session import Session
-from avahazard.workflow.stored.fit import version_of
-from avahazard.workflow.stored.model import StoredFit
-from avahazard.workflow.stored.region_fit import RegionFit
+from avahazard.workflow.stored.model import version_of
 
 FEW_ONE = message("{model} stands on 1 event only.")
 FEW = message("{model} stands on {n} events only.")
@@ -45,9 +44,9 @@ FEW_EVENTS = 10
 """Events under which a model is one of its priors, whatever the chains say."""
 
 
-def notes_of_fit(stored: StoredFit | RegionFit) -> tuple[str, ...]:
+def notes_of_fit(model: FittedModel) -> tuple[str, ...]:
     """The notes on a model that is loaded."""
-    return model_notes(stored.result, stored.records_changed, stored.version)
+    return model_notes(model.calibration, model.records_changed, model.version)
 
 
 def notes_of(session: Session, name: str, records: Records) -> tuple[str, ...]:

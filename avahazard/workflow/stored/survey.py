@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avahazard.hazard.classes_to_come import MAX_CLASSES
 from avahazard.hazard.frequencies import KnownVolumes
+from avahazard.hazard.future_events import MAX_CLASSES
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import Fingerprint
-from avahazard.records.lookup import of_path
+from avahazard.records.lookup import of_path, paths_to_run
 from avahazard.store.records import PATHS_AT_ONCE, load_by_pieces, load_events, load_paths
 from avahazard.store.session import Session
 
@@ -22,13 +22,19 @@ class Survey:
     """What is held of the records of a database: their fingerprint, and of each path little.
 
     `digests` has all paths, in the order in which they were imported, with what tells whether
-    their records have changed; `with_profile` those that have one.
+    their records have changed; `with_profile` those that have one. `others` stand for the events
+    of a path without any, where a model takes columns of the event.
     """
 
     fingerprint: str
     digests: Mapping[str, bytes]
     with_profile: frozenset[str]
     volumes: KnownVolumes
+    others: tuple[Event, ...] = ()
+
+    def paths_to_run(self, named: Sequence[str]) -> list[str]:
+        """The paths that are named, or all with a profile. Raises as `lookup.paths_to_run`."""
+        return paths_to_run(list(self.digests), self.with_profile, named)
 
 
 def survey(session: Session) -> Survey:
@@ -56,7 +62,7 @@ def fingerprint_of(session: Session, path_ids: Sequence[str]) -> str:
 
 
 def any_events(session: Session) -> tuple[Event, ...]:
-    """Those of all paths that stand for the events of a path without any (`classes_to_come`)."""
+    """Those of all paths that stand for the events of a path without any (`future_events`)."""
     n = sum(event.path_id is not None for event in load_events(session))
     kept = set(np.linspace(0, n - 1, min(n, MAX_CLASSES)).round().astype(int).tolist())
     there = (event for event in load_events(session) if event.path_id is not None)

@@ -35,7 +35,7 @@ def wild(n_wrong: int) -> Records:
 def test_the_gain_is_about_that_of_the_full_fits(n_wrong: int) -> None:
     given = build_observations(wild(n_wrong))
     calibrated = calibrate_model(given, PLAIN, {}, n_draws=60, n_chains=2)
-    found = heavier_tails(calibrated.model)
+    found = heavier_tails(calibrated)
     assert found is not None
     full = [refit(given, replace(PLAIN, tails=t), {}) for t in ("normal", "student")]  # type: ignore[arg-type]
     expected = full[1].log_likelihood - full[0].log_likelihood
@@ -54,4 +54,4 @@ def test_the_gain_is_about_that_of_the_full_fits(n_wrong: int) -> None:
 def test_a_model_that_knows_them_is_not_told() -> None:
     given = build_observations(wild(4))
     knows = calibrate_model(given, replace(PLAIN, tails="student"), {}, n_draws=60, n_chains=2)
-    assert heavier_tails(knows.model) is None
+    assert heavier_tails(knows) is None

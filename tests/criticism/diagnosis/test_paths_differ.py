@@ -9,8 +9,8 @@ from avahazard.criticism.diagnosis.refits import refit
 from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrate import calibrate_model
-from avahazard.inference.samplers.calibrated import Calibrated
 from avahazard.records.collection import Records
 from avahazard.synth.making import make_world
 from avahazard.workflow.stored.calibration import calibration_result
@@ -21,7 +21,7 @@ def _world(seed: int, strength: float) -> Observations:
     return build_observations(make_world(seed, 90, 6, effects)[0])
 
 
-def _model(given: Observations, *effects: str) -> Calibrated:
+def _model(given: Observations, *effects: str) -> FittedModel:
     specification, facts = with_effects(given, Specification(), effects)
     return calibrate_model(given, specification, facts, n_draws=60, n_chains=2)
 
@@ -30,7 +30,7 @@ def _model(given: Observations, *effects: str) -> Calibrated:
 def test_the_evidence_is_about_that_of_the_full_fits(seed: int, strength: float) -> None:
     given = _world(seed, strength)
     calibrated = _model(given)
-    found = paths_differ(calibrated.model)
+    found = paths_differ(calibrated)
     assert found is not None
     base = refit(given, Specification(), {})
     full = refit(given, base.specification, base.facts, (found.effect,), (), base)
@@ -51,4 +51,4 @@ def test_the_evidence_is_about_that_of_the_full_fits(seed: int, strength: float)
 
 def test_a_model_that_knows_them_is_not_told() -> None:
     given = _world(1, 1.0)
-    assert paths_differ(_model(given, "path-effect").model) is None
+    assert paths_differ(_model(given, "path-effect")) is None

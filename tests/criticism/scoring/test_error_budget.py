@@ -18,7 +18,7 @@ from avahazard.criticism.scoring.expected import expected_records
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.samplers.calibrate import calibrate_model
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
@@ -67,7 +67,7 @@ def test_each_part_is_what_it_is_in_the_world() -> None:
     records, exact = straight(1500, 1)
     model = posterior(build_observations(records))
     u = at(model)
-    budget = error_budget(FittedModel(model, u[None], {}), np.random.default_rng(2))
+    budget = error_budget(fitted_model(model, u[None], {}), np.random.default_rng(2))
     observed = np.array([e.runout_length_m for e in records.events])
     # Natural scatter, as drawn: the variance of 400/mu at the law's friction.
     natural = exact * np.exp(0.5 * SCATTER**2) * np.sqrt(np.expm1(SCATTER**2))
@@ -109,7 +109,7 @@ def test_an_exact_law_without_scatter_reaches_the_floor() -> None:
     )
     model = posterior(build_observations(replace(events, events=seen)))
     u = near(model, **{"log a": np.log(A), "n in 1e-6/m3": 1.0, "log sigma": -3.7})
-    fitted = FittedModel(model, u[None], {})
+    fitted = fitted_model(model, u[None], {})
     budget = error_budget(fitted, np.random.default_rng(0))
     observed = model.observations.observed
     predicted = np.array(
@@ -128,9 +128,9 @@ def test_parameters_and_paths_count_and_all_parts_add_up() -> None:
     model = posterior(build_observations(records))
     rng = np.random.default_rng(0)
     u = np.array([at(model) for _ in range(300)])
-    sure = error_budget(FittedModel(model, u, {}), np.random.default_rng(1))
+    sure = error_budget(fitted_model(model, u, {}), np.random.default_rng(1))
     u[:, 0] += 0.05 * rng.standard_normal(300)
-    unsure = error_budget(FittedModel(model, u, {}), np.random.default_rng(1))
+    unsure = error_budget(fitted_model(model, u, {}), np.random.default_rng(1))
     length = np.array([e.runout_length_m for e in records.events])
     assert np.all(sure.parameters < 1e-9)
     assert rms(unsure.parameters) == pytest.approx(0.05 * rms(length**2), rel=0.15)
@@ -158,7 +158,7 @@ def test_parameters_of_a_calibration_count_as_least_squares_has_them() -> None:
     found = calibrate_model(
         build_observations(Records(events=events)), Specification(), {}, n_chains=2, n_draws=1500
     )
-    budget = error_budget(found.model, np.random.default_rng(7))
+    budget = error_budget(found, np.random.default_rng(7))
     design = np.column_stack([np.ones(n), -volume * 1e-6])
     fit, rest, *_ = np.linalg.lstsq(design, log_mu, rcond=None)
     # The variance of the residuals is not known: the constants are Student's.
@@ -176,7 +176,7 @@ def test_what_left_its_profile_has_no_error_of_its_record() -> None:
         Event("left", "P0", left_profile=True, volume_m3=1e4),
     )
     model = posterior(build_observations(Records((Path("P0"),), (profile(0),), events)))
-    budget = error_budget(FittedModel(model, near(model)[None], {}), np.random.default_rng(0))
+    budget = error_budget(fitted_model(model, near(model)[None], {}), np.random.default_rng(0))
     assert budget.record.tolist() == [SIGMA_M**2, 0.0]
 
 
@@ -215,7 +215,7 @@ def test_misstated_errors_count_as_they_are() -> None:
         u[model.layout.places[key]] = np.log(factor) / model.layout.slots[-1].scale
         budgets, draws = [], []
         for fitted, coordinates in ((model, u), (told, at(told))):
-            whole = FittedModel(fitted, coordinates[None], {})
+            whole = fitted_model(fitted, coordinates[None], {})
             budgets.append(error_budget(whole, np.random.default_rng(10)))
             draws.append(expected_records(whole, 50, np.random.default_rng(11)))
         for part in ("record", "volume", "scatter"):

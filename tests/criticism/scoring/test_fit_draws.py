@@ -39,7 +39,7 @@ def test_near_draws_of_the_whole_it_follows_bends_and_bounds() -> None:
     """Drag and friction stand in for each other along a bent ridge that ends at drag 0."""
     posterior, mode = fitted(slopes(n_paths=3, n_each=8), "turbulent-drag")
     rest = posterior.restricted(np.arange(24) >= 6)
-    around = sample(posterior, n_chains=2, n_draws=800).coordinates.reshape(-1, 3)
+    around = sample(posterior, n_chains=2, n_draws=800).draws
     axes = [
         mode.u[0] + np.linspace(-0.7, 0.5, 40),
         mode.u[1] + np.linspace(-1.2, 1.1, 25),

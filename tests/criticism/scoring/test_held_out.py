@@ -22,7 +22,7 @@ from avahazard.criticism.scoring.held_out import (
     offsets_by_group,
 )
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.results.base import Rows
 from avahazard.results.comparison import (
     BudgetPart,
@@ -113,7 +113,7 @@ def test_predictions_are_of_the_fit_without_them() -> None:
     records = with_speeds(slopes(n_paths=3))
     posterior, mode = fitted(records)
     groups = choose_groups(posterior.observations).groups
-    model = FittedModel(posterior, draws_about(mode), {})
+    model = fitted_model(posterior, draws_about(mode), {})
     shares: list[float] = []
     found = held_out_predictions(model, groups, shares.append)
     assert shares == pytest.approx([1 / 3, 2 / 3, 1.0])
@@ -134,7 +134,7 @@ def test_predictions_are_of_the_fit_without_them() -> None:
 def test_held_out_records_are_calibrated() -> None:
     posterior, mode = fitted(straight(200))
     groups = choose_groups(posterior.observations).groups
-    found = held_out_predictions(FittedModel(posterior, draws_about(mode), {}), groups).records
+    found = held_out_predictions(fitted_model(posterior, draws_about(mode), {}), groups).records
     rank = np.mean(found.draws < found.observed[:, None], axis=1)
     inside = np.mean(np.abs(rank - 0.5) < 0.45)
     assert abs(inside - 0.9) < 3.0 * np.sqrt(0.09 / 200)

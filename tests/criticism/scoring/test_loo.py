@@ -10,15 +10,15 @@ import pytest
 from avahazard.criticism.scoring import loo
 from avahazard.criticism.scoring.held_out import left_out_log_density
 from avahazard.criticism.scoring.loo import leave_one_out, smoothed_loo
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.samplers.marginal import sample
 from tests.criticism.studies import draws_about, fitted, straight
 
 
 def test_it_agrees_with_refits() -> None:
     posterior, mode = fitted(straight(20))
-    drawn = sample(posterior, n_chains=2, n_draws=500).coordinates.reshape(-1, 2)
-    found = leave_one_out(FittedModel(posterior, drawn, {}))
+    drawn = sample(posterior, n_chains=2, n_draws=500).draws
+    found = leave_one_out(fitted_model(posterior, drawn, {}))
     truth = np.array(
         [left_out_log_density(posterior, np.arange(20) == i, mode, drawn)[i] for i in range(20)]
     )
@@ -35,7 +35,7 @@ def test_a_record_that_rules_the_fit_is_refitted() -> None:
     posterior, mode = fitted(
         replace(records, events=(*records.events[:3], wild, *records.events[4:]))
     )
-    found = leave_one_out(FittedModel(posterior, draws_about(mode, 1000), {}))
+    found = leave_one_out(fitted_model(posterior, draws_about(mode, 1000), {}))
     assert found.pareto_k[3] > 0.7
     assert (found.n_bad, found.n_refitted) == (np.sum(found.pareto_k > 0.7),) * 2
     # The truth by quadrature over both parameters.
@@ -77,4 +77,4 @@ def test_events_in_parts_are_smoothed_as_together(monkeypatch: pytest.MonkeyPatc
 
 def test_one_event_has_no_standard_error() -> None:
     posterior, mode = fitted(straight(1))
-    assert leave_one_out(FittedModel(posterior, draws_about(mode), {})).se is None
+    assert leave_one_out(fitted_model(posterior, draws_about(mode), {})).se is None

@@ -14,7 +14,7 @@ from avahazard.criticism.scoring.error_budget import (
     unexplained,
 )
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path
@@ -58,7 +58,7 @@ def test_every_part_is_what_it_is_in_the_world_and_they_add_up() -> None:
     records = Records((Path("P0"),), (GROUND,), events)
     model = posterior(build_observations(records))
     u = near(model, **{"log a": np.log(A), "n in 1e-6/m3": SLOPE, "log sigma": np.log(SCATTER)})
-    fitted = FittedModel(model, u[None], {})
+    fitted = fitted_model(model, u[None], {})
     budget = error_budget(fitted, np.random.default_rng(2))
     exact = stops(right, law)
     middle = A * np.exp(-SLOPE * np.exp(model.observations.volumes.mean) * 1e-6)

@@ -16,7 +16,7 @@ from avahazard.criticism.scoring.speed_misfit import (
     speed_misfit,
 )
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_curve import MU
 from avahazard.records.event import Speed
@@ -28,7 +28,7 @@ def test_friction_is_that_of_the_stop() -> None:
     posterior, mode = fitted(with_speeds(slopes(n_paths=1, n_each=12)))
     u = np.repeat(mode.u[None, :], 30, axis=0)
     u[:, posterior.layout.track_scatter] = posterior.layout.slots[-1].low
-    found = matched_speeds(FittedModel(posterior, u, {}), np.random.default_rng(1))
+    found = matched_speeds(fitted_model(posterior, u, {}), np.random.default_rng(1))
     assert found is not None
     table = posterior.nodes.predicted_at(mode.u)
     mu = np.interp(posterior.observations.observed[0], table.record[0], MU)
@@ -44,8 +44,8 @@ def test_a_measured_speed_does_not_fit_itself() -> None:
     fast, _ = fitted(with_speeds(slopes(n_paths=1, n_each=12), 30.0))
     u = draws_about(mode, 100)
     u = np.clip(u, slow.layout.low, slow.layout.high)
-    one = matched_speeds(FittedModel(slow, u, {}), np.random.default_rng(2))
-    other = matched_speeds(FittedModel(fast, u, {}), np.random.default_rng(2))
+    one = matched_speeds(fitted_model(slow, u, {}), np.random.default_rng(2))
+    other = matched_speeds(fitted_model(fast, u, {}), np.random.default_rng(2))
     assert one is not None
     assert other is not None
     np.testing.assert_array_equal(one.draws, other.draws)
@@ -57,8 +57,8 @@ def test_an_event_that_left_ran_faster() -> None:
     stopped, mode = fitted(with_speeds(records))
     left, _ = fitted(with_speeds(with_left(records)))
     u = np.repeat(mode.u[None, :], 30, axis=0)
-    one = matched_speeds(FittedModel(stopped, u, {}), np.random.default_rng(3))
-    other = matched_speeds(FittedModel(left, u, {}), np.random.default_rng(3))
+    one = matched_speeds(fitted_model(stopped, u, {}), np.random.default_rng(3))
+    other = matched_speeds(fitted_model(left, u, {}), np.random.default_rng(3))
     assert one is not None
     assert other is not None
     assert other.draws[2].mean() > one.draws[2].mean()
@@ -67,7 +67,7 @@ def test_an_event_that_left_ran_faster() -> None:
 def test_none_without_tracks() -> None:
     posterior, mode = fitted(slopes())
     rng = np.random.default_rng(4)
-    assert matched_speeds(FittedModel(posterior, draws_about(mode), {}), rng) is None
+    assert matched_speeds(fitted_model(posterior, draws_about(mode), {}), rng) is None
 
 
 def test_force_of_a_coulomb_block_on_a_slope() -> None:
@@ -94,7 +94,7 @@ def test_force_of_a_coulomb_block_on_a_slope() -> None:
 def test_misfit_by_place_and_by_predicted_speed() -> None:
     posterior, mode = fitted(with_speeds(slopes(n_paths=1, n_each=12)))
     u = np.clip(draws_about(mode, 50), posterior.layout.low, posterior.layout.high)
-    found = matched_speeds(FittedModel(posterior, u, {}), np.random.default_rng(5))
+    found = matched_speeds(fitted_model(posterior, u, {}), np.random.default_rng(5))
     assert found is not None
     rows = speed_misfit(posterior.observations, found)
     assert {row.axis for row in rows} == {"place_along_path", "predicted_speed_m_s"}

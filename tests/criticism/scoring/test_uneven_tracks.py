@@ -15,7 +15,7 @@ from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from tests.criticism.studies import draws_about, fitted
 from tests.criticism.uneven_tracks import made
 
@@ -43,7 +43,7 @@ def test_friction_that_is_even_has_next_to_none() -> None:
 def test_intervals_hold_the_speeds_of_avalanches_not_seen(uneven: float) -> None:
     posterior, mode = fit(uneven)
     u = np.clip(draws_about(mode, 100), posterior.layout.low, posterior.layout.high)
-    others = FittedModel(posterior, u, {}).on(build_observations(made(22, uneven, n_events=40)))
+    others = fitted_model(posterior, u, {}).on(build_observations(made(22, uneven, n_events=40)))
     found = matched_speeds(others, np.random.default_rng(1))
     assert found is not None
     pit = randomised_pit(found.draws, found.observed, np.random.default_rng(2))

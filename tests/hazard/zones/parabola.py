@@ -9,11 +9,12 @@ import numpy as np
 from avahazard.effects.effect import Effect
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.path_hazard import hazard_of_classes
+from avahazard.hazard.future_events import FutureEvents
+from avahazard.hazard.path_hazard import hazard_of_events
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
 from avahazard.physics.speed import speeds_along
@@ -48,11 +49,11 @@ def avalanches_of(
     effects: tuple[Effect, ...] = (),
     length: float | None = None,
 ) -> Avalanches:
-    posterior = Posterior(
-        observations(*releases, length=length), specification or Specification(), effects
-    )
-    model = FittedModel(posterior, draws, {})
-    return hazard_of_classes(model, "p", volumes, seed=1).avalanches
+    given = observations(*releases, length=length)
+    future = FutureEvents(given.sites[0], given.release, given.columns)
+    posterior = Posterior(given, specification or Specification(), effects)
+    model = fitted_model(posterior, draws, {})
+    return hazard_of_events(model, future, volumes, seed=1).avalanches
 
 
 def one(sigma: float, n: int = 3, *more: float) -> np.ndarray:

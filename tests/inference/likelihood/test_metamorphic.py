@@ -59,8 +59,8 @@ def test_records_told_twice_narrow_by_the_root_of_two() -> None:
     widths = []
     for events in (records.events, (*records.events, *again)):
         model = posterior(Records(events=events), "power")
-        drawn = sample(model, n_chains=4, n_draws=300, seed=4).coordinates
-        widths.append(drawn.reshape(-1, drawn.shape[2]).std(axis=0))
+        drawn = sample(model, n_chains=4, n_draws=300, seed=4).draws
+        widths.append(drawn.std(axis=0))
     np.testing.assert_allclose(widths[0] / widths[1], np.sqrt(2.0), rtol=0.15)
 
 

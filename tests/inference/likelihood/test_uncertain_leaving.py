@@ -17,7 +17,7 @@ from avahazard.criticism.screening.parametric_bootstrap import make_world
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path
@@ -92,7 +92,7 @@ def test_records_and_worlds_are_drawn_as_often_beyond_the_end() -> None:
     sharp = float(np.exp(posterior(0.0).log_likelihood(u)))
     assert chance > 1.4 * sharp
     rng = np.random.default_rng(5)
-    drawn = expected_records(FittedModel(model, np.repeat(u[None], 60, 0), {}), 60, rng)
+    drawn = expected_records(fitted_model(model, np.repeat(u[None], 60, 0), {}), 60, rng)
     error = 4.0 * np.sqrt(chance / drawn.left.size)
     assert drawn.left.mean() == pytest.approx(chance, abs=error)
     tables = model.nodes.predicted_at(u)

@@ -53,7 +53,7 @@ def test_larger_errors_never_narrow_the_posterior(law: str) -> None:
     for error_m in (10.0, 300.0, 1000.0, 10_000.0):
         vague = replace(study, sigma=np.full(study.n_events, error_m))
         drawn = sample(assemble(vague, Specification(law=law), {}), n_chains=2, n_draws=400, seed=4)
-        widths.append(drawn.coordinates.reshape(-1, drawn.coordinates.shape[2]).std(axis=0))
+        widths.append(drawn.draws.std(axis=0))
     # Beyond some error nothing is left to be lost; the widths are those of draws.
     for narrow, wide in pairwise(widths):
         assert np.all(wide > 0.85 * narrow)

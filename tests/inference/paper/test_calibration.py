@@ -13,7 +13,7 @@ from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper, check_method, recorded_elevation
-from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -23,7 +23,7 @@ from tests.workflow.twin import TRUTH, twin_study
 from tests.workflow.worlds import bowl, height, stop_x
 
 
-def _intervals(found: Calibrated) -> dict[str, tuple[float, float]]:
+def _intervals(found: FittedModel) -> dict[str, tuple[float, float]]:
     result = {}
     for k, name in enumerate(found.chains.names):
         s = summary(found.chains.draws[..., k].ravel(), "")
@@ -92,13 +92,13 @@ def test_coordinates_are_those_of_the_draws(law: str) -> None:
         observations, specification, "metropolis", n_chains=2, n_draws=100, seed=3
     )
     chosen = LAWS[law]
-    slots = [slot.name for slot in found.model.posterior.layout.slots]
+    slots = [slot.name for slot in found.posterior.layout.slots]
     assert slots == [*chosen.coordinates, "log sigma"]
-    drawn, u = found.chains.pooled(), found.model.draws
+    drawn, u = found.chains.pooled(), found.draws
     np.testing.assert_allclose(chosen.to_natural(u[:, :-1]), drawn[:, :-1], rtol=1e-12)
     np.testing.assert_allclose(np.exp(u[:, -1]), drawn[:, -1], rtol=1e-12)
-    assert found.model.sigma_m is not None
-    np.testing.assert_allclose(found.model.sigma_m, drawn[:, -1], rtol=1e-12)
+    assert found.sigma_m is not None
+    np.testing.assert_allclose(found.sigma_m, drawn[:, -1], rtol=1e-12)
 
 
 def test_a_place_counts_as_the_elevation_there() -> None:

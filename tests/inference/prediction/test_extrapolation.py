@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.inference.prediction.extrapolation import extrapolation
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from tests.inference.studies import near, observations, posterior
 
 
@@ -18,7 +18,7 @@ def _model(n: float, *effects: str, **settings: str) -> FittedModel:
     u = np.array([near(given, 0.0, k, **{"n in 1e-6/m3": n}) for k in range(400)])
     u[:, 0] += 0.02 * np.random.default_rng(0).standard_normal(400)
     assert first[0] == "log a"
-    return FittedModel(given, u, {"P0": np.full(400, 0.1)})
+    return fitted_model(given, u, {"P0": np.full(400, 0.1)})
 
 
 def _largest(model: FittedModel, path_id: str | None = None) -> float:
@@ -68,7 +68,7 @@ def test_friction_that_no_avalanche_has_is_loud(n: float, side: str) -> None:
 def test_the_bounded_law_stays_within() -> None:
     given = posterior(observations(speeds=False), law="asymptotic")
     u = np.array([near(given) for _ in range(400)])
-    found = extrapolation(FittedModel(given, u, {}), "P0", 1e9)
+    found = extrapolation(fitted_model(given, u, {}), "P0", 1e9)
     assert (found.too_low, found.too_high) == (0.0, 0.0)
     assert found.median == pytest.approx(np.exp(-0.8 - 0.5), rel=0.03)
     assert len(found.notes()) == 1
@@ -79,7 +79,7 @@ def test_draws_have_the_scatter_and_the_offset_of_the_path() -> None:
     model = _model(0.0, "path-effect")
     u = model.draws.copy()
     u[:, model.posterior.layout.scatter] = np.log(0.6)
-    wide = FittedModel(model.posterior, np.repeat(u, 50, axis=0), {"P0": np.full(20000, 0.1)})
+    wide = fitted_model(model.posterior, np.repeat(u, 50, axis=0), {"P0": np.full(20000, 0.1)})
     found = extrapolation(wide, "P0", 1e4)
     assert found.median == pytest.approx(np.exp(-0.7), rel=0.02)
     from scipy.stats import norm  # noqa: PLC0415

@@ -10,7 +10,7 @@ import pytest
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.prediction.fitted_model import FittedModel, exact_volumes, fitted_model
+from avahazard.inference.prediction.fitted_model import exact_volumes, fitted_model, in_slots
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from tests.inference.studies import near, observations, posterior, records
@@ -43,18 +43,17 @@ def test_draws_go_to_the_slots_of_their_names() -> None:
     """What was fitted without speeds has no scatter of speeds: the mean of its prior."""
     given = posterior(observations())
     u = np.arange(12.0).reshape(4, 3)
-    found = fitted_model(given, ["log sigma", "n in 1e-6/m3", "log a"], u, {})
+    found = in_slots(given.layout, ["log sigma", "n in 1e-6/m3", "log a"], u)
     assert [slot.name for slot in given.layout.slots][:3] == ["log a", "n in 1e-6/m3", "log sigma"]
-    np.testing.assert_array_equal(found.draws[:, :3], u[:, ::-1])
-    assert np.unique(found.draws[:, given.layout.track_scatter]) == [pytest.approx(np.log(0.075))]
-    assert found.method == "marginal"
+    np.testing.assert_array_equal(found[:, :3], u[:, ::-1])
+    assert np.unique(found[:, given.layout.track_scatter]) == [pytest.approx(np.log(0.075))]
 
 
 def test_on_other_events_it_is_the_same_model() -> None:
     given = posterior(observations(speeds=False), "turbulent-drag")
     grid = (0.01, 0.02, 0.05)
     given = given.regridded({"turbulent-drag.drag": grid})
-    model = FittedModel(given, _draws(given), {"P0": np.zeros(50)})
+    model = fitted_model(given, _draws(given), {"P0": np.zeros(50)})
     new = model.on(_new_events(Event("new", "P1", runout_elevation_m=700.0, volume_m3=2e4)))
     assert new.observations.columns.event_id == ("new",)
     assert new.specification == model.specification
@@ -71,7 +70,7 @@ def test_on_other_events_it_is_the_same_model() -> None:
 @pytest.mark.parametrize("method", ["marginal", "gibbs", "metropolis"])
 def test_the_papers_methods_take_volumes_as_exact(method: MethodName) -> None:
     given = posterior(observations())
-    model = FittedModel(given, _draws(given), {}, method).on(observations())
+    model = fitted_model(given, _draws(given), {}, method).on(observations())
     assert model.method == method
     assert np.all(model.observations.volumes.sd > 0.0) == (method == "marginal")
     assert np.all(model.observations.volumes.sd == 0.0) == (method != "marginal")
@@ -82,7 +81,7 @@ def test_only_the_scatter_of_metropolis_is_in_metres(method: MethodName) -> None
     given = posterior(observations())
     draws = _draws(given)
     draws[:, 2] = np.log(np.linspace(100.0, 200.0, 50))
-    found = FittedModel(given, draws, {}, method).sigma_m
+    found = fitted_model(given, draws, {}, method).sigma_m
     if method == "metropolis":
         np.testing.assert_allclose(found, np.linspace(100.0, 200.0, 50))
     else:
@@ -92,7 +91,7 @@ def test_only_the_scatter_of_metropolis_is_in_metres(method: MethodName) -> None
 @pytest.mark.parametrize("n", [1, 2, 7, 50, 120])
 def test_draws_are_taken_evenly(n: int) -> None:
     given = posterior(observations())
-    chosen = FittedModel(given, _draws(given), {}).evenly(n)
+    chosen = fitted_model(given, _draws(given), {}).evenly(n)
     assert len(chosen) == n
     assert chosen[0] == 0
     assert np.all(np.diff(chosen) >= 0)
@@ -108,19 +107,19 @@ def test_offsets_of_paths_not_seen_come_from_the_spread() -> None:
     u = np.tile(near(given), (5000, 1))
     u[:, given.layout.spreads["path-effect"]] = 0.5
     known = {f"P{k}": np.full(5000, 0.25) for k in range(5)}
-    found = FittedModel(given, u, known).group_offsets(np.random.default_rng(1))
+    found = fitted_model(given, u, known).group_offsets(np.random.default_rng(1))
     assert found is not None
     assert observations().columns.paths == tuple(f"P{k}" for k in range(6))
     np.testing.assert_array_equal(found[:, :5], 0.25)
     assert abs(found[:, 5].std() - 0.5 * 0.2) < 0.005
     plain = posterior(observations())
-    assert FittedModel(plain, _draws(plain), {}).group_offsets(np.random.default_rng(1)) is None
+    assert fitted_model(plain, _draws(plain), {}).group_offsets(np.random.default_rng(1)) is None
 
 
 @pytest.mark.parametrize("distribution", ["lognormal", "normal"])
 def test_the_median_of_friction_by_hand(distribution: str) -> None:
     given = posterior(observations(), "path-effect", "snow-type", distribution=distribution)
-    model = FittedModel(given, _draws(given), {"P1": np.linspace(-0.2, 0.4, 50)})
+    model = fitted_model(given, _draws(given), {"P1": np.linspace(-0.2, 0.4, 50)})
     columns = model.observations.columns
     volume = np.geomspace(1e3, 1e5, model.observations.n_events)
     found = model.median_friction(volume)

@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.prediction.ground_error import ground_error
 from avahazard.inference.prediction.stops import look_up
 from avahazard.records.collection import Records
@@ -41,7 +41,7 @@ def model(y: np.ndarray, sigma: float | None) -> FittedModel:
     observations = build_observations(Records((Path("G"),), (profile,), events))
     posterior = Posterior(observations, Specification(law="constant"), ())
     u = np.array([s.mean if np.isnan(s.neutral) else s.neutral for s in posterior.layout.slots])
-    return FittedModel(posterior, np.repeat(u[None], 4, axis=0), {})
+    return fitted_model(posterior, np.repeat(u[None], 4, axis=0), {})
 
 
 def by_drawing(world: FittedModel, friction: float, n_draws: int) -> np.ndarray:

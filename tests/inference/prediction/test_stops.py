@@ -16,7 +16,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction import stops
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.prediction.stops import look_up, predict_stops
 from avahazard.physics.runout_curve import MU, MU_STEP
 from avahazard.records.collection import Records
@@ -85,7 +85,7 @@ def test_looked_up_stops_are_the_twins() -> None:
 @pytest.mark.parametrize("kind", ["compare", "bootstrap", "hazard"])
 def test_no_draw_stops_within_a_jump(kind: str) -> None:
     posterior, u = model(), coordinates()
-    fitted = FittedModel(posterior, np.repeat(u[None], 10, 0), {})
+    fitted = fitted_model(posterior, np.repeat(u[None], 10, 0), {})
     rng = np.random.default_rng(2)
     (far, near), _, _ = gap()
     if kind == "compare":
@@ -101,12 +101,7 @@ def test_no_draw_stops_within_a_jump(kind: str) -> None:
             ]
         )
     else:
-        path = path_hazard(
-            *(fitted, records(), "T", None, [1e4]),
-            event_columns=False,
-            volume_matters=False,
-            seed=0,
-        )
+        path = path_hazard(fitted, records(), "T", None, [1e4], seed=0)
         found = volume_bounds(path, 1e4, N, rng)
         x = np.array([found.x.q05, found.x.q50, found.x.q95, *found.x_steps], dtype=float)
     # Draws lie on both sides.

@@ -10,7 +10,7 @@ import pytest
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.prediction.stops import predict_stops
 from avahazard.inference.prediction.uncertain_release import (
     N_RELEASES,
@@ -38,7 +38,7 @@ def on(events: Sequence[Event]) -> FittedModel:
     made = Posterior(build_observations(records), Specification(law="constant"), ())
     u = np.zeros(len(made.layout.slots))
     u[0], u[made.layout.scatter] = np.log(MU), np.log(SCATTER)
-    return FittedModel(made, u[None], {})
+    return fitted_model(made, u[None], {})
 
 
 def by_hand(sigma_z: float, seed: int) -> np.ndarray:

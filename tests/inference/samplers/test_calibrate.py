@@ -46,9 +46,9 @@ def test_marginal_is_the_regression_where_that_is_all_there_is() -> None:
     beta = found.chains.draws[..., found.chains.names.index("beta")]
     assert beta.mean() == pytest.approx(-slope, abs=0.2 * np.sqrt(covariance[0, 0]))
     assert beta.std() == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.15)
-    slots = [slot.name for slot in found.model.posterior.layout.slots]
+    slots = [slot.name for slot in found.posterior.layout.slots]
     assert slots[:2] == ["log alpha", "beta"]
-    assert (found.n_events, found.model.offsets, found.notes) == (120, {}, ())
+    assert (found.n_events, found.offsets, found.notes) == (120, {}, ())
 
 
 def test_refined_grids_are_those_that_were_sampled() -> None:
@@ -59,12 +59,12 @@ def test_refined_grids_are_those_that_were_sampled() -> None:
     found = calibrate_model(observations, specification, facts, n_chains=2, n_draws=50)
     whole = assemble(observations, specification, facts).layout
     drag = next(s for s in whole.slots if s.name == "turbulent-drag.drag")
-    layout = found.model.posterior.layout
+    layout = found.posterior.layout
     (k,) = (k for k, s in enumerate(layout.slots) if s.name == drag.name)
-    for name, grid in refined_grids(found.model.posterior).items():
+    for name, grid in refined_grids(found.posterior).items():
         assert name == drag.name
         assert grid == layout.slots[k].grid != drag.grid
-    draws = found.model.draws[:, k]
+    draws = found.draws[:, k]
     assert drag.low <= draws.min() <= draws.max() <= drag.high
 
 
@@ -95,7 +95,7 @@ def test_every_choice_converges_on_the_twin(law, scatter, distribution, tails) -
     assert found.chains.diagnostics.converged
     # Whatever the form, friction at 20 000 m3 is that of the twin.
     posterior = assemble(twin_study(), specification, facts)
-    draws = found.model.draws[::20]
+    draws = found.draws[::20]
     level = [posterior.location_and_scatter(u, np.array([[2e4]]))[0][0, 0] for u in draws]
     mu = np.exp(level) if distribution == "lognormal" else np.array(level)
     truth = TRUTH["a"] * np.exp(-TRUTH["n"] * 2e4)

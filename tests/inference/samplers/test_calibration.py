@@ -50,7 +50,7 @@ def _ranks(name: str, n_worlds: int, fault: float = 0.0) -> tuple[list[str], np.
     for w in range(n_worlds):
         model, u = world(CASES[name], generator(20050, name, w), fault)
         found = sample(model, n_chains=2, n_draws=250, seed=w)
-        ranks.append(rank(found.coordinates.reshape(-1, len(u)), u))
+        ranks.append(rank(found.draws, u))
         left.append(np.mean(model.observations.kind == LEFT))
         names = [s.name for s in model.layout.slots]
     return names, np.array(ranks), float(np.mean(left))
@@ -73,7 +73,7 @@ def test_draws_keep_to_what_tables_made_on_the_spot_give(w: int) -> None:
     """
     model, u = world(CASES["speed-weakening"], generator(20050, "speed-weakening", w))
     found = sample(model, n_chains=2, n_draws=250, seed=w)
-    draws = found.coordinates.reshape(-1, len(u))
+    draws = found.draws
     assert np.all(np.abs(draws.mean(axis=0) - u) < 4.0 * draws.std(axis=0))
     for v in (u, draws.mean(axis=0), *draws[::100]):
         exact = found.posterior.exact_log_likelihood(v)

@@ -28,7 +28,7 @@ from avahazard.workflow.hazard import hazard_work
 from avahazard.workflow.hazard_plan import plan_hazard
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest
 from avahazard.workflow.stored import by_path
-from avahazard.workflow.stored.path_unit import PathAnswer, PathShared, PathTask, path_answer
+from avahazard.workflow.stored.by_path import PathAnswer, PathTask, path_answer
 from tests.workflow.worlds import height
 
 N_POINTS = 400
@@ -79,7 +79,7 @@ def region(folder: FilePath, n: int) -> str:
     return file
 
 
-def nothing(_: Any, task: PathTask) -> PathAnswer:
+def nothing(task: PathTask) -> PathAnswer:
     """A unit of work that runs no block; connections that are done with wait for no search."""
     if task.position % AT_ONCE == 0:
         gc.collect()
@@ -88,9 +88,9 @@ def nothing(_: Any, task: PathTask) -> PathAnswer:
 
 def run(database: str) -> int:
     """All of `hazard` but the runs of the block; the number of paths."""
-    stored, path_ids, work = hazard_work(database, "m", ASKED)
-    work = replace(work, function=nothing, settings={**work.settings, "try": id(stored)})
-    return by_path.run_paths(database, stored, path_ids, work, silent).n_paths
+    work, _ = hazard_work(database, "m", ASKED)
+    work = replace(work, answer=nothing, settings={**work.settings, "try": id(work)})
+    return by_path.run_paths(database, work, silent).n_paths
 
 
 def test_memory_does_not_grow_with_the_number_of_paths(databases: dict[int, str]) -> None:
@@ -107,11 +107,11 @@ def test_memory_does_not_grow_with_the_number_of_paths(databases: dict[int, str]
 
 
 def test_few_profiles_are_there_at_a_time(databases: dict[int, str]) -> None:
-    stored, path_ids, _ = hazard_work(databases[MANY], "m", ASKED)
+    work, _ = hazard_work(databases[MANY], "m", ASKED)
     gc.collect()
     before = live_profiles()
     most = 0
-    for task in by_path.path_tasks(databases[MANY], stored, path_ids):
+    for task in by_path.path_tasks(databases[MANY], work.survey, work.path_ids):
         assert task.records.profiles[0].path_id == task.path_id
         if task.position % AT_ONCE == 2:
             most = max(most, live_profiles())
@@ -123,12 +123,12 @@ def live_profiles() -> int:
 
 
 def test_tasks_are_the_paths_in_their_order_less_those_done(databases: dict[int, str]) -> None:
-    stored, path_ids, _ = hazard_work(databases[FEW], "m", ASKED)
-    assert path_ids == [f"B{k:03d}" for k in range(FEW)]
+    work, _ = hazard_work(databases[FEW], "m", ASKED)
+    assert work.path_ids == [f"B{k:03d}" for k in range(FEW)]
     done = {"B000", "B007", f"B{FEW - 1:03d}"}
-    tasks = list(by_path.path_tasks(databases[FEW], stored, path_ids, done))
-    assert [task.path_id for task in tasks] == [p for p in path_ids if p not in done]
-    assert all(path_ids[task.position] == task.path_id for task in tasks)
+    tasks = list(by_path.path_tasks(databases[FEW], work.survey, work.path_ids, done))
+    assert [task.path_id for task in tasks] == [p for p in work.path_ids if p not in done]
+    assert all(work.path_ids[task.position] == task.path_id for task in tasks)
     for task in tasks:
         assert [p.path_id for p in task.records.paths] == [task.path_id]
         assert [e.event_id for e in task.records.events] == [
@@ -142,9 +142,9 @@ def changing(tmp_path: FilePath) -> str:
 
 
 def test_records_that_change_meanwhile_end_the_work(changing: str) -> None:
-    stored, path_ids, work = hazard_work(changing, "m", ASKED)
-    shared = PathShared.of(stored, replace(work, function=nothing))
-    tasks = by_path.path_tasks(changing, stored, path_ids)
+    work, _ = hazard_work(changing, "m", ASKED)
+    shared, path_ids = (nothing, ()), work.path_ids
+    tasks = by_path.path_tasks(changing, work.survey, path_ids)
     answers = [path_answer(shared, next(tasks)) for _ in range(AT_ONCE)]
     assert [found.path_id for found in answers] == path_ids[:AT_ONCE]
     assert not any(found.failed for found in answers)
@@ -153,21 +153,20 @@ def test_records_that_change_meanwhile_end_the_work(changing: str) -> None:
     with pytest.raises(AvahazardError, match=f"path {path_ids[-1]} have been changed") as error:
         path_answer(shared, next(tasks))
     assert "same command again" in error.value.hint
-    again, _, _ = hazard_work(changing, "m", ASKED)
-    assert again.survey.fingerprint != stored.survey.fingerprint
-    assert (again.records_changed, stored.records_changed) == (False, False)
+    again, _ = hazard_work(changing, "m", ASKED)
+    assert again.survey.fingerprint != work.survey.fingerprint
 
 
 @pytest.mark.parametrize("engine", ["local", "processes"])
 def test_such_a_change_ends_a_run_by_any_engine(changing: str, engine: EngineName) -> None:
     """What the worker says reaches who asked, with its hint, and is no path's failure."""
-    stored, path_ids, work = hazard_work(changing, "m", ASKED)
+    work, _ = hazard_work(changing, "m", ASKED)
     with writing(changing) as session:
-        save_records(session, Records(events=(Event("new", path_ids[-1], runout_x_m=1000.0),)))
+        save_records(session, Records(events=(Event("new", work.path_ids[-1], runout_x_m=1000.0),)))
     set_engine(engine, workers=1)
     try:
-        with pytest.raises(AvahazardError, match=f"path {path_ids[-1]} have been") as error:
-            by_path.run_paths(changing, stored, path_ids, work, silent)
+        with pytest.raises(AvahazardError, match=f"path {work.path_ids[-1]} have been") as error:
+            by_path.run_paths(changing, work, silent)
     finally:
         set_engine("local")
     assert "same command again" in error.value.hint

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,7 @@ import pytest
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -22,7 +22,7 @@ from tests.criticism.studies import straight
 from tests.workflow.worlds import bowl
 
 
-def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) -> Calibrated:
+def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) -> FittedModel:
     names = ("a", "sigma")[: draws.shape[2]]
     keys = ("path-effect",) if offsets else ()
     specification = Specification(law="constant", effects=keys)
@@ -34,9 +34,9 @@ def _found(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) 
     known = draws.reshape(-1, draws.shape[2])
     rest = len(posterior.layout.slots) - known.shape[1]
     others_drawn = np.random.default_rng(0).normal(0.5, 0.01, (len(known), rest))
-    model = FittedModel(posterior, np.column_stack([known, others_drawn]), offsets)
+    model = fitted_model(posterior, np.column_stack([known, others_drawn]), offsets)
     found = chains(names, ("", "")[: len(names)], draws)
-    return Calibrated(model, {}, found, 7, **others)
+    return replace(model, sampled=found, **others)
 
 
 def test_summary_of_known_draws() -> None:
@@ -86,7 +86,7 @@ def test_parameters_offsets_and_settings() -> None:
         "p",
         "constant",
         ("path-effect",),
-        7,
+        5,
         5,
     ]
     assert result.data_fingerprint == data_fingerprint(Records())

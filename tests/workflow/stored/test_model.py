@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from sqlalchemy import delete
 
 from avahazard.effects.effect import Definition, Effect, Parameter
+from avahazard.hazard.path_hazard import path_hazard
 from avahazard.inference.fitting.refinement import refined_grids
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
@@ -16,8 +18,7 @@ from avahazard.inference.model.layout import Grids
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper
 from avahazard.inference.prediction.extrapolation import extrapolation
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.calibrated import Calibrated
+from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.samplers.chains import chains
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -28,9 +29,13 @@ from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.store.tables import ProfilePointTable
 from avahazard.workflow.stored.calibration import calibration_result
-from avahazard.workflow.stored.model import load_stored, require_unchanged, save_calibrated
-from avahazard.workflow.stored.path_hazard import applied_model
-from avahazard.workflow.stored.region_fit import load_region_fit
+from avahazard.workflow.stored.model import (
+    load_for_paths,
+    load_stored,
+    on_events,
+    require_unchanged,
+    save_calibrated,
+)
 from tests.workflow.twin import twin_records, twin_study
 from tests.workflow.worlds import bowl
 
@@ -39,7 +44,7 @@ GRID = tuple(float(v) for v in np.linspace(0.05, 0.1 + 0.2, 5))
 GRIDS = {"turbulent-drag.drag": GRID}
 
 
-def _found(grids: Grids | None = None, *own: Definition) -> Calibrated:
+def _found(grids: Grids | None = None, *own: Definition) -> FittedModel:
     """A calibration with made-up draws on the twin, with effects and facts."""
     specification, facts = with_effects(
         twin_study(),
@@ -54,15 +59,14 @@ def _found(grids: Grids | None = None, *own: Definition) -> Calibrated:
     u = np.clip(u, posterior.layout.low, posterior.layout.high)
     readable = posterior.layout.readable(u)
     values = np.stack([v for v, _ in readable.values()], axis=-1)
-    return Calibrated(
-        FittedModel(posterior, u.reshape(100, -1), {"scey": u[..., 0].ravel()}),
-        facts,
-        chains(tuple(readable), tuple(unit for _, unit in readable.values()), values),
-        173,
+    return replace(
+        fitted_model(posterior, u.reshape(100, -1), {"scey": u[..., 0].ravel()}),
+        facts=facts,
+        sampled=chains(tuple(readable), tuple(unit for _, unit in readable.values()), values),
     )
 
 
-def _store(database: str, found: Calibrated, **more: Any) -> None:
+def _store(database: str, found: FittedModel, **more: Any) -> None:
     with writing(database) as session:
         save_records(session, twin_records())
     records = only_paths(twin_records(), more.get("paths", ()))
@@ -74,38 +78,37 @@ def _store(database: str, found: Calibrated, **more: Any) -> None:
 def test_a_model_comes_back_whole(any_database: str) -> None:
     found = _found(GRIDS)
     _store(any_database, found, paths=("scey", "saugy"))
-    stored = load_stored(any_database, "m")
-    model, before = stored.model, found.model
-    assert stored.specification == before.specification
-    assert stored.facts == found.facts
-    assert (stored.name, stored.parent, stored.method) == ("m", None, "marginal")
-    assert stored.paths == ("scey", "saugy")
-    assert model.posterior.layout.slots == before.posterior.layout.slots
-    np.testing.assert_array_equal(model.draws, before.draws)
+    model, all_records = load_stored(any_database, "m")
+    assert model.specification == found.specification
+    assert model.facts == found.facts
+    assert (model.name, model.calibration.parent, model.method) == ("m", None, "marginal")
+    assert model.paths == ("scey", "saugy")
+    assert model.posterior.layout.slots == found.posterior.layout.slots
+    np.testing.assert_array_equal(model.draws, found.draws)
     assert model.offsets.keys() == {"scey"}
-    np.testing.assert_array_equal(model.offsets["scey"], before.offsets["scey"])
-    assert stored.result.parameters.keys() == {*found.chains.names, "path:scey"}
-    assert (len(stored.records.events), len(stored.training.events)) == (173, 34)
-    assert model.observations.n_events == 34
-    require_unchanged(stored)
+    np.testing.assert_array_equal(model.offsets["scey"], found.offsets["scey"])
+    assert model.calibration.parameters.keys() == {*found.chains.names, "path:scey"}
+    assert len(all_records.events) == 173
+    assert model.observations.n_events == len(model.columns) == 34
+    require_unchanged(model)
 
 
 def test_the_posterior_is_the_same_as_before(database: str) -> None:
     found = _found()
     _store(database, found)
-    model = load_stored(database, "m").model
-    before = assemble(twin_study(), found.model.specification, found.facts)
-    u = found.model.draws[0]
+    model = load_stored(database, "m")[0]
+    before = assemble(twin_study(), found.specification, found.facts)
+    u = found.draws[0]
     assert model.posterior.log_density(u) == before.log_density(u)
     assert np.isfinite(before.log_density(u))
 
 
 def test_refined_grids_are_kept(database: str) -> None:
     found = _found(GRIDS)
-    assert refined_grids(found.model.posterior) == GRIDS
-    assert refined_grids(_found().model.posterior) == {}
+    assert refined_grids(found.posterior) == GRIDS
+    assert refined_grids(_found().posterior) == {}
     _store(database, found)
-    layout = load_stored(database, "m").model.posterior.layout
+    layout = load_stored(database, "m")[0].posterior.layout
     (slot,) = (s for s in layout.slots if s.name in GRIDS)
     assert (slot.grid, slot.low, slot.high) == (GRID, GRID[0], GRID[-1])
 
@@ -115,23 +118,27 @@ def test_the_draws_of_a_papers_method_come_back_on_exact_volumes(database: str) 
         twin_study("scey"), Specification(), "gibbs", n_chains=2, n_draws=60, seed=1
     )
     _store(database, found, paths=("scey",))
-    stored = load_stored(database, "m")
+    stored, everything = load_stored(database, "m")
     assert stored.method == "gibbs"
-    np.testing.assert_array_equal(stored.model.draws, found.model.draws)
-    assert np.all(stored.model.observations.volumes.sd == 0.0)
-    new = stored.on([Event("new", "scey", runout_elevation_m=1100.0, volume_m3=2e4)])
+    np.testing.assert_array_equal(stored.draws, found.draws)
+    assert np.all(stored.observations.volumes.sd == 0.0)
+    new = on_events(
+        stored, everything, [Event("new", "scey", runout_elevation_m=1100.0, volume_m3=2e4)]
+    )
     assert new.method == "gibbs"
     assert np.all(new.observations.volumes.sd == 0.0)
 
 
 def test_other_events_are_read_in_the_light_of_those_of_the_calibration(database: str) -> None:
     _store(database, _found(GRIDS))
-    stored = load_stored(database, "m")
-    new = stored.on([Event("new", "scey", runout_elevation_m=1100.0, volume_m3=None)])
-    observations, prior = new.observations, stored.model.observations
+    stored, everything = load_stored(database, "m")
+    new = on_events(
+        stored, everything, [Event("new", "scey", runout_elevation_m=1100.0, volume_m3=None)]
+    )
+    observations, prior = new.observations, stored.observations
     assert observations.columns.event_id == ("new",)
     assert observations.volumes.population.centre == prior.volumes.population.centre
-    np.testing.assert_array_equal(new.draws, stored.model.draws)
+    np.testing.assert_array_equal(new.draws, stored.draws)
     assert np.isfinite(new.posterior.log_density(new.draws[0]))
 
 
@@ -140,21 +147,20 @@ def test_speeds_that_came_since_the_calibration(database: str) -> None:
     event = twin_records().events[0].event_id
     with writing(database) as session:
         save_records(session, Records(speeds=(Speed(event, 30.0, 3.0, x_m=500.0),)))
-    stored = load_stored(database, "m")
+    stored, _ = load_stored(database, "m")
     assert stored.records_changed
-    model = stored.model
-    assert model.draws.shape == (100, len(_found().model.posterior.layout.slots) + 1)
-    assert np.unique(model.draws[:, -1]) == [pytest.approx(np.log(0.075))]
+    assert stored.draws.shape == (100, len(_found().posterior.layout.slots) + 1)
+    assert np.unique(stored.draws[:, -1]) == [pytest.approx(np.log(0.075))]
 
 
 def test_records_that_changed_since(database: str) -> None:
     _store(database, _found(), paths=("scey",))
     with writing(database) as session:
         save_records(session, bowl(events=(Event("E", "B", runout_x_m=1500.0),)))
-    assert not load_stored(database, "m").records_changed  # another path's
+    assert not load_stored(database, "m")[0].records_changed  # another path's
     with writing(database) as session:
         save_records(session, Records(events=(Event("E2", "scey", runout_elevation_m=1100.0),)))
-    stored = load_stored(database, "m")
+    stored, _ = load_stored(database, "m")
     assert stored.records_changed
     with pytest.raises(AvahazardError, match="changed") as error:
         require_unchanged(stored)
@@ -164,24 +170,22 @@ def test_records_that_changed_since(database: str) -> None:
 @pytest.mark.parametrize("path_id", ["scey", "nants"])
 def test_a_model_for_paths_gives_what_the_whole_one_does(database: str, path_id: str) -> None:
     _store(database, _found(GRIDS), paths=("scey", "saugy"))
-    whole, small = load_stored(database, "m"), load_region_fit(database, "m")
-    assert small.survey.fingerprint == data_fingerprint(whole.records)
+    (whole, everything), (small, found) = load_stored(database, "m"), load_for_paths(database, "m")
+    assert found.fingerprint == data_fingerprint(everything)
     assert (whole.records_changed, small.records_changed) == (False, False)
-    assert not small.model.observations.sites
-    mine = of_path(whole.records, path_id)
-    one, other = (
-        applied_model(fit).path(mine, path_id, None, [2e4], seed=3) for fit in (whole, small)
-    )
+    assert small.likelihood is None
+    mine = of_path(everything, path_id)
+    one, other = (path_hazard(fit, mine, path_id, None, [2e4], seed=3) for fit in (whole, small))
     for name in ("location", "scatter"):
         np.testing.assert_array_equal(
             getattr(one.avalanches, name), getattr(other.avalanches, name)
         )
-    for table, same in zip(one.avalanches.tables, other.avalanches.tables, strict=True):
-        np.testing.assert_array_equal(table.record, same.record)
+    for curve, same in zip(one.avalanches.curves, other.avalanches.curves, strict=True):
+        np.testing.assert_array_equal(curve.x, same.x)
     np.testing.assert_array_equal(one.draws.u, other.draws.u)
     assert one.rising == other.rising
     assert one.offset_unknown == other.offset_unknown == (path_id != "scey")
-    told = [extrapolation(fit.model, path_id, 3e6) for fit in (whole, small)]
+    told = [extrapolation(fit, path_id, 3e6) for fit in (whole, small)]
     assert told[0] == told[1]
 
 
@@ -189,14 +193,14 @@ def test_a_model_for_paths_on_records_that_changed_or_lack_a_profile(database: s
     _store(database, _found(), paths=("scey",))
     with writing(database) as session:
         save_records(session, Records(events=(Event("E2", "saugy", runout_elevation_m=1100.0),)))
-    assert not load_region_fit(database, "m").records_changed  # another path's
+    assert not load_for_paths(database, "m")[0].records_changed  # another path's
     with writing(database) as session:
         save_records(session, Records(events=(Event("E3", "scey", runout_elevation_m=1100.0),)))
-    assert load_region_fit(database, "m").records_changed
+    assert load_for_paths(database, "m")[0].records_changed
     with writing(database) as session:
         session.execute(delete(ProfilePointTable).where(ProfilePointTable.path_id == "scey"))
     with pytest.raises(AvahazardError, match="No profile is stored for path scey"):
-        load_region_fit(database, "m")
+        load_for_paths(database, "m")
 
 
 def test_a_users_effect_is_asked_for_again(database: str) -> None:
@@ -207,4 +211,4 @@ def test_a_users_effect_is_asked_for_again(database: str) -> None:
     with pytest.raises(AvahazardError, match="'my-own' from its user's file") as error:
         load_stored(database, "m")
     assert "--effect-file" in error.value.hint
-    assert load_stored(database, "m", [own]).own == (own,)
+    assert own in load_stored(database, "m", [own])[0].definitions

@@ -74,7 +74,7 @@ def in_words(notes: tuple[str, ...]) -> str:
 
 
 def test_the_error_of_speeds_of_an_earlier_version_is_told(snow_database: str) -> None:
-    result = load_stored(snow_database, "base").result
+    result = load_stored(snow_database, "base")[0].calibration
     (one, *_) = result.parameters.values()
     old = replace(result, parameters={**result.parameters, "speed_sigma": one})
     assert "track_sigma" not in in_words(model_notes(result, False, None))

@@ -7,8 +7,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.classes_to_come import MAX_CLASSES
 from avahazard.hazard.frequencies import known_volumes
+from avahazard.hazard.future_events import MAX_CLASSES
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import data_fingerprint

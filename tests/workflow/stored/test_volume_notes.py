@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.inference.model.volume_shape import VolumeShape
 from avahazard.inference.model.volumes import VolumeNodes, bounded, rescaled
-from avahazard.inference.prediction.fitted_model import FittedModel, exact_volumes
+from avahazard.inference.prediction.fitted_model import FittedModel, exact_volumes, fitted_model
 from avahazard.workflow.stored.volume_notes import volume_notes
 from tests.inference import studies
 
@@ -19,7 +19,7 @@ SHAPE = VolumeShape(np.linspace(-3.0, 3.0, 25), -np.abs(np.linspace(-3.0, 3.0, 2
 def _model(volumes: VolumeNodes, law: str = "exponential") -> FittedModel:
     observations = replace(studies.observations(), volumes=volumes)
     posterior = studies.posterior(observations, law=law)
-    return FittedModel(posterior, studies.near(posterior)[None], {})
+    return fitted_model(posterior, studies.near(posterior)[None], {})
 
 
 def _shaped(volumes: VolumeNodes) -> VolumeNodes:
