@@ -1,17 +1,208 @@
-"""The runout exceeded once in T years, and what varies naturally apart from what is not known."""
+"""How often avalanches run past a place, and the runout exceeded once in T years.
+
+What varies naturally is kept apart from what is not known. Where stops above a limit are not seen,
+the records hold a share P(seen | V) of the avalanches of volume V: λ(V) = λ_seen(V) / P(seen | V)
+came, by the friction of the model.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from avahazard.arrays import Floats
-from avahazard.hazard.avalanches import Avalanches, annual_rate
-from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.passing import passing, path_ends
+from avahazard.effects.site import release_place
+from avahazard.hazard.avalanches import (
+    HALVINGS,
+    Avalanches,
+    EventVolumes,
+    annual_rate,
+    exceeded,
+    friction_below,
+    least_scatter,
+    yearly_rate,
+)
+from avahazard.hazard.passing_kernel import Descent, exceeded_places, rates_at, share_curves
 from avahazard.hazard.runout_bounds import QUANTILES, spread
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_curve import MU, RunoutCurve, inverse
 from avahazard.results.hazard import RunoutInterval
+
+SAMPLED_PLACES = 4001
+
+
+class Passing(Protocol):
+    """The yearly rates of avalanches of a path that stop beyond places, by posterior draw.
+
+    What leaves the profile passes its end.
+    """
+
+    def rates(self, x: Floats) -> Floats:
+        """The rates `[n_places, n_parameters]` past places x (m) `[n_places]`."""
+
+    def exceeded(self, rate: Floats | float) -> Floats:
+        """x (m) `[n_parameters]` that is passed at a yearly `rate` (`[n_parameters]`, or one).
+
+        Of one draw, `[n]` for as many rates. inf where even the end of the profile is passed more
+        often; the highest release where that is passed less often.
+        """
+
+
+def passing(avalanches: Avalanches) -> Passing:
+    """What passes places by these avalanches; kept with them."""
+    if "passing" not in avalanches.kept:
+        metres = avalanches.sigma_m is not None
+        avalanches.kept["passing"] = (_InMetres if metres else _ByFriction)(avalanches)
+    found: Passing = avalanches.kept["passing"]
+    return found
+
+
+def path_ends(avalanches: Avalanches) -> tuple[float, float]:
+    """The highest release and the end of the profile, x in m."""
+    return float(avalanches.site.release_x.min()), float(avalanches.site.smooth.x_max)
+
+
+class _ByFriction:
+    """Friction scatters: the share of it under what the place asks for, from curves."""
+
+    def __init__(self, avalanches: Avalanches) -> None:
+        self._ends = path_ends(avalanches)
+        self._n = avalanches.n_parameters
+        self._descent = descent(avalanches)
+
+    def rates(self, x: Floats) -> Floats:
+        return np.asarray(rates_at(self._descent, np.ascontiguousarray(x, np.float64)))
+
+    def exceeded(self, rate: Floats | float) -> Floats:
+        levels = rate * np.ones(self._n)
+        return np.asarray(exceeded_places(self._descent, levels, *self._ends, HALVINGS))
+
+
+def descent(avalanches: Avalanches) -> Descent:
+    """The avalanches as the kernels take them."""
+    falling, broken, ends = stops(avalanches.curves)
+    first, kind = _kinds(avalanches)
+    shares = share_curves(
+        np.ascontiguousarray(avalanches.location[:, first]),
+        np.ascontiguousarray(least_scatter(avalanches)[:, first]),
+        avalanches.volumes.share,
+        (float(np.log(ends[0])), float(np.log(ends[1]))) if avalanches.in_log else ends,
+        in_log=avalanches.in_log,
+        student=avalanches.student,
+    )
+    return Descent(
+        falling=falling,
+        broken=broken,
+        group=avalanches.group,
+        class_share=avalanches.class_share,
+        rate=avalanches.volumes.rate,
+        kind=kind,
+        shares=shares,
+        in_log=avalanches.in_log,
+    )
+
+
+@lru_cache(maxsize=4)
+def stops(
+    curves: tuple[RunoutCurve, ...],
+) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
+    """`falling` and `broken` of `Descent`, and the ends of the frictions that are asked for.
+
+    Of the last curves they are kept: every row of a path takes the same.
+    """
+    # Rounding may lift a value by an ulp over that of a lower friction.
+    falling = np.array(
+        [np.minimum.accumulate(np.where(c.left, np.inf, c.x), axis=1) for c in curves]
+    )
+    return falling, np.array([c.broken for c in curves]), _thresholds_between(falling)
+
+
+def _thresholds_between(falling: Floats) -> tuple[float, float]:
+    """The ends of the frictions under which a block passes places where some stop."""
+    left = np.sum(np.isinf(falling), axis=2).min()
+    held = np.argmax(falling <= falling[:, :, -1:], axis=2).max()
+    return float(MU[max(int(left) - 1, 0)]), float(MU[int(held)])
+
+
+def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """A class of each kind of friction `[n_kinds]`, and the kind of each class `[n_classes]`."""
+    location, scatter = avalanches.location, avalanches.scatter
+    if np.all(location == location[:, :1]) and np.all(scatter == scatter[:, :1]):
+        return np.zeros(1, np.int64), np.zeros(avalanches.n_classes, np.int64)
+    rows = np.hstack([location[0], scatter[0]])
+    _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    kind = kind.ravel()
+    alike = first[kind]
+    if np.array_equal(location, location[:, alike]) and np.array_equal(scatter, scatter[:, alike]):
+        return first, kind
+    every = np.arange(avalanches.n_classes)
+    return every, every
+
+
+class _InMetres:
+    """Stops scatter by σ metres of elevation: at the block's + σ z (`elevation_scatter`)."""
+
+    def __init__(self, avalanches: Avalanches) -> None:
+        self._avalanches = avalanches
+        self._chance = passing_in_metres(avalanches)
+
+    def rates(self, x: Floats) -> Floats:
+        n = self._avalanches.n_parameters
+        return np.array([self._rate(np.full(n, place)) for place in x])
+
+    def exceeded(self, rate: Floats | float) -> Floats:
+        avalanches = self._avalanches
+        n = max(avalanches.n_parameters, np.size(rate))
+        return exceeded(self._rate, rate, *path_ends(avalanches), n)
+
+    def _rate(self, x: Floats) -> Floats:
+        return yearly_rate(self._avalanches, self._chance(x))
+
+
+def passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
+    """Chances `[n_parameters, n_classes, n_volumes]` to stop beyond x `[n_parameters]`.
+
+    Stops are at the block's elevation + sigma z, at the first place so low (`scattered_stops`).
+    """
+    assert avalanches.sigma_m is not None
+    smooth = avalanches.site.smooth
+    x = np.linspace(smooth.x_min, smooth.x_max, SAMPLED_PLACES)
+    lowest = np.minimum.accumulate(smooth.height(x))
+    # On a counter-slope nothing stops: what is below the floor lies on it.
+    floor = float(x[np.argmin(lowest)])
+    ends_lowest = floor == x[-1]
+    stop = _stop_elevation(avalanches)
+    sigma = avalanches.sigma_m[:, None, None]
+
+    def chance(place: Floats) -> Floats:
+        height = np.interp(place, x, lowest)[:, None, None]
+        stays = np.zeros_like(height, dtype=bool) | (not ends_lowest)
+        stays &= place[:, None, None] >= floor
+        with np.errstate(invalid="ignore"):
+            passes = ndtr((height - stop) / sigma)
+        return np.where(np.isneginf(stop), 1.0, np.where(stays, 0.0, passes))
+
+    return chance
+
+
+def _stop_elevation(avalanches: Avalanches) -> Floats:
+    """Elevation of the block's stop at the friction of each volume, -inf where it left."""
+    mu = np.exp(avalanches.location) if avalanches.in_log else avalanches.location
+    result = np.empty_like(mu)
+    for g, curve in enumerate(avalanches.curves):
+        mine = np.flatnonzero(avalanches.group == g)
+        for c in range(avalanches.n_classes):
+            _, height, status = curve[c].at(mu[mine, c].ravel())
+            found = np.where(status == LEFT_PROFILE, -np.inf, height)
+            result[mine, c] = found.reshape(len(mine), -1)
+    return result
+
 
 N_LEVELS = 199
 """Probabilities at which the natural variability is followed."""
@@ -116,3 +307,42 @@ def runout_interval(avalanches: Avalanches, x: Floats, interval: str) -> RunoutI
     inside = np.isfinite(x)
     height = np.where(inside, smooth.height(np.where(inside, x, smooth.x_max)), -np.inf)
     return RunoutInterval(spread(x), spread(height), interval)
+
+
+LEAST_SEEN = 0.05
+"""Volumes that are seen less often count as if they were seen so often: few records say more."""
+
+
+def with_unseen(avalanches: Avalanches, limit: Floats) -> Avalanches:
+    """The same path with the avalanches that stopped above `limit` (m) `[n_groups]`, nan: none.
+
+    Nothing changes where the rate is not that of the records.
+    """
+    volumes = avalanches.volumes
+    if not volumes.seen_only or np.isnan(limit).all():
+        return avalanches
+    share = volumes.share / np.maximum(chance_seen(avalanches, limit), LEAST_SEEN)
+    whole = share.sum(axis=1)
+    more = replace(volumes, rate=volumes.rate * whole, share=share / whole[:, None])
+    return replace(avalanches, volumes=replace(more, seen_only=False))
+
+
+def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:
+    """Chance that an avalanche of each volume stops below `limit` `[n_groups]`, or leaves.
+
+    `[n_parameters, n_volumes]`.
+    """
+    smooth = avalanches.site.smooth
+    place = np.array([smooth.x_min if np.isnan(z) else release_place(smooth, z) for z in limit])
+    if avalanches.sigma_m is not None:
+        chance = passing_in_metres(avalanches)(place[avalanches.group])
+    else:
+        falling, broken, _ = stops(avalanches.curves)
+        mu = np.array(
+            [
+                [np.inf if np.isnan(z) else inverse(curve, gap, x) for curve, gap in rows]
+                for z, x, rows in zip(limit, place, map(zip, falling, broken), strict=True)
+            ]
+        )
+        chance = friction_below(avalanches, mu[avalanches.group])
+    return np.asarray(np.einsum("pcv,c->pv", chance, avalanches.class_share))

@@ -1,4 +1,10 @@
-"""Yearly rates past places, and places passed at a rate, draw by draw."""
+"""Yearly rates past places, and places passed at a rate, draw by draw, compiled.
+
+All that is asked of a path asks again and again for the share of its avalanches with friction under
+ν, a sum of normal probabilities over all volumes. It is smooth over a scatter: from its density and
+two derivatives of that at nodes, five to a scatter, its value anywhere follows by quintic Hermite
+interpolation within 1e-8 (docs/theory/hazard.md).
+"""
 
 from __future__ import annotations
 
@@ -9,9 +15,204 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.hazard.share_curves import ShareCurves, share_under
+from avahazard.inference.model.friction_scatter import (
+    normal_below,
+    normal_density,
+    student_below,
+    student_density,
+)
 from avahazard.kernels import kernel
 from avahazard.physics.runout_curve import friction_after, n_over
+
+PER_SCATTER = 5.0
+"""Nodes to the smallest scatter of a curve."""
+MAX_NODES = 1024
+"""Curves that need more are not tabulated: every share is then summed anew."""
+NOTHING = 1e-8
+"""A share of avalanches that does not count."""
+FAR = 8.5
+"""Standard scatters past which the normal distribution is 0 or 1 to the last bit."""
+REACH = 6.5
+"""Standard scatters to which curves go: past them lie 4e-11 of a normal distribution."""
+
+
+class ShareCurves(NamedTuple):
+    """Shares of avalanches, by draw and kind (classes of like friction).
+
+    ν is log μ, or μ. Share = Σ_v `weight` P(z < (ν - `location`) / `scatter`) - `none`, with
+    `location`, `scatter`, `weight` `[n_parameters, n_kinds, n_volumes]` and `none` (of a friction
+    under 0) `[n_parameters, n_kinds]`. Node k of a curve lies at ν = `low` + k / `per_step`, both
+    `[n_parameters, n_kinds]`; `nodes` `[n_parameters, n_kinds, n_nodes, 3]` hold the share there,
+    its density and the derivative of that in steps, and are empty where nothing is tabulated.
+    """
+
+    location: Floats
+    scatter: Floats
+    weight: Floats
+    none: Floats
+    low: Floats
+    per_step: Floats
+    n_nodes: NDArray[np.int64]
+    nodes: Floats
+    student: bool
+
+
+def share_curves(
+    location: Floats,
+    scatter: Floats,
+    share: Floats,
+    ends: tuple[float, float],
+    *,
+    in_log: bool,
+    student: bool,
+) -> ShareCurves:
+    """Tabulate shares between two frictions ν (`ends`).
+
+    `location`, `scatter` `[n_parameters, n_kinds, n_volumes]`; of the avalanches of draw p
+    `share` `[n_parameters, n_volumes]` have each volume. Friction that is normal (not `in_log`) is
+    taken given that it is over 0.
+    """
+    weight = np.broadcast_to(np.where(share < NOTHING, 0.0, share)[:, None], location.shape)
+    weight = weight.copy()
+    none = np.zeros(location.shape[:2])
+    if not in_log:
+        _given_over_nought(location, scatter, weight, none, student)
+    reach = np.inf if student else REACH
+    low = np.maximum(np.min(location - reach * scatter, axis=2), ends[0])
+    high = np.minimum(np.max(location + reach * scatter, axis=2), ends[1])
+    step = np.min(scatter, axis=2) / PER_SCATTER
+    n_nodes = np.ceil(np.maximum(high - low, 0.0) / step) + 1.0
+    n_nodes = np.maximum(n_nodes, 2.0)
+    whole = int(min(n_nodes.max(), MAX_NODES + 1))
+    nodes = np.zeros((*low.shape, 0 if whole > MAX_NODES else whole, 3))
+    curves = ShareCurves(
+        *(location, scatter, weight, none, low, 1.0 / step),
+        *(np.minimum(n_nodes, whole).astype(np.int64), nodes, student),
+    )
+    if nodes.size:
+        _tabulate(curves)
+    return curves
+
+
+@kernel
+def _given_over_nought(location, scatter, weight, none, student):  # type: ignore[no-untyped-def]
+    """Divide weights by the chance that friction is over 0, and sum up what is taken off."""
+    for p in range(location.shape[0]):
+        for k in range(location.shape[1]):
+            for v in range(location.shape[2]):
+                impossible = below(-location[p, k, v] / scatter[p, k, v], student)
+                weight[p, k, v] /= max(1.0 - impossible, 1e-300)
+                none[p, k] += weight[p, k, v] * impossible
+
+
+@kernel(forceinline=True)
+def below(z, student):  # type: ignore[no-untyped-def]
+    """The chance under z."""
+    if student:
+        return student_below(z)
+    if z < -FAR:
+        return 0.0
+    if z > FAR:
+        return 1.0
+    return normal_below(z)
+
+
+@kernel(forceinline=True)
+def summed_share(curves, p, k, nu):  # type: ignore[no-untyped-def]
+    """The share of draw p and kind k with friction under ν, by its definition."""
+    total = -curves.none[p, k]
+    for v in range(curves.location.shape[2]):
+        if curves.weight[p, k, v] > 0.0:
+            z = (nu - curves.location[p, k, v]) / curves.scatter[p, k, v]
+            total += curves.weight[p, k, v] * below(z, curves.student)
+    return total
+
+
+@kernel
+def _tabulate(curves):  # type: ignore[no-untyped-def]
+    density = np.empty((3, curves.nodes.shape[2]))
+    for p in range(curves.low.shape[0]):
+        for k in range(curves.low.shape[1]):
+            n, step = curves.n_nodes[p, k], 1.0 / curves.per_step[p, k]
+            density[:, :n] = 0.0
+            for v in range(curves.location.shape[2]):
+                weight, scatter = curves.weight[p, k, v], curves.scatter[p, k, v]
+                if weight > 0.0:
+                    z = (curves.low[p, k] - curves.location[p, k, v]) / scatter
+                    if curves.student:
+                        _add_student(density, n, z, step / scatter, weight)
+                    else:
+                        _add_normal(density, n, z, step / scatter, weight)
+            node = curves.nodes[p, k]
+            node[0, 0] = summed_share(curves, p, k, curves.low[p, k])
+            for j in range(n):
+                node[j, 1], node[j, 2] = density[0, j], density[1, j]
+            for j in range(1, n):
+                # The integral of the quintic through density and derivatives at both ends.
+                node[j, 0] = node[j - 1, 0] + (
+                    (density[0, j - 1] + density[0, j]) / 2.0
+                    + (density[1, j - 1] - density[1, j]) / 10.0
+                    + (density[2, j - 1] + density[2, j]) / 120.0
+                )
+
+
+@kernel(inner=True, forceinline=True)
+def _add_normal(density, n, z, step, weight):  # type: ignore[no-untyped-def]
+    """Add `weight` of φ at z and n - 1 `step`s on, with two derivatives, in steps `[3, n_nodes]`.
+
+    φ(z + h) = φ(z) e^(-h (z + h/2)), and this factor falls by e^(-h²) from step to step: no node
+    takes an exponential of its own.
+    """
+    first = max(0, math.ceil((-REACH - z) / step))
+    end = min(n, int((REACH - z) / step) + 1)
+    z += first * step
+    value = weight * step * normal_density(z)
+    ratio, fall = math.exp(-step * (z + 0.5 * step)), math.exp(-step * step)
+    for j in range(first, end):
+        density[0, j] += value
+        density[1, j] -= value * z * step
+        density[2, j] += value * (z * z - 1.0) * step * step
+        value *= ratio
+        ratio *= fall
+        z += step
+
+
+@kernel(inner=True, forceinline=True)
+def _add_student(density, n, z, step, weight):  # type: ignore[no-untyped-def]
+    """The same of Student's t."""
+    for j in range(n):
+        value, pull, bend = student_density(z + j * step)
+        value *= weight * step
+        density[0, j] += value
+        density[1, j] -= value * pull * step
+        density[2, j] += value * bend * step * step
+
+
+@kernel(forceinline=True)
+def share_under(curves, p, k, nu):  # type: ignore[no-untyped-def]
+    """The share of draw p and kind k with friction under ν, by its curve; 0 to 1."""
+    if curves.nodes.size == 0:
+        return summed_share(curves, p, k, nu)
+    nodes = curves.nodes
+    t = (nu - curves.low[p, k]) * curves.per_step[p, k]
+    last = curves.n_nodes[p, k] - 1
+    if t <= 0.0:
+        return max(nodes[p, k, 0, 0], 0.0)
+    if t >= last:
+        return nodes[p, k, last, 0]
+    j = int(t)
+    t -= j
+    near, steep, bent = nodes[p, k, j, 0], nodes[p, k, j, 1], nodes[p, k, j, 2]
+    # What share, density and its derivative at the far end differ by from a parabola.
+    rise = nodes[p, k, j + 1, 0] - near - steep - 0.5 * bent
+    slope = nodes[p, k, j + 1, 1] - steep - bent
+    bend = 0.5 * (nodes[p, k, j + 1, 2] - bent)
+    third = 10.0 * rise - 4.0 * slope + bend
+    fourth = -15.0 * rise + 7.0 * slope - 2.0 * bend
+    fifth = 6.0 * rise - 3.0 * slope + bend
+    value = near + t * (steep + t * (0.5 * bent + t * (third + t * (fourth + t * fifth))))
+    return max(value, 0.0)
+
 
 RARE = 1e-9
 """Rates under this part of the wanted one are far from it, whatever they are."""

@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.special import gamma, logsumexp
 
 from avahazard.arrays import Floats
-from avahazard.hazard.gev import Gev
+from avahazard.hazard.frequency_draws import Gev
 from avahazard.inference.likelihood.exponentials import exp_memory, exponentials, logarithms
 from avahazard.kernels import kernel
 

@@ -8,12 +8,10 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
-from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.frequencies import Frequencies, volume_frequencies
+from avahazard.hazard.avalanches import EventVolumes
+from avahazard.hazard.frequency import Frequencies, return_volume, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.hazard.path_rows import path_rows
-from avahazard.hazard.scenario import Scenario
-from avahazard.hazard.volume_frequency import return_volume
+from avahazard.hazard.rows import Scenario, path_rows
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.inference.prediction.fitted_model import FittedModel

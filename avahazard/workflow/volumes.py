@@ -7,12 +7,13 @@ from contextlib import suppress
 
 import numpy as np
 
-from avahazard.hazard.frequencies import (
+from avahazard.hazard.frequency import (
     Frequencies,
+    VolumeFrequency,
     known_volumes,
+    return_volume,
     volume_frequencies,
 )
-from avahazard.hazard.volume_frequency import VolumeFrequency, return_volume
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
 from avahazard.results.base import Rows

@@ -8,11 +8,10 @@ from functools import partial
 from pathlib import Path as FilePath
 
 from avahazard.effects.catalogue import catalogue
-from avahazard.hazard.frequencies import Frequencies, volume_frequencies
+from avahazard.hazard.frequency import Frequencies, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones.entry import path_zones
-from avahazard.hazard.zones.limits import PRESETS, Limits
-from avahazard.hazard.zones.limits_file import read_limits
+from avahazard.hazard.zones.limits import PRESETS, Limits, read_limits
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError

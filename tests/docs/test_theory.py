@@ -43,7 +43,7 @@ CONSTANTS = [
     ("likelihood", "log 0.075 ± 1", "inference.model.layout", "TRACK_SCATTER", 0.075),
     ("likelihood", "κ = 5", "inference.paper.density", "DEFAULT_KAPPA", 5.0),
     ("hazard", "8 equally probable", "hazard.future_events", "N_RELEASES", 8),
-    ("hazard", "flattens to 10°", "hazard.beta_point", "BETA_SLOPE_DEG", 10.0),
+    ("hazard", "flattens to 10°", "hazard.alpha_beta", "BETA_SLOPE_DEG", 10.0),
     ("criticism", "k > 0.7", "criticism.scoring.loo", "BAD_K", 0.7),
     ("criticism", "three or more", "criticism.scoring.held_out", "MIN_PATHS", 3),
     ("criticism", "more than 24 paths", "criticism.scoring.held_out", "MAX_FITS", 24),

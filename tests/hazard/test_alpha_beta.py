@@ -9,8 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.hazard.alpha_beta import AVAFRAME, REGRESSIONS, AlphaBeta, Regression, alpha_beta
-from avahazard.hazard.beta_point import lasting_flats
+from avahazard.hazard.alpha_beta import (
+    AVAFRAME,
+    REGRESSIONS,
+    AlphaBeta,
+    Regression,
+    alpha_beta,
+    lasting_flats,
+)
 from avahazard.physics.smooth_profile import (
     SmoothProfile,
     legendre_profile,

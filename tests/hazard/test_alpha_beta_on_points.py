@@ -7,8 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.alpha_beta import AVAFRAME, Regression, alpha_beta, alpha_beta_on_points
-from avahazard.hazard.alpha_beta_kernel import parabola, steps_of_points
+from avahazard.hazard.alpha_beta import (
+    AVAFRAME,
+    Regression,
+    alpha_beta,
+    alpha_beta_on_points,
+    parabola,
+    steps_of_points,
+)
 from avahazard.physics.smooth_profile import legendre_profile
 
 Points = tuple[np.ndarray, np.ndarray]

@@ -8,11 +8,12 @@ from scipy import stats
 
 from avahazard.effects.catalogue import definition
 from avahazard.hazard.avalanches import (
+    EventVolumes,
     annual_rate,
     exceeded,
+    one_volume,
 )
-from avahazard.hazard.event_volumes import EventVolumes, one_volume
-from avahazard.hazard.passing import passing
+from avahazard.hazard.exceedance import passing
 from avahazard.inference.model.specification import Specification
 from tests.hazard.naive import rate_below
 from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, stops

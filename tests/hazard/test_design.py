@@ -7,12 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.design import design, elevation_quantiles, place_quantiles
-from avahazard.hazard.event_volumes import EventVolumes, one_volume
+from avahazard.hazard.avalanches import EventVolumes, one_volume
 from avahazard.hazard.exceedance import exceeded_runout
-from avahazard.hazard.path_rows import path_rows
-from avahazard.hazard.recorded_stops import RecordedStops
-from avahazard.hazard.scenario import Scenario
+from avahazard.hazard.path_hazard import RecordedStops
+from avahazard.hazard.rows import Scenario, design, elevation_quantiles, path_rows, place_quantiles
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.results.hazard import Design, FarthestRecord, MapPoint, PlaceQuantiles

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.hazard.elevation_scatter import scattered_stops
+from avahazard.hazard.runout_bounds import scattered_stops
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 
 

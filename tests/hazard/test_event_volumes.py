@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from avahazard.hazard.event_volumes import event_volumes, one_volume, with_volumes
+from avahazard.hazard.avalanches import event_volumes, one_volume, with_volumes
 
 
 def test_nodes_hold_the_rate_between_their_middles() -> None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import annual_rate
-from avahazard.hazard.event_volumes import EventVolumes, one_volume
+from avahazard.hazard.avalanches import EventVolumes, annual_rate, one_volume
 from avahazard.hazard.exceedance import (
     at_the_middle,
     at_volume,
@@ -16,8 +15,8 @@ from avahazard.hazard.exceedance import (
     reach,
     runout_interval,
 )
+from avahazard.hazard.rows import volume_bounds
 from avahazard.hazard.runout_bounds import spread
-from avahazard.hazard.volume_bounds import volume_bounds
 from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, path, stop, stops
 
 VOLUME = 1e5

@@ -8,9 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from avahazard.hazard.frequencies import Frequencies, KnownVolumes
-from avahazard.hazard.volume_record import VolumeRecord
-from avahazard.hazard.volume_region import region_of
+from avahazard.hazard.frequency import Frequencies, KnownVolumes
+from avahazard.hazard.volume_region import VolumeRecord, region_of
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.hazard.frequency_draws import FrequencyDraws, GevDraws, ThresholdDraws
-from avahazard.hazard.gev import Gev
+from avahazard.hazard.frequency_draws import FrequencyDraws, Gev, GevDraws, ThresholdDraws
 
 GEV = GevDraws(
     np.array([0.2, 0.6]), Gev(np.array([0.1, -0.1]), np.array([9.0, 9.5]), np.array([1.0, 0.8]))

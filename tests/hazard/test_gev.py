@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import stats
 
-from avahazard.hazard.gev import Gev
+from avahazard.hazard.frequency_draws import Gev
 
 
 def test_quantiles_are_exceeded_as_often_as_they_say() -> None:

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.event_volumes import one_volume
+from avahazard.hazard.avalanches import one_volume
 from avahazard.hazard.notes import row_notes
 from avahazard.hazard.path_hazard import PathHazard, RisingFriction, path_hazard
-from avahazard.hazard.path_rows import path_rows
-from avahazard.hazard.scenario import Scenario
+from avahazard.hazard.rows import Scenario, path_rows
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import Avalanches, annual_rate, exceeded
-from avahazard.hazard.event_volumes import EventVolumes, one_volume
-from avahazard.hazard.passing import _thresholds_between, descent, passing, path_ends
-from avahazard.hazard.share_curves import MAX_NODES, share_under, summed_share
+from avahazard.hazard.avalanches import Avalanches, EventVolumes, annual_rate, exceeded, one_volume
+from avahazard.hazard.exceedance import _thresholds_between, descent, passing, path_ends
+from avahazard.hazard.passing_kernel import MAX_NODES, share_under, summed_share
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from tests.hazard.naive import naive_passing_rate

@@ -10,7 +10,7 @@ import pytest
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.site import Site
-from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.avalanches import EventVolumes
 from avahazard.hazard.path_hazard import (
     PathHazard,
     friction_of_volumes,
@@ -18,8 +18,7 @@ from avahazard.hazard.path_hazard import (
     path_hazard,
     rising_friction,
 )
-from avahazard.hazard.path_rows import path_rows
-from avahazard.hazard.scenario import Scenario
+from avahazard.hazard.rows import Scenario, path_rows
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import FrictionModel, friction_model
 from avahazard.inference.model.observations import build_observations

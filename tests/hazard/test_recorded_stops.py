@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.hazard.recorded_stops import RecordedStops
+from avahazard.hazard.path_hazard import RecordedStops
 from avahazard.results.hazard import MapPoint
 
 

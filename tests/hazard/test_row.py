@@ -1,11 +1,9 @@
 import numpy as np
 
-from avahazard.hazard.row import hazard_row
+from avahazard.hazard.frequency import fit_volume_frequency
+from avahazard.hazard.rows import Scenario, hazard_row
 from avahazard.hazard.runout_bounds import RunoutBounds
-from avahazard.hazard.scenario import Scenario
-from avahazard.hazard.volume_frequency import fit_volume_frequency
-from avahazard.hazard.volume_record import VolumeRecord
-from avahazard.hazard.volume_region import region_of
+from avahazard.hazard.volume_region import VolumeRecord, region_of
 from avahazard.results.hazard import Spread
 from avahazard.results.volumes import ReturnLevel
 

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.hazard.snowfall import snowfall_frequency
-from avahazard.hazard.volume_frequency import return_volume
-from avahazard.hazard.volume_record import VolumeRecord
+from avahazard.hazard.frequency import return_volume, snowfall_frequency
+from avahazard.hazard.volume_region import VolumeRecord
 from avahazard.records.errors import AvahazardError
 
 DEPTH = stats.genextreme(0.05, 0.8, 0.25)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.frequency_draws import GevDraws
-from avahazard.hazard.gev import Gev
-from avahazard.hazard.scenario import Scenario
-from avahazard.hazard.uncertainties import annual_reach, uncertainties
-from avahazard.hazard.volume_frequency import VolumeFrequency
+from avahazard.hazard.avalanches import EventVolumes
+from avahazard.hazard.frequency import VolumeFrequency
+from avahazard.hazard.frequency_draws import Gev, GevDraws
+from avahazard.hazard.rows import Scenario, annual_reach, uncertainties
 from tests.hazard.parabola import draws, path
 
 N = 40

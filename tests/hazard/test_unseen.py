@@ -7,10 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.event_volumes import EventVolumes, with_volumes
-from avahazard.hazard.exceedance import exceeded_runout
-from avahazard.hazard.unseen import LEAST_SEEN, chance_seen, with_unseen
+from avahazard.hazard.avalanches import Avalanches, EventVolumes, with_volumes
+from avahazard.hazard.exceedance import LEAST_SEEN, chance_seen, exceeded_runout, with_unseen
 from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, stops
 
 SIGMA, RATE, N = 0.15, 0.8, 400_000

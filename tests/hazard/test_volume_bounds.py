@@ -12,8 +12,8 @@ from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Effect
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
+from avahazard.hazard.rows import volume_bounds
 from avahazard.hazard.runout_bounds import RunoutBounds
-from avahazard.hazard.volume_bounds import volume_bounds
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.choices import MethodName

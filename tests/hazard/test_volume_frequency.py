@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.hazard.frequency_draws import ThresholdDraws
-from avahazard.hazard.shape_grid import gev_likelihood, over_locations
-from avahazard.hazard.volume_frequency import (
+from avahazard.hazard.frequency import (
     ReturnLevel,
     VolumeFrequency,
     fit_volume_frequency,
     return_volume,
 )
-from avahazard.hazard.volume_record import VolumeRecord
-from avahazard.hazard.volume_region import region_of
+from avahazard.hazard.frequency_draws import ThresholdDraws
+from avahazard.hazard.shape_grid import gev_likelihood, over_locations
+from avahazard.hazard.volume_region import VolumeRecord, region_of
 from avahazard.hazard.volume_source import Family
 from avahazard.records.errors import AvahazardError
 

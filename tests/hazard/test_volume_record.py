@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.volume_record import (
+from avahazard.hazard.volume_region import (
     VolumeRecord,
     unobserved_years,
     volume_record,

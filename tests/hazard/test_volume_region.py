@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.hazard.frequencies import KnownVolumes, volume_frequencies
+from avahazard.hazard.frequency import KnownVolumes, volume_frequencies
 from avahazard.hazard.shape_grid import gev_likelihood, over_locations
-from avahazard.hazard.volume_record import VolumeRecord
-from avahazard.hazard.volume_region import FEWEST_TELLING, PATHS_AT_ONCE, region_of
+from avahazard.hazard.volume_region import FEWEST_TELLING, PATHS_AT_ONCE, VolumeRecord, region_of
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.workers import set_workers
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.avalanches import annual_rate
-from avahazard.hazard.volume_frequency import return_volume
-from avahazard.hazard.volume_table import table_frequency
+from avahazard.hazard.frequency import return_volume, table_frequency
 
 ROWS = [(10.0, 2e4), (100.0, 2e5), (300.0, 5e5)]
 

@@ -1,26 +1,111 @@
-"""What one path has by its avalanches: speeds, pressures, chances and zones."""
+"""What one path has by its avalanches: speeds, pressures p = ρ u², chances and zones."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.design import design_of
 from avahazard.hazard.exceedance import Reach, exceeded_runout, reach
 from avahazard.hazard.notes import RELEASE_HINT
 from avahazard.hazard.path_hazard import PathHazard
-from avahazard.hazard.runout_bounds import QUANTILES
+from avahazard.hazard.rows import design_of
+from avahazard.hazard.runout_bounds import QUANTILES, spread
 from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
-from avahazard.hazard.zones.limits import Limits
-from avahazard.hazard.zones.pieces import Exceeded, zone_pieces
-from avahazard.hazard.zones.pressure import draw_densities, pressure_kpa
+from avahazard.hazard.zones.limits import Limits, Rule
 from avahazard.inference.seeds import generator
 from avahazard.message import message
 from avahazard.results.base import Rows
 from avahazard.results.hazard import Quantiles
-from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, ZonedPath
+from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, Zone, ZonedPath
+
+
+def draw_densities(mean: float, sd: float, n: int, rng: np.random.Generator) -> Floats:
+    """Flow densities `[n]` in kg/m3: lognormal with this mean and standard deviation."""
+    variance = np.log1p((sd / mean) ** 2)
+    noise = rng.standard_normal(n)
+    return np.asarray(np.exp(np.log(mean) - 0.5 * variance + np.sqrt(variance) * noise))
+
+
+def pressure_kpa(density: Floats, speed: Floats) -> Floats:
+    """ρ u² in kPa.
+
+    Of `density` `[n_parameters]` (kg/m3) and `speed` `[..., n_parameters, n_places]` (m/s).
+    """
+    return np.asarray(density[:, None] * speed**2 / 1000.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exceeded:
+    """What is exceeded once in one return period, by posterior draw.
+
+    `runout_x` (m) `[n_parameters]`, inf past the end of the profile; `pressure_kpa`
+    `[n_parameters, n_places]`, 0 past the runout. `extrapolated`: the record is too short for the
+    return period.
+    """
+
+    runout_x: Floats
+    pressure_kpa: Floats
+    extrapolated: bool = False
+
+
+def zone_pieces(limits: Limits, x: Floats, exceeded: Mapping[float, Exceeded]) -> Rows[Zone]:
+    """Every zone of the limits, the worst first, from its upper to its lower end.
+
+    `x` (m) `[n_places]` run from the release to the end of the profile; `exceeded` is by return
+    period. A zone ends at the farthest place where one of its rules, or of a worse zone's, holds:
+    what lies above such a place is in the zone too, as the track of an avalanche is, also where a
+    steep reach follows a flat one. A zone that no draw in two has begins and ends at one place.
+    Ends are medians over the posterior.
+    """
+    ends = np.full(len(next(iter(exceeded.values())).runout_x), x[0])
+    zones = []
+    start = float(x[0])
+    for zone in limits.zones:
+        for rule in zone.rules:
+            ends = np.maximum(ends, _farthest(rule, x, exceeded[rule.return_period_years]))
+        found = spread(ends)
+        end = float(x[-1]) if found.q50 is None else found.q50
+        zones.append(
+            Zone(
+                zone=zone.name,
+                color=zone.color,
+                from_x_m=start,
+                to_x_m=end,
+                to_x_q05_m=found.q05,
+                to_x_q95_m=found.q95,
+                beyond=found.q50 is None,
+                extrapolated=any(exceeded[r.return_period_years].extrapolated for r in zone.rules),
+            )
+        )
+        start = end
+    return Rows(zones)
+
+
+def _farthest(rule: Rule, x: Floats, exceeded: Exceeded) -> Floats:
+    """The farthest x `[n_parameters]` where the rule holds, x[0] where it never does.
+
+    Pressure is straight between places, and falls to nought at the runout itself.
+    """
+    runout, pressure = exceeded.runout_x, exceeded.pressure_kpa
+    least = rule.pressure_kpa_min
+    if least == 0.0:
+        return np.asarray(np.maximum(runout, x[0]))
+    holds = pressure >= least
+    last = len(x) - 1 - np.argmax(holds[:, ::-1], axis=1)
+    never = ~holds.any(axis=1)
+    draw = np.arange(len(last))
+    after = np.minimum(last + 1, len(x) - 1)
+    above, below = pressure[draw, last], pressure[draw, after]
+    after_x = np.where(below == 0.0, np.minimum(x[after], runout), x[after])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = np.clip((above - least) / (above - below), 0.0, 1.0)
+    between = x[last] + part * np.maximum(after_x - x[last], 0.0)
+    return np.where(never, x[0], np.where(last == len(x) - 1, np.inf, between))
+
 
 N_PLACES = 81
 HELD_WORTH_A_NOTE = 0.05

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avahazard.hazard.frequencies import KnownVolumes
+from avahazard.hazard.frequency import KnownVolumes
 from avahazard.hazard.future_events import MAX_CLASSES
 from avahazard.records.collection import Records
 from avahazard.records.event import Event

@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 
 from avahazard.effects.effect import Effect
-from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.event_volumes import EventVolumes
+from avahazard.hazard.avalanches import Avalanches, EventVolumes
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import hazard_of_events
 from avahazard.inference.likelihood.posterior import Posterior

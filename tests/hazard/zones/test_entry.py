@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.hazard.event_volumes import one_volume
+from avahazard.hazard.avalanches import one_volume
 from avahazard.hazard.zones.entry import N_PLACES, _notes, path_zones
 from avahazard.hazard.zones.limits import FRENCH
 from avahazard.results.zones import Density, ZonedPath

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects.catalogue import definition
-from avahazard.hazard.avalanches import annual_rate
-from avahazard.hazard.event_volumes import EventVolumes, one_volume
+from avahazard.hazard.avalanches import EventVolumes, annual_rate, one_volume
 from avahazard.hazard.exceedance import exceeded_runout
 from avahazard.hazard.zones.exceeded_speeds import _behind, _rate_over, exceeded_speeds
 from avahazard.inference.model.specification import Specification

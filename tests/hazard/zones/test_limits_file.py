@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.hazard.zones.limits import FRENCH, SWISS, Limits, Rule, ZoneLimits
-from avahazard.hazard.zones.limits_file import read_limits
+from avahazard.hazard.zones.limits import FRENCH, SWISS, Limits, Rule, ZoneLimits, read_limits
 from avahazard.records.errors import AvahazardError
 
 GOOD = """

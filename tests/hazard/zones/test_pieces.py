@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from avahazard.hazard.zones.entry import Exceeded, draw_densities, pressure_kpa, zone_pieces
 from avahazard.hazard.zones.limits import FRENCH, SWISS, Limits, Rule, ZoneLimits
-from avahazard.hazard.zones.pieces import Exceeded, zone_pieces
-from avahazard.hazard.zones.pressure import draw_densities, pressure_kpa
 
 X = np.linspace(100.0, 1100.0, 41)
 

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.event_volumes import EventVolumes
-from avahazard.hazard.zones.rate_curves import RateCurves, rate_curves
+from avahazard.hazard.avalanches import Avalanches, EventVolumes
+from avahazard.hazard.zones.exceeded_speeds import RateCurves, rate_curves
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from tests.hazard.naive import rate_below

@@ -11,7 +11,7 @@ import pytest
 
 from avahazard.criticism.screening.parametric_bootstrap import make_world
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.hazard.volume_bounds import volume_bounds
+from avahazard.hazard.rows import volume_bounds
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.frequencies import known_volumes
+from avahazard.hazard.frequency import known_volumes
 from avahazard.hazard.future_events import MAX_CLASSES
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
