@@ -12,6 +12,7 @@ import avahazard.report.pictures  # noqa: F401 (how results are drawn)
 from avahazard.api.model import Model
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.model.choices import (
+    DEFAULT_METHOD,
     DistributionName,
     MethodName,
     ScatterName,
@@ -260,7 +261,7 @@ class Region:
         law: str = "exponential",
         scatter: ScatterName = "constant",
         distribution: DistributionName = "lognormal",
-        method: MethodName = "marginal",
+        method: MethodName = DEFAULT_METHOD,
         tails: TailsName = "normal",
         with_: Sequence[str] = (),
         without: Sequence[str] = (),

@@ -9,6 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from avahazard.cli.output import number, table
+from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.given_prior import GIVEN
 from avahazard.message import counted
 from avahazard.results.amounts import RATIO, amount, bare, unit_of
@@ -68,7 +69,7 @@ def _unit(unit: str) -> str:
 
 def _title(model: Calibration) -> str:
     parts = [model.law + " law", model.method]
-    if model.method == "marginal":
+    if METHODS[model.method].knows_errors:
         parts.append(model.distribution)
     if model.scatter == "volume":
         parts.append("scatter by volume")

@@ -42,7 +42,7 @@ from avahazard.criticism.scoring.speed_misfit import (
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.ground_error import ground_error
+from avahazard.inference.prediction.stops import ground_error
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture

@@ -18,8 +18,7 @@ from avahazard.inference.model.observations import LENGTH
 from avahazard.inference.model.release_error import stated_release_sigma
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import predict_stops
-from avahazard.inference.prediction.uncertain_release import stops_over_releases, told
+from avahazard.inference.prediction.stops import predict_stops, stops_over_releases, told
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError, RejectedRows

@@ -9,6 +9,7 @@ from typing import Annotated
 
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.model.choices import (
+    DEFAULT_METHOD,
     DistributionName,
     MethodName,
     ScatterName,
@@ -79,7 +80,7 @@ class CalibrateRequest(Request):
     method: Annotated[
         MethodName,
         Option(help="marginal knows the errors of records; the others are the paper's."),
-    ] = "marginal"
+    ] = DEFAULT_METHOD
     tails: Annotated[
         TailsName, Option(help="student bears wrong records (4 degrees of freedom).")
     ] = "normal"

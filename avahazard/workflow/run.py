@@ -12,6 +12,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from avahazard.effects.catalogue import definition
+from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.given_prior import GIVEN
 from avahazard.inference.model.specification import Specification
 from avahazard.message import counted
@@ -150,7 +151,7 @@ def project_models(run: ProjectState) -> Iterator[tuple[str, Step]]:
         yield model, step
         if "compare" not in skip:
             yield model, _compared(run, model)
-        if "diagnose" in skip or wanted.model.method != "marginal":
+        if "diagnose" in skip or not METHODS[wanted.model.method].knows_errors:
             return
         step, diagnosis = _diagnosed(run, model)
         yield model, step
@@ -265,7 +266,7 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
     project, folder = run.project, run.folder
     if "hazard" not in project.skip:
         yield _bounds(run, model)
-    if "zones" not in project.skip and project.model.method != "metropolis":
+    if "zones" not in project.skip and not METHODS[project.model.method].in_metres:
         yield _zones(run, model)
     if "report" not in project.skip:
         page = folder / project.report.file

@@ -21,7 +21,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Slot
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.samplers.convergence import diagnose_chains
+from avahazard.inference.samplers.chains import diagnose_chains
 from avahazard.inference.samplers.marginal import sample
 from avahazard.store.records import load_records
 from avahazard.store.session import reading

@@ -10,7 +10,7 @@ from numba import njit
 
 from avahazard.inference.model.laws import law
 from avahazard.inference.paper.metropolis import runout_records, squared_residuals, walk
-from avahazard.inference.samplers.convergence import diagnose_chains
+from avahazard.inference.samplers.chains import diagnose_chains
 from benchmarks.cases.twin import twin
 from benchmarks.measuring import Result, alternate
 

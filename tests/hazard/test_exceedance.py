@@ -1,22 +1,42 @@
-"""Runouts of return periods on the parabola, where everything is known."""
+"""How often avalanches pass places, against sums and against draws."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import EventVolumes, annual_rate, one_volume
+from avahazard.hazard.avalanches import (
+    Avalanches,
+    EventVolumes,
+    annual_rate,
+    exceeded,
+    one_volume,
+    with_volumes,
+)
 from avahazard.hazard.exceedance import (
+    LEAST_SEEN,
+    _thresholds_between,
     at_the_middle,
     at_volume,
+    chance_seen,
+    descent,
     exceeded_runout,
     middle_runout,
     natural_runouts,
+    passing,
+    path_ends,
     reach,
     runout_interval,
+    with_unseen,
 )
+from avahazard.hazard.passing_kernel import MAX_NODES, share_under, summed_share
 from avahazard.hazard.rows import volume_bounds
 from avahazard.hazard.runout_bounds import spread
+from avahazard.inference.model.specification import Specification
+from avahazard.physics.runout_curve import MU
+from tests.hazard.naive import naive_passing_rate
 from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, path, stop, stops
 
 VOLUME = 1e5
@@ -148,3 +168,203 @@ def test_the_friction_of_a_volume_lies_between_that_of_its_neighbours() -> None:
     assert found.location[:, 0, 0] == pytest.approx([small, 0.5 * (small + large), large])
     assert found.scatter == pytest.approx(SIGMA)
     assert found.volumes.share.shape == (3, 1)
+
+
+RELEASES = (TOP_M, 2350.0)
+N = 6
+CASES = {
+    "lognormal": Specification(),
+    "normal": Specification(distribution="normal"),
+    "student": Specification(tails="student"),
+}
+
+
+def mixed(case: str, sigma: float = 0.15) -> Avalanches:
+    rng = np.random.default_rng(4)
+    coordinates = draws(sigma, N)
+    coordinates[:, 0] += 0.1 * rng.standard_normal(N)
+    coordinates[:, 2] += 0.3 * rng.standard_normal(N)
+    share = rng.dirichlet(np.ones(8), N)
+    share[:, 2] = 0.0
+    volumes = EventVolumes(
+        rng.gamma(2.0, 0.2, N), np.linspace(8.0, 12.2, 8), share / share.sum(axis=1)[:, None]
+    )
+    return avalanches_of(coordinates, volumes, RELEASES, specification=CASES[case])
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_rates_past_places_are_the_sums_over_volumes(case: str) -> None:
+    avalanches = mixed(case)
+    x = np.linspace(*path_ends(avalanches), 40)
+    naive = naive_passing_rate(avalanches)
+    expected = np.array([naive(np.full(N, place)) for place in x])
+    found = passing(avalanches).rates(x)
+    np.testing.assert_allclose(found, expected, atol=2e-8 * avalanches.volumes.rate.max())
+    assert np.ptp(expected) > 0.1
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("what", ["location", "scatter"])
+@pytest.mark.parametrize("first", [0, 2])
+def test_classes_that_differ_in_friction_have_rates_of_their_own(
+    case: str, what: str, first: int
+) -> None:
+    """In all draws, or in some."""
+    avalanches = mixed(case)
+    own = getattr(avalanches, what).copy()
+    assert own.shape[1] == 2
+    own[first:, 1] += 0.1
+    differ = replace(avalanches, **{what: own})
+    x = np.linspace(*path_ends(differ), 40)
+    naive = naive_passing_rate(differ)
+    expected = np.array([naive(np.full(N, place)) for place in x])
+    found = passing(differ).rates(x)
+    np.testing.assert_allclose(found, expected, atol=2e-8 * differ.volumes.rate.max())
+    assert np.max(np.abs(found - passing(avalanches).rates(x))) > 0.001
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_place_of_a_rate_is_that_of_the_halvings(case: str) -> None:
+    avalanches = mixed(case)
+    places = []
+    for period in (3.0, 10.0, 30.0):
+        rate = annual_rate(period)
+        found = passing(avalanches).exceeded(rate)
+        expected = exceeded(naive_passing_rate(avalanches), rate, *path_ends(avalanches), N)
+        np.testing.assert_array_equal(np.isinf(found), np.isinf(expected))
+        np.testing.assert_allclose(found, expected, atol=1e-3)
+        places += [x for x in found if np.isfinite(x)]
+        # The curves' own rates, halved: the very same cell.
+        by_curves = exceeded(
+            lambda x: np.diagonal(passing(avalanches).rates(x)), rate, *path_ends(avalanches), N
+        )
+        np.testing.assert_array_equal(found, by_curves)
+    assert len(np.unique(places)) > N
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_share_is_read_within_1e_8(case: str) -> None:
+    shares = descent(mixed(case)).shares
+    assert shares.nodes.shape[1] == 1, "releases alone do not part frictions"
+    for p in range(N):
+        last = shares.low[p, 0] + (shares.n_nodes[p, 0] - 1) / shares.per_step[p, 0]
+        for nu in np.linspace(shares.low[p, 0], last, 301):
+            exact = summed_share(shares, p, 0, nu)
+            assert share_under(shares, p, 0, nu) == pytest.approx(exact, abs=1e-8)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_scatters_as_usual_has_curves_of_some_nodes(case: str) -> None:
+    nodes = descent(mixed(case)).shares.nodes
+    assert 20 < nodes.shape[2] <= MAX_NODES
+
+
+def test_curves_of_one_volume_go_as_far_as_its_friction() -> None:
+    nodes = descent(avalanches_of(draws(0.02, N), one_volume(1e5, N))).shares.nodes
+    # Five to each scatter, six and a half of them to each side.
+    assert 66 <= nodes.shape[2] <= 67
+
+
+def test_hardly_any_scatter_needs_no_curve() -> None:
+    avalanches = mixed("lognormal", sigma=1e-5)
+    shares = descent(avalanches).shares
+    assert shares.nodes.size == 0 < MAX_NODES
+    x = np.linspace(*path_ends(avalanches), 10)
+    naive = naive_passing_rate(avalanches)
+    expected = np.array([naive(np.full(N, place)) for place in x])
+    np.testing.assert_allclose(passing(avalanches).rates(x), expected, atol=1e-8)
+
+
+def test_where_no_block_leaves_every_friction_is_asked_for() -> None:
+    falling = np.linspace(900.0, 100.0, len(MU))[None, None]
+    assert _thresholds_between(falling) == (MU[0], MU[-1])
+    falling[..., :3], falling[..., -4:] = np.inf, 100.0
+    assert _thresholds_between(falling) == (MU[2], MU[-4])
+
+
+SEEN_SIGMA, RATE, N_SEEN = 0.15, 0.8, 400_000
+LOG_VOLUME = np.log([1e4, 5e4, 2e5])
+SHARE = np.array([0.5, 0.3, 0.2])
+
+
+def height(x: float) -> float:
+    return 2500.0 - 0.9 * x + 1.2e-4 * x**2
+
+
+@pytest.fixture(scope="module")
+def drawn() -> tuple[np.ndarray, np.ndarray]:
+    """Give volumes (as numbers of nodes) and stops x (m) of a great many avalanches."""
+    rng = np.random.default_rng(7)
+    k = rng.choice(3, N_SEEN, p=SHARE)
+    log_mu = (
+        LAW[0] - LAW[1] * np.exp(LOG_VOLUME[k]) * 1e-6 + SEEN_SIGMA * rng.standard_normal(N_SEEN)
+    )
+    x = np.empty(N_SEEN)
+    for j, release in enumerate(RELEASES):
+        mine = np.arange(N_SEEN) % 2 == j
+        x[mine] = stops(np.exp(log_mu[mine]), release)
+    return k, x
+
+
+def on_record(k: np.ndarray, seen: np.ndarray, seen_only: bool = True) -> Avalanches:
+    """The path by the rate and the volumes of what was seen."""
+    share = np.bincount(k[seen], minlength=3) / np.sum(seen)
+    volumes = EventVolumes(
+        np.full(4, RATE * np.mean(seen)), LOG_VOLUME, np.tile(share, (4, 1)), seen_only
+    )
+    return avalanches_of(draws(SEEN_SIGMA, 4), volumes, RELEASES)
+
+
+def test_with_the_unseen_the_rate_is_that_of_all(drawn) -> None:
+    k, x = drawn
+    limit = float(np.quantile(x, 0.35))
+    recorded = on_record(k, x > limit)
+    found = with_unseen(recorded, np.array([height(limit)]))
+    np.testing.assert_allclose(found.volumes.rate, RATE, rtol=0.02)
+    np.testing.assert_allclose(found.volumes.share[0], SHARE, atol=0.01)
+    assert recorded.volumes.rate[0] < 0.7 * RATE
+    chance = chance_seen(recorded, np.array([height(limit)]))[0]
+    truth = [np.mean(x[k == j] > limit) for j in range(3)]
+    np.testing.assert_allclose(chance, truth, atol=0.005)
+    # The runout of 20 years is that of all avalanches, not that of those that were seen.
+    share = -np.log1p(-1.0 / 20.0) / RATE
+    assert exceeded_runout(found, 20.0)[0] == pytest.approx(np.quantile(x, 1.0 - share), abs=5.0)
+    assert exceeded_runout(recorded, 20.0)[0] < np.quantile(x, 1.0 - share) - 5.0
+
+
+def test_a_rate_of_all_avalanches_stays(drawn) -> None:
+    k, x = drawn
+    for seen_only, limit in ((False, 1800.0), (True, np.nan)):
+        given = on_record(k, x > 0.0, seen_only)
+        assert with_unseen(given, np.array([limit])) is given
+
+
+def test_some_draws_may_have_a_limit_and_others_none(drawn) -> None:
+    k, x = drawn
+    given = on_record(k, x > 0.0)
+    groups = replace(given, curves=given.curves * 2, group=np.array([0, 1, 0, 1]))
+    limit = height(float(np.quantile(x[np.isfinite(x)], 0.35)))
+    found = with_unseen(groups, np.array([limit, np.nan])).volumes.rate
+    np.testing.assert_allclose(found[1::2], given.volumes.rate[1::2])
+    assert np.all(found[::2] > 1.2 * given.volumes.rate[::2])
+
+
+def test_what_is_hardly_ever_seen_does_not_blow_up(drawn) -> None:
+    k, x = drawn
+    given = on_record(k, x > 0.0)
+    found = with_unseen(given, np.array([float(height(x[np.isfinite(x)].max()))]))
+    assert np.all(found.volumes.rate <= RATE / LEAST_SEEN * 1.0001)
+    assert np.isfinite(found.volumes.share).all()
+
+
+def test_with_scatter_in_metres() -> None:
+    volumes = EventVolumes(np.full(4, RATE), LOG_VOLUME, np.tile(SHARE, (4, 1)), True)
+    known = avalanches_of(draws(60.0, 4), volumes, metres=True)
+    middle = stops(np.exp(LAW[0] - LAW[1] * np.exp(LOG_VOLUME) * 1e-6), TOP_M)
+    limit = float(height(middle[1]))
+    assert chance_seen(known, np.array([limit]))[0, 1] == pytest.approx(0.5, abs=0.02)
+
+
+def test_more_nodes_are_those_of_the_seen_too() -> None:
+    volumes = EventVolumes(np.ones(2), LOG_VOLUME, np.tile(SHARE, (2, 1)), True)
+    assert with_volumes(volumes, np.log([2e4])).seen_only

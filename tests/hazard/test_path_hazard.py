@@ -13,6 +13,7 @@ from avahazard.effects.site import Site
 from avahazard.hazard.avalanches import EventVolumes
 from avahazard.hazard.path_hazard import (
     PathHazard,
+    RecordedStops,
     friction_of_volumes,
     limits_of_sight,
     path_hazard,
@@ -29,6 +30,7 @@ from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from avahazard.results.hazard import MapPoint
 from tests.hazard.parabola import LAW, TOP_M, draws, future, observations
 
 DRAG = definition("turbulent-drag").build({})
@@ -166,3 +168,21 @@ def test_the_limit_is_the_path_s_or_the_effect_s() -> None:
     limited = fitted_model(Posterior(given, Specification(), (effect,)), draws(0.1, 2, 0.0))
     values = ({effect.key: np.array([50.0])}, {effect.key: np.array([1000.0])})
     np.testing.assert_array_equal(limits_of_sight(limited, there, values), [950.0, np.nan])
+
+
+def test_the_map_holds_both_ends_of_the_line_and_nothing_beyond() -> None:
+    line = {"line_x": [100.0, 900.0], "east": [7.0, 7.8], "north": [46.0, 46.4]}
+    stops = RecordedStops(**{name: np.array(values) for name, values in line.items()}, crs="C")
+    assert stops.point(100.0) == MapPoint(7.0, 46.0, "C")
+    assert stops.point(900.0) == MapPoint(7.8, 46.4, "C")
+    assert stops.point(np.nextafter(100.0, 0.0)) is None
+    assert stops.point(np.nextafter(900.0, 1e4)) is None
+    assert RecordedStops().point(0.0) is None
+
+
+def test_without_records_or_coordinates_there_is_nothing() -> None:
+    nothing = RecordedStops()
+    assert {len(c) for c in (nothing.x, nothing.line_x, nothing.east, nothing.north)} == {0}
+    assert nothing.farthest() is None
+    assert nothing.point(0.0) is None
+    assert nothing.beyond(0.0) == 0

@@ -1,5 +1,7 @@
+"""Records of volumes, of one path and of all."""
+
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
@@ -7,9 +9,153 @@ from scipy import stats
 
 from avahazard.hazard.frequency import KnownVolumes, volume_frequencies
 from avahazard.hazard.shape_grid import gev_likelihood, over_locations
-from avahazard.hazard.volume_region import FEWEST_TELLING, PATHS_AT_ONCE, VolumeRecord, region_of
+from avahazard.hazard.volume_region import (
+    FEWEST_TELLING,
+    PATHS_AT_ONCE,
+    VolumeRecord,
+    region_of,
+    unobserved_years,
+    volume_record,
+    without_record_error,
+)
 from avahazard.hazard.volume_source import VolumeSource
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.path import Path
 from avahazard.workers import set_workers
+
+
+def event(number: int, date: str | None, volume: float | None) -> Event:
+    return Event(f"e{number}", "p", date=date, runout_x_m=1.0, volume_m3=volume)
+
+
+EVENTS = [
+    event(1, "1950-02-13", 1000.0),
+    event(2, "1950-12-30", 3000.0),
+    event(3, "1961", 500.0),
+    event(4, "1962-01-01", None),
+    event(5, None, 9e5),
+]
+
+
+def test_largest_volume_of_each_year() -> None:
+    record = volume_record(Path("p", observed_from=1941, observed_to=1980), EVENTS)
+    np.testing.assert_allclose(np.exp(record.log_maxima), [3000, 500])
+    assert (record.n_years, record.n_events, record.n_event_years) == (40, 4, 3)
+    assert record.events_per_year == pytest.approx(0.1)
+    assert record.event_year_chance == pytest.approx(3 / 40)
+    assert record.n_left_out == 1
+    assert record.window == "observed_from to observed_to"
+    np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
+
+
+def test_gaps_are_taken_from_the_years_and_their_records_left_out() -> None:
+    path = Path(
+        "p",
+        observed_from=1941,
+        observed_to=1980,
+        covariates={"not_observed": "1935-1944; 1950;1979 - 1990"},
+    )
+    record = volume_record(path, EVENTS)
+    assert (record.n_unobserved, record.n_years) == (4 + 1 + 2, 33)
+    assert (record.n_events, record.n_left_out) == (2, 3)
+    assert record.events_per_year == pytest.approx(2 / 33)
+
+
+@pytest.mark.parametrize(
+    ("text", "years"),
+    [("1943", {1943}), (1943.0, {1943}), ("1914-1916;1943", {1914, 1915, 1916, 1943})],
+)
+def test_years_that_nobody_observed(text: str | float, years: set[int]) -> None:
+    assert unobserved_years(Path("p", covariates={"not_observed": text})) == years
+
+
+@pytest.mark.parametrize("text", ["the war", "1918-1914", "14-18"])
+def test_gaps_that_do_not_read(text: str) -> None:
+    with pytest.raises(AvahazardError, match="not_observed of path p") as error:
+        unobserved_years(Path("p", covariates={"not_observed": text}))
+    assert "1914-1918;1943" in error.value.hint
+
+
+def test_the_error_of_the_records_is_taken_from_their_spread() -> None:
+    rng = np.random.default_rng(1)
+    records = []
+    for k in range(40):
+        true = rng.normal(10.0 + k, 0.8, 30)
+        seen = true + rng.normal(0.0, 0.6, 30)
+        sigma = np.full(30, 0.6)
+        records.append(VolumeRecord(f"p{k}", 1900, 1999, "", 30, 30, 0, seen, sigma, seen, sigma))
+    freed = without_record_error(records)
+    spread = np.sqrt(np.mean([np.var(r.log_volumes, ddof=1) for r in freed]))
+    assert spread == pytest.approx(0.8, abs=0.03)
+    for before, after in zip(records, freed, strict=True):
+        assert after.log_volumes.mean() == pytest.approx(before.log_volumes.mean())
+    exact = [replace(r, maxima_sigma=np.zeros(30), volumes_sigma=np.zeros(30)) for r in records]
+    np.testing.assert_allclose(without_record_error(exact)[0].log_maxima, exact[0].log_maxima)
+
+
+def test_two_volumes_of_a_path_tell_of_their_spread_and_one_does_not() -> None:
+    def of(name: str, *log_volumes: float) -> VolumeRecord:
+        values, sigma = np.array(log_volumes), np.full(len(log_volumes), 0.5)
+        n = len(values)
+        return VolumeRecord(name, 1900, 1999, "", n, n, 0, values, sigma, values, sigma)
+
+    pair, alone = of("pair", 9.0, 11.0), of("alone", 10.0)
+    # Their variance is 2, of which 0.25 is error.
+    freed, same = without_record_error([pair, alone])
+    shrunk = np.sqrt(1.75 / 2.0)
+    np.testing.assert_allclose(freed.log_volumes, [10.0 - shrunk, 10.0 + shrunk])
+    np.testing.assert_allclose(same.log_volumes, [10.0])
+    assert without_record_error([alone])[0] is alone
+
+
+def test_span_of_the_records_without_observed_years() -> None:
+    record = volume_record(Path("p"), EVENTS)
+    assert (record.first_year, record.last_year) == (1950, 1962)
+    assert record.events_per_year == pytest.approx(4 / 13)
+    assert record.window == "the span of its records"
+
+
+@pytest.mark.parametrize(
+    ("path", "years", "window"),
+    [
+        (Path("p", observed_from=1900), (1900, 1962), "observed_from to its last record"),
+        (Path("p", observed_to=2000), (1950, 2000), "its first record to observed_to"),
+    ],
+)
+def test_one_end_given(path: Path, years: tuple[int, int], window: str) -> None:
+    record = volume_record(path, EVENTS)
+    assert (record.first_year, record.last_year) == years
+    assert record.window == window
+
+
+def test_records_outside_the_observed_years_are_left_out() -> None:
+    record = volume_record(Path("p", observed_from=1960, observed_to=1970), EVENTS)
+    assert (record.n_events, record.n_left_out) == (2, 3)
+    np.testing.assert_allclose(np.exp(record.log_maxima), [500])
+
+
+@pytest.mark.parametrize(
+    ("path", "events", "message"),
+    [
+        (Path("p"), EVENTS[4:], "No event of path p is dated"),
+        (Path("p"), EVENTS[:2], "are of 1950"),
+        (Path("p", observed_from=1980, observed_to=1990), EVENTS, "1980 to 1990"),
+        (Path("p", observed_from=1980, observed_to=1990), [], "1980 to 1990"),
+    ],
+)
+def test_no_rate(path: Path, events: list[Event], message: str) -> None:
+    with pytest.raises(AvahazardError, match=message) as error:
+        volume_record(path, events)
+    assert "--volume" in error.value.hint
+
+
+def test_a_volume_of_nothing_is_no_size() -> None:
+    path = Path("p", observed_from=1941, observed_to=1980)
+    record = volume_record(path, [*EVENTS, event(6, "1970", 0.0)])
+    np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
+    assert record.n_events == 5
+
 
 N_PATHS = 2 * PATHS_AT_ONCE + 7
 
@@ -72,7 +218,7 @@ def test_the_error_of_all_is_that_of_all_maxima(records: list[VolumeRecord]) -> 
 
 
 def test_workers_are_given_what_all_say_where_records_are_asked(
-    records: list[VolumeRecord], tmp_path: Path
+    records: list[VolumeRecord], tmp_path: FilePath
 ) -> None:
     known = KnownVolumes(records=records)
     assert "together" in volume_frequencies(known, 1).region.kept

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
+from avahazard.message import message
+
 ScatterName = Literal["constant", "volume"]
 DistributionName = Literal["lognormal", "normal"]
 TailsName = Literal["normal", "student"]
@@ -14,11 +16,12 @@ MethodName = Literal["marginal", "metropolis", "gibbs"]
 class Method(NamedTuple):
     """What a method of calibration is to the rest of the program.
 
-    `n_draws`: draws of each chain where the user names none. `knows_errors`: it accounts for the
-    errors of records, and so has a likelihood in which effects can be tested. `in_metres`: what
-    scatters is the stop's elevation, not friction.
+    `words` name it in a sentence. `n_draws`: draws of each chain where the user names none.
+    `knows_errors`: it accounts for the errors of records, and so has a likelihood in which effects
+    can be tested. `in_metres`: what scatters is the stop's elevation, not friction.
     """
 
+    words: str
     n_draws: int
     knows_errors: bool = False
     in_metres: bool = False
@@ -26,8 +29,14 @@ class Method(NamedTuple):
 
 # The draws of the marginal method are nearly independent.
 METHODS: Mapping[str, Method] = {
-    "marginal": Method(1000, knows_errors=True),
-    "metropolis": Method(5000, in_metres=True),
-    "gibbs": Method(5000),
+    "marginal": Method(
+        message("the marginal likelihood, which knows the errors of the records"),
+        n_draws=1000,
+        knows_errors=True,
+    ),
+    "metropolis": Method(
+        message("the Metropolis-Hastings sampler of Ancey (2005)"), n_draws=5000, in_metres=True
+    ),
+    "gibbs": Method(message("the Gibbs sampler of Ancey (2005)"), n_draws=5000),
 }
 DEFAULT_METHOD: MethodName = "marginal"

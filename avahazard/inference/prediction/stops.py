@@ -1,8 +1,14 @@
-"""Predictive distributions: what the block would do, over scatter, volume error and posterior."""
+"""Predictive distributions: what the block would do, over scatter, volume error and posterior.
+
+Of the avalanche itself, not a record of it. The error of a release goes through the run of the
+block, however much F bends, and wherever friction goes by the release; that of a profile's points
+through the friction that they let show.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +16,36 @@ from numpy.typing import NDArray
 from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.model.observations import ELEVATION, LENGTH, Observations
 from avahazard.inference.model.volumes import drawn_log_volumes
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.table_groups import table_groups
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, between, located, nearest, steps_of
+from avahazard.records.event import Event
+
+
+def table_groups(parameters: Floats, n_groups: int) -> list[NDArray[np.int64]]:
+    """Split draws `[n_draws, n_parameters]` into at most `n_groups` groups of like size.
+
+    The group with the widest parameter (in standard deviations of all draws) is halved at its
+    median until there are enough. A group can share one set of tables; the parameters that go
+    along with those of the tables (friction falls where drag rises) stay with them.
+    """
+    groups = [np.arange(len(parameters))]
+    spread = np.std(parameters, axis=0)
+    known = parameters[:, spread > 0.0] / spread[spread > 0.0]
+    if known.shape[1] == 0:
+        return groups
+    while len(groups) < n_groups:
+        widths = [np.ptp(known[g], axis=0) * len(g) for g in groups]
+        k = int(np.argmax([width.max() for width in widths]))
+        if widths[k].max() == 0.0:
+            break
+        order = groups[k][np.argsort(known[groups[k], np.argmax(widths[k])], kind="stable")]
+        half = len(order) // 2
+        groups[k : k + 1] = [order[:half], order[half:]]
+    return groups
+
 
 LEAST_FRICTION = 1e-3
 """No flow is known to slide on less; draws of μ ≤ 0 count as the lowest friction of the tables."""
@@ -165,3 +196,119 @@ def look_up(
     record[straight] = lengths
     left[straight] = False
     return record, x, elevation, left
+
+
+Stops = tuple[Floats, NDArray[np.bool_]]
+"""Where events stop (m, or H/L) and whether they left their profile, `[n_events, n_draws]` each."""
+
+N_RELEASES = 25
+AT_ONCE = 20
+"""Events that are run from all their releases at once: memory."""
+LEAST_FALL = 1e-3
+"""Share of the fall that is left at least, on a straight line."""
+
+
+def stops_over_releases(
+    on: Callable[[Sequence[Event]], FittedModel],
+    events: Sequence[Event],
+    sigma: Floats,
+    n_draws: int,
+    rng: np.random.Generator,
+) -> Stops:
+    """Draws of where events stop whose releases are off by `sigma` `[n_events]` (m of elevation).
+
+    `on` gives the model on events of its paths. Each draw starts from one of `N_RELEASES` places,
+    as likely each.
+    """
+    values, left = np.empty((len(events), n_draws)), np.empty((len(events), n_draws), np.bool_)
+    known = on(events).observations
+    for first in range(0, len(events), AT_ONCE):
+        mine = range(first, min(first + AT_ONCE, len(events)))
+        copies = [copy for i in mine for copy in from_each_release(events[i], sigma[i], known, i)]
+        model = on(copies)
+        stops = predict_stops(model, n_draws, rng)
+        there = told(model.observations, stops.record, stops.elevation)
+        for k, i in enumerate(mine):
+            # Draws run through the posterior in order; their releases must not.
+            start = k * N_RELEASES + rng.permutation(np.arange(n_draws) % N_RELEASES)
+            values[i] = there[start, np.arange(n_draws)]
+            left[i] = stops.left[start, np.arange(n_draws)]
+    return values, left
+
+
+def told(observations: Observations, record: Floats, elevation: Floats) -> Floats:
+    """Elevations, or without a profile lengths or H/L, `[n_events, n_draws]`."""
+    lengths = observations.kind == LENGTH
+    return np.where(lengths[:, None], observations.as_recorded(record), elevation)
+
+
+def from_each_release(
+    event: Event, sigma: float, observations: Observations, i: int
+) -> list[Event]:
+    """The event, number `i` of the observations, from each release within its error `sigma` (m).
+
+    On a straight line the fall changes, else the elevation of the start; over the top of the
+    profile is its top.
+    """
+    places = sigma * normal_places(N_RELEASES)
+    if event.path_id is None:
+        fall = float(observations.fall_height[i])
+        return [
+            replace(event, fall_height_m=max(fall + float(z), LEAST_FALL * fall)) for z in places
+        ]
+    height = float(observations.columns.release_elevation[i])
+    return [replace(event, release_elevation_m=height + float(z)) for z in places]
+
+
+def normal_places(n: int) -> Floats:
+    """Middles `[n]` of equal shares of the standard normal, stretched to its variance."""
+    from scipy.stats import norm  # noqa: PLC0415 (slow)
+
+    places = norm.ppf((np.arange(n) + 0.5) / n)
+    return np.asarray(places / np.sqrt(np.mean(places**2)))
+
+
+MOST_OFF = 0.9
+"""Share of the friction: errors as large as the fall itself say no more than that."""
+
+
+def ground_error(model: FittedModel, friction: Floats | None = None) -> Floats:
+    """Standard deviation `[n_events]` (m, in each record's coordinate) of the predicted stop.
+
+    Along the path a block spends μ g dx and gains g dy, so what counts is how far the heights of
+    its release and of its stop are off, s₀ and s₁: it stops where one with a friction off by
+    √(s₀² + s₁²) / L does, L its reach (Ancey 2005, § 2: μ = H / L without curvature). An
+    elevation is off by s₁ besides, as the stop lies on other ground. Every event keeps its
+    `friction` `[n_events]`, by default the posterior median for its volume. What left its profile
+    counts as at its end. Nought without a profile, or where the ground is a polynomial of points
+    without error.
+    """
+    observations, posterior = model.observations, model.posterior
+    if friction is None:
+        friction = model.median_friction(np.exp(observations.volumes.mean))
+    tables = posterior.nodes.predicted_at(model.draws.mean(axis=0))
+    stop = look_up(tables, friction[:, None])[1][:, 0]
+    released, start, end = _errors(observations, stop)
+    reach = np.maximum(stop - released, 1.0)
+    off = np.where(start + end > 0.0, np.hypot(start, end) / reach, 0.0)
+    off = np.minimum(off, MOST_OFF * friction)
+    around = look_up(tables, friction[:, None] + off[:, None] * np.array([-1.0, 1.0]))[0]
+    moved = 0.5 * np.abs(around[:, 1] - around[:, 0])
+    # By a metre of height at either end, and the stop's own height on top.
+    steep = np.divide(moved, np.hypot(start, end), out=np.zeros_like(moved), where=off > 0.0)
+    own = end * (observations.kind == ELEVATION)
+    return np.asarray(np.hypot(steep * start, steep * end + own))
+
+
+def _errors(observations: Observations, stop: Floats) -> tuple[Floats, Floats, Floats]:
+    """x of each release (m) `[n_events]`, and the ground's error (m) there and at each `stop`."""
+    n = observations.n_events
+    released, start, end = np.zeros(n), np.zeros(n), np.zeros(n)
+    for k, site in enumerate(observations.sites):
+        mine = np.flatnonzero(observations.columns.path_index == k)
+        released[mine] = site.release_x[observations.release[mine]]
+        if site.smooth.posterior is None or not len(mine):
+            continue
+        places = np.concatenate([released[mine], stop[mine]])
+        start[mine], end[mine] = np.split(site.smooth.posterior.sd(places), 2)
+    return released, start, end

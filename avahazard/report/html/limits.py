@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from avahazard.inference.model.choices import METHODS
 from avahazard.report.html.content import ReportContent
 
 
@@ -47,7 +48,7 @@ def assumptions(content: ReportContent) -> list[str]:
                 "future as in the observed years."
             )
         )
-    if model.method == "metropolis":
+    if METHODS[model.method].in_metres:
         words.append(
             say(
                 "This model's scatter is in metres of elevation and holds all errors at once: "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import law
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.words import (
@@ -15,7 +16,6 @@ from avahazard.report.html.words import (
     paths,
     share,
 )
-from avahazard.report.language import Language
 from avahazard.results.comparison import Comparison, Failure
 
 SIGNIFICANT = 0.05
@@ -35,16 +35,16 @@ def model_words(content: ReportContent) -> list[str]:
             "The model was calibrated on {events} on {paths}, by {method}.",
             events=events(model.n_events, language),
             paths=paths(n_paths, language),
-            method=_method(model.method, language),
+            method=say(METHODS[model.method].words),
         )
         if n_paths
         else say(
             "The model was calibrated on {events}, without profiles, by {method}.",
             events=events(model.n_events, language),
-            method=_method(model.method, language),
+            method=say(METHODS[model.method].words),
         ),
     ]
-    if model.method == "metropolis":
+    if METHODS[model.method].in_metres:
         words.append(say("Stops scatter about that of the block by σ metres of elevation."))
     else:
         families = {"lognormal": say("lognormal"), "normal": say("normal")}
@@ -68,15 +68,6 @@ def model_words(content: ReportContent) -> list[str]:
     if model.parent:
         words.append(say("It was made from the model “{model}”.", model=model.parent))
     return words
-
-
-def _method(method: str, language: Language) -> str:
-    say = language.say
-    return {
-        "marginal": say("the marginal likelihood, which knows the errors of the records"),
-        "gibbs": say("the Gibbs sampler of Ancey (2005)"),
-        "metropolis": say("the Metropolis-Hastings sampler of Ancey (2005)"),
-    }[method]
 
 
 def why_words(content: ReportContent) -> list[str]:

@@ -12,8 +12,7 @@ from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
-from avahazard.inference.prediction.ground_error import ground_error
-from avahazard.inference.prediction.stops import look_up
+from avahazard.inference.prediction.stops import ground_error, look_up
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile

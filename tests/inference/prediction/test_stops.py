@@ -1,10 +1,11 @@
-"""Draws of stops on a path with a terrace, which F jumps over."""
+"""Predictive distributions of stops."""
 
 from __future__ import annotations
 
 import tracemalloc
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,12 +18,43 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction import stops
 from avahazard.inference.prediction.fitted_model import fitted_model
-from avahazard.inference.prediction.stops import look_up, predict_stops
+from avahazard.inference.prediction.stops import look_up, predict_stops, table_groups
 from avahazard.physics.runout_curve import MU, MU_STEP
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from tests.physics.naive import naive_stop
+
+
+def test_every_draw_is_in_one_group() -> None:
+    parameters = np.random.default_rng(1).standard_normal((1000, 2))
+    groups = table_groups(parameters, 32)
+    assert len(groups) == 32
+    assert sorted(np.concatenate(groups).tolist()) == list(range(1000))
+
+
+def test_groups_of_one_parameter_are_slices_of_its_order() -> None:
+    parameters = np.random.default_rng(2).lognormal(size=(640, 1))
+    groups = table_groups(parameters, 16)
+    lows = [parameters[g].min() for g in groups]
+    highs = [parameters[g].max() for g in groups]
+    order = np.argsort(lows)
+    assert all(highs[i] <= lows[j] for i, j in pairwise(order))
+
+
+@pytest.mark.parametrize("n_parameters", [1, 2])
+def test_what_goes_along_with_the_tables_is_kept(n_parameters: int) -> None:
+    parameters = np.random.default_rng(3).standard_normal((4000, n_parameters))
+    groups = table_groups(parameters, 32)
+    within = np.mean([parameters[g].var(axis=0) for g in groups])
+    assert within < 0.02 * n_parameters**4
+
+
+def test_nothing_to_split() -> None:
+    assert len(table_groups(np.empty((50, 0)), 32)) == 1
+    assert len(table_groups(np.full((50, 2), 0.3), 32)) == 1
+    assert len(table_groups(np.repeat([[0.0], [1.0]], 5, axis=0), 32)) == 2
+
 
 N = 4000
 

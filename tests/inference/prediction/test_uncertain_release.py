@@ -11,11 +11,11 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
-from avahazard.inference.prediction.stops import predict_stops
-from avahazard.inference.prediction.uncertain_release import (
+from avahazard.inference.prediction.stops import (
     N_RELEASES,
     from_each_release,
     normal_places,
+    predict_stops,
     stops_over_releases,
     told,
 )

@@ -1,11 +1,11 @@
-"""Diagnostics name chains that did not mix."""
+"""Have chains converged?"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from avahazard.inference.samplers.convergence import diagnose_chains
+from avahazard.inference.samplers.chains import diagnose_chains
 
 
 def _noise(seed: int = 0) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The design runout: one answer for a return period, which rises with it."""
+"""The rows of one path."""
 
 from __future__ import annotations
 
@@ -9,12 +9,79 @@ import pytest
 
 from avahazard.hazard.avalanches import EventVolumes, one_volume
 from avahazard.hazard.exceedance import exceeded_runout
+from avahazard.hazard.frequency import VolumeFrequency, fit_volume_frequency
+from avahazard.hazard.frequency_draws import Gev, GevDraws
 from avahazard.hazard.path_hazard import RecordedStops
-from avahazard.hazard.rows import Scenario, design, elevation_quantiles, path_rows, place_quantiles
+from avahazard.hazard.rows import (
+    Scenario,
+    annual_reach,
+    design,
+    elevation_quantiles,
+    hazard_row,
+    path_rows,
+    place_quantiles,
+    uncertainties,
+)
+from avahazard.hazard.runout_bounds import RunoutBounds
+from avahazard.hazard.volume_region import VolumeRecord, region_of
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.results.hazard import Design, FarthestRecord, MapPoint, PlaceQuantiles
+from avahazard.results.hazard import Design, FarthestRecord, MapPoint, PlaceQuantiles, Spread
+from avahazard.results.volumes import ReturnLevel
 from tests.hazard.parabola import draws, path, stop
+
+BOUNDS = RunoutBounds(
+    x=Spread(None, 1800.0, 1900.0, None),
+    elevation=Spread(None, None, 700.0, 760.0),
+    p_left_profile=0.1,
+    p_not_released=0.0,
+    n_draws=1000,
+    n_nonpositive=3,
+    x_steps=(1800.0, 1900.0, None),
+)
+VOLUMES = np.linspace(8.0, 11.0, 18)
+RECORD = VolumeRecord(
+    *("p", 1950, 1999, "the span of its records", 20, 18, 0),
+    *(VOLUMES, np.zeros(18), VOLUMES, np.zeros(18)),
+)
+
+
+def test_row_of_a_return_period() -> None:
+    volume = ReturnLevel(100.0, 5e4, 2e4, 9e4, extrapolated=True)
+    frequency = fit_volume_frequency(region_of([RECORD]), "p", np.random.default_rng(0))
+    row = hazard_row(Scenario("p", 5e4, 100.0, volume, frequency), BOUNDS, "friction")
+    assert row.to_dict() == {
+        "path_id": "p",
+        "return_period_years": 100.0,
+        "volume_m3": 5e4,
+        "runout_x_m": {"mean": None, "q05": 1800.0, "q50": 1900.0, "q95": None},
+        "runout_elevation_m": {"mean": None, "q05": None, "q50": 700.0, "q95": 760.0},
+        "runout_x_steps_m": [1800.0, 1900.0, None],
+        "interval": "friction",
+        "p_left_profile": 0.1,
+        "p_not_released": 0.0,
+        "n_draws": 1000,
+        "n_nonpositive_friction": 3,
+        "volume_interval_m3": {"q05": 2e4, "q95": 9e4},
+        "volume_method": frequency.method,
+        "volume_source": "records",
+        "pooled": False,
+        "n_records": 20,
+        "first_year": 1950,
+        "last_year": 1999,
+        "years_from": "the span of its records",
+        "years_not_observed": 0,
+        "events_per_year": 0.4,
+        "extrapolated": True,
+        "notes": [],
+    }
+
+
+def test_row_of_a_given_volume() -> None:
+    row = hazard_row(Scenario("p", 1e4), BOUNDS, "friction")
+    assert row.return_period_years is None
+    assert "volume_method" not in row.to_dict()
+
 
 PERIODS = (3.0, 10.0, 29.0, 30.0, 100.0, 300.0, 1000.0)
 
@@ -144,3 +211,40 @@ def test_what_is_asked_for_besides_changes_nothing() -> None:
     alone = of(path(coordinates, volumes), 100.0)
     among = of(path(coordinates, volumes, at=[3e3, 7e4]), 100.0)
     assert among.runout_x_m.q50 == pytest.approx(alone.runout_x_m.q50, abs=1e-3)
+
+
+N = 40
+
+
+def frequency() -> VolumeFrequency:
+    """Volumes of a period about which the draws differ."""
+    location = np.log(5e4) + np.linspace(-0.5, 0.5, N)
+    gev = Gev(np.full(N, 0.1), location, np.full(N, 0.3))
+    return VolumeFrequency("p", GevDraws(np.full(N, 0.4), gev), "a test", pooled=False)
+
+
+def volumes() -> EventVolumes:
+    return EventVolumes(np.full(N, 0.3), np.linspace(8.0, 13.5, 24), np.full((N, 24), 1.0 / 24.0))
+
+
+def test_a_volume_that_is_not_known_adds_to_the_parameters_alone() -> None:
+    given = path(draws(0.1, N), volumes())
+    known = uncertainties(given, Scenario("p", 1e5, 100.0))
+    unknown = uncertainties(given, Scenario("p", 1e5, 100.0, frequency=frequency()))
+    # All draws of friction are equal, so that with the volume all is known but chance.
+    assert known.parameters.runout_x_m.q05 == pytest.approx(known.parameters.runout_x_m.q95)
+    assert unknown.parameters.runout_x_m.q95 - unknown.parameters.runout_x_m.q05 > 20.0
+    assert unknown.natural == known.natural
+    assert known.natural.runout_x_m.q95 - known.natural.runout_x_m.q05 > 100.0
+    # Without a period there is no volume to be asked for.
+    alone = uncertainties(given, Scenario("p", 1e5, None, frequency=frequency()))
+    assert alone.parameters.runout_x_m == known.parameters.runout_x_m
+
+
+def test_the_chance_to_be_reached_falls_along_the_path() -> None:
+    found = annual_reach(path(draws(0.1, N), volumes()))
+    low, middle, high = found.p_per_year.q05, found.p_per_year.q50, found.p_per_year.q95
+    assert len(found.x_m) == len(found.elevation_m) == len(middle)
+    assert np.all(np.diff(middle) <= 0.0)
+    assert np.all(np.array(low) <= np.array(middle))
+    assert np.all(np.array(middle) <= np.array(high))

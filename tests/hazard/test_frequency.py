@@ -1,20 +1,32 @@
+"""Frequencies of volumes, from whatever source."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.hazard.avalanches import annual_rate
 from avahazard.hazard.frequency import (
+    Frequencies,
+    KnownVolumes,
     ReturnLevel,
     VolumeFrequency,
     fit_volume_frequency,
     return_volume,
+    table_frequency,
 )
 from avahazard.hazard.frequency_draws import ThresholdDraws
 from avahazard.hazard.shape_grid import gev_likelihood, over_locations
 from avahazard.hazard.volume_region import VolumeRecord, region_of
-from avahazard.hazard.volume_source import Family
+from avahazard.hazard.volume_source import Family, VolumeSource
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.path import Path
 
 TRUTH = stats.genextreme(0.1, 9.0, 1.2)
 CHANCE = 0.3
@@ -272,3 +284,102 @@ def test_other_paths_narrow_what_four_maxima_tell() -> None:
             spreads.append(np.ptp(np.quantile(levels, [0.05, 0.95])))
     together, alone = np.reshape(spreads, (6, 2)).mean(axis=0)
     assert together < 0.8 * alone
+
+
+ROWS = [(10.0, 2e4), (100.0, 2e5), (300.0, 5e5)]
+
+
+def test_the_rows_come_back_and_the_line_between_them_is_straight_in_logs() -> None:
+    frequency = table_frequency("p", ROWS)
+    for years, volume in ROWS:
+        found = return_volume(frequency, years)
+        assert found.volume_m3 == pytest.approx(volume)
+        assert found.q05_m3 == found.q95_m3 == pytest.approx(volume)
+        assert not found.extrapolated
+    between = np.log(return_volume(frequency, 30.0).volume_m3)
+    share = np.log(annual_rate(10.0) / annual_rate(30.0)) / np.log(
+        annual_rate(10.0) / annual_rate(100.0)
+    )
+    assert between == pytest.approx(np.log(2e4) + share * np.log(10.0))
+
+
+@pytest.mark.parametrize("years", [5.0, 301.0])
+def test_past_the_ends_is_marked(years: float) -> None:
+    assert return_volume(table_frequency("p", ROWS), years).extrapolated
+
+
+def test_rates_over_volumes_are_those_of_the_periods() -> None:
+    draws = table_frequency("p", ROWS).draws
+    for years in (10.0, 50.0, 100.0, 1000.0):
+        volume = draws.log_volume(1.0 / years)
+        assert draws.rate_over(volume[:1])[0, 0] == pytest.approx(annual_rate(years))
+    assert draws.rate_over(np.array([5.0]))[0, 0] == pytest.approx(annual_rate(10.0))
+    assert draws.rate == pytest.approx(annual_rate(10.0))
+    low, high = draws.ends()
+    assert low == pytest.approx(np.log(2e4))
+    assert high > np.log(5e5)
+
+
+def test_one_row_is_one_volume() -> None:
+    frequency = table_frequency("p", [(30.0, 1e5)])
+    volumes = frequency.volumes()
+    assert np.exp(volumes.log_volume) == pytest.approx([1e5])
+    assert volumes.share.tolist()[0] == [1.0]
+    assert volumes.rate == pytest.approx(annual_rate(30.0))
+    assert return_volume(frequency, 100.0).volume_m3 == pytest.approx(1e5)
+    assert return_volume(frequency, 100.0).extrapolated
+    assert frequency.draws.rate_over(np.log([9e4, 1.1e5]))[0] == pytest.approx(
+        [annual_rate(30.0), 0.0]
+    )
+
+
+@pytest.fixture
+def frequencies() -> Frequencies:
+    """Twelve events in thirty years of path p, and no volume."""
+    none = np.empty(0)
+    record = VolumeRecord("p", 1971, 2000, "a test", 12, 9, 0, none, none, none, none)
+    refused = {"p": AvahazardError("There are no volumes.", "Measure some.")}
+    return Frequencies(region_of([record]), refused, 5, VolumeSource(), None, None, {})
+
+
+def test_its_rate_is_that_of_a_poisson_process(frequencies: Frequencies) -> None:
+    with pytest.raises(AvahazardError, match="no volumes"):
+        frequencies.of("p")
+    found = frequencies.rate_alone("p")
+    assert found is not None
+    # Jeffreys' prior: gamma of shape n + 1/2.
+    assert np.mean(found.rate) == pytest.approx(12.5 / 30.0, rel=0.02)
+    assert np.std(found.rate) == pytest.approx(12.5**0.5 / 30.0, rel=0.05)
+    assert (found.share == 1.0).all()
+    assert frequencies.rate_alone("nobody") is None
+
+
+def test_it_is_trusted_for_twice_the_observed_years(frequencies: Frequencies) -> None:
+    assert not frequencies.extrapolated("p", 60.0)
+    assert frequencies.extrapolated("p", 60.5)
+
+
+def held(thing: object) -> Iterator[object]:
+    """All that an object leads to."""
+    seen: set[int] = set()
+    left = [thing]
+    while left:
+        one = left.pop()
+        if id(one) not in seen and not isinstance(one, type):
+            seen.add(id(one))
+            yield one
+            left += gc.get_referents(one)
+
+
+def test_a_refusal_holds_no_records() -> None:
+    known = KnownVolumes()
+    known.add(Path("P"), (Event("e", "P", runout_x_m=1.0),))
+    assert isinstance(known.refused["P"], AvahazardError)
+    assert not any(isinstance(thing, Event) for thing in held(known))
+
+
+def test_any_area_of_release_over_nought_is_known() -> None:
+    known = KnownVolumes()
+    for name, area in (("small", 0.5), ("none", 0.0), ("words", "steep")):
+        known.add(Path(name, covariates={"release_area_m2": area}), (Event("e", name),))
+    assert known.areas == {"small": 0.5}
