@@ -35,13 +35,13 @@ def model_words(content: ReportContent) -> list[str]:
             "The model was calibrated on {events} on {paths}, by {method}.",
             events=events(model.n_events, language),
             paths=paths(n_paths, language),
-            method=say(METHODS[model.method].words),
+            method=language.told(METHODS[model.method].words),
         )
         if n_paths
         else say(
             "The model was calibrated on {events}, without profiles, by {method}.",
             events=events(model.n_events, language),
-            method=say(METHODS[model.method].words),
+            method=language.told(METHODS[model.method].words),
         ),
     ]
     if METHODS[model.method].in_metres:
