@@ -28,7 +28,13 @@ from avahazard.hazard.avalanches import (
     least_scatter,
     yearly_rate,
 )
-from avahazard.hazard.passing_kernel import Descent, exceeded_places, rates_at, share_curves
+from avahazard.hazard.passing_kernel import (
+    Descent,
+    ShareCurves,
+    exceeded_places,
+    rates_at,
+    share_curves,
+)
 from avahazard.hazard.runout_bounds import QUANTILES, spread
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, RunoutCurve, inverse
@@ -87,15 +93,7 @@ class _ByFriction:
 def descent(avalanches: Avalanches) -> Descent:
     """The avalanches as the kernels take them."""
     falling, broken, ends = stops(avalanches.curves)
-    first, kind = _kinds(avalanches)
-    shares = share_curves(
-        np.ascontiguousarray(avalanches.location[:, first]),
-        np.ascontiguousarray(least_scatter(avalanches)[:, first]),
-        avalanches.volumes.share,
-        (float(np.log(ends[0])), float(np.log(ends[1]))) if avalanches.in_log else ends,
-        in_log=avalanches.in_log,
-        student=avalanches.student,
-    )
+    shares, kind = friction_shares(avalanches, ends)
     return Descent(
         falling=falling,
         broken=broken,
@@ -106,6 +104,22 @@ def descent(avalanches: Avalanches) -> Descent:
         shares=shares,
         in_log=avalanches.in_log,
     )
+
+
+def friction_shares(
+    avalanches: Avalanches, ends: tuple[float, float]
+) -> tuple[ShareCurves, NDArray[np.int64]]:
+    """Shares with friction under ν between two frictions, and the kind of each class."""
+    first, kind = _kinds(avalanches)
+    shares = share_curves(
+        np.ascontiguousarray(avalanches.location[:, first]),
+        np.ascontiguousarray(least_scatter(avalanches)[:, first]),
+        avalanches.volumes.share,
+        (float(np.log(ends[0])), float(np.log(ends[1]))) if avalanches.in_log else ends,
+        in_log=avalanches.in_log,
+        student=avalanches.student,
+    )
+    return shares, kind
 
 
 @lru_cache(maxsize=4)

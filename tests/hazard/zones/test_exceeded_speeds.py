@@ -8,7 +8,7 @@ import pytest
 from avahazard.effects.catalogue import definition
 from avahazard.hazard.avalanches import EventVolumes, annual_rate, one_volume
 from avahazard.hazard.exceedance import exceeded_runout
-from avahazard.hazard.zones.exceeded_speeds import _behind, _rate_over, exceeded_speeds
+from avahazard.hazard.zones.exceeded_speeds import _behind, exceeded_speeds
 from avahazard.inference.model.specification import Specification
 from tests.hazard.zones.parabola import (
     RATES,
@@ -126,21 +126,3 @@ def test_what_is_behind_is_so_far_along_the_path(distance: float) -> None:
     np.testing.assert_allclose(found, distance, atol=1e-9)
     # Above the top it goes on.
     assert _behind(site, np.array([terrain.x[0]]), 30.0) == pytest.approx(terrain.x[0] - 30.0)
-
-
-def test_beyond_its_curve_a_rate_is_that_of_the_last_node() -> None:
-    squares = np.array([[[900.0, 400.0, 100.0, 0.0, 0.0]]])
-    log_rate, low, step = np.log([[0.1, 0.2, 0.4]]), np.log([0.2]), np.array([0.2])
-
-    def rate(square: float, mu_step: float) -> float:
-        return float(
-            _rate_over(squares, 0, square, low, step, log_rate, 0.2 + mu_step * np.arange(5))
-        )
-
-    # Over 400 are frictions up to the second: 0.21, a quarter of a step along the curve.
-    t = np.log(0.21 / 0.2) / 0.2
-    assert rate(400.0, 0.01) == pytest.approx(0.1 * 2.0**t)
-    # With steps of 0.5 the second is 0.7, and far past the last node at 0.2 exp(0.4).
-    assert rate(400.0, 0.5) == pytest.approx(0.4)
-    assert rate(901.0, 0.5) == 0.0
-    assert rate(-1.0, 0.01) == pytest.approx(0.4)
