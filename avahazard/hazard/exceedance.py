@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,29 +42,18 @@ from avahazard.results.hazard import RunoutInterval
 SAMPLED_PLACES = 4001
 
 
-class Passing(Protocol):
-    """The yearly rates of avalanches of a path that stop beyond places, by posterior draw.
+def passing(avalanches: Avalanches) -> _ByFriction | _InMetres:
+    """What passes places by these avalanches; kept with them. What leaves passes the end.
 
-    What leaves the profile passes its end.
+    `rates(x)` are the yearly rates `[n_places, n_parameters]` of what stops beyond places x (m).
+    `exceeded(rate)` is the x (m) `[n_parameters]` that is passed at a yearly `rate`
+    (`[n_parameters]`, or one; of one draw, `[n]` for as many rates): inf where even the end of the
+    profile is passed more often, the highest release where that is passed less often.
     """
-
-    def rates(self, x: Floats) -> Floats:
-        """The rates `[n_places, n_parameters]` past places x (m) `[n_places]`."""
-
-    def exceeded(self, rate: Floats | float) -> Floats:
-        """x (m) `[n_parameters]` that is passed at a yearly `rate` (`[n_parameters]`, or one).
-
-        Of one draw, `[n]` for as many rates. inf where even the end of the profile is passed more
-        often; the highest release where that is passed less often.
-        """
-
-
-def passing(avalanches: Avalanches) -> Passing:
-    """What passes places by these avalanches; kept with them."""
     if "passing" not in avalanches.kept:
         metres = avalanches.sigma_m is not None
         avalanches.kept["passing"] = (_InMetres if metres else _ByFriction)(avalanches)
-    found: Passing = avalanches.kept["passing"]
+    found: _ByFriction | _InMetres = avalanches.kept["passing"]
     return found
 
 
@@ -160,7 +148,7 @@ def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]
 
 
 class _InMetres:
-    """Stops scatter by σ metres of elevation: at the block's + σ z (`elevation_scatter`)."""
+    """Stops scatter by σ metres of elevation: at the block's + σ z (`scattered_stops`)."""
 
     def __init__(self, avalanches: Avalanches) -> None:
         self._avalanches = avalanches

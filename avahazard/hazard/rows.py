@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.hazard.avalanches import ANY_VOLUME_M3
 from avahazard.hazard.exceedance import (
     at_volume,
@@ -71,9 +71,6 @@ class Scenario:
         return ANY_VOLUME_M3 if self.volume_m3 is None else self.volume_m3
 
 
-Indices = NDArray[np.int64]
-
-
 def volume_bounds(
     path: PathHazard, volume_m3: float, n_draws: int, rng: np.random.Generator
 ) -> RunoutBounds:
@@ -110,10 +107,10 @@ def volume_bounds(
 
 
 @lru_cache(maxsize=4)
-def _curves(curves: tuple[RunoutCurve, ...]) -> tuple[Pieces, Indices]:
+def _curves(curves: tuple[RunoutCurve, ...]) -> tuple[Pieces, Ints]:
     """The curves of all groups, each once, and which of them each class has.
 
-    The latter is `[n_groups, n_classes]`. Of the last they are kept, as `passing.stops`.
+    The latter is `[n_groups, n_classes]`. Of the last they are kept, as by `exceedance.stops`.
     """
     rows = [tuple(row) for row in curves[len(curves) // 2].x.tolist()]
     different = sorted(set(rows))
@@ -125,34 +122,20 @@ def _curves(curves: tuple[RunoutCurve, ...]) -> tuple[Pieces, Indices]:
     return each, np.add.outer(np.arange(len(curves)) * len(first), kind)
 
 
-@dataclass(frozen=True, slots=True)
-class Uncertainties:
-    """What a row has besides the bounds of its volume.
+def uncertainties(path: PathHazard, scenario: Scenario) -> tuple[RunoutInterval, RunoutInterval]:
+    """Natural variability and uncertainty of the parameters, apart.
 
-    `natural`: the runout of avalanches of the scenario's volume, all parameters at their middle.
-    `parameters`: its median over the posterior of friction, and of the volume of the return
-    period.
+    The runout of avalanches of the scenario's volume, all parameters at their middle; and its
+    median over the posterior of friction, and of the volume of the return period.
     """
-
-    natural: RunoutInterval
-    parameters: RunoutInterval
-
-
-def uncertainties(path: PathHazard, scenario: Scenario) -> Uncertainties:
-    """Part the uncertainty of a scenario's runout."""
     avalanches, period = path.avalanches, scenario.return_period
     volume = np.full(avalanches.n_parameters, np.log(scenario.any_volume_m3))
     fixed = uncertain = at_volume(avalanches, volume)
     if scenario.frequency is not None and period is not None:
         uncertain = at_volume(avalanches, scenario.frequency.draws.log_volume(1.0 / period))
-    return Uncertainties(
-        natural=runout_interval(avalanches, natural_runouts(fixed), natural_words(path)),
-        parameters=runout_interval(
-            avalanches,
-            middle_runout(uncertain),
-            parameters_words(path, return_period=period is not None),
-        ),
-    )
+    of_parameters = parameters_words(path, return_period=period is not None)
+    natural = runout_interval(avalanches, natural_runouts(fixed), natural_words(path))
+    return natural, runout_interval(avalanches, middle_runout(uncertain), of_parameters)
 
 
 def annual_reach(path: PathHazard) -> ReachChance:
@@ -217,7 +200,26 @@ def hazard_row(scenario: Scenario, bounds: RunoutBounds, interval: str) -> Hazar
 
     Where the volume of a return period comes from is left out for a volume that the user gave.
     """
-    row = HazardRow(
+    told: dict[str, Any] = {}
+    returned, frequency = scenario.returned, scenario.frequency
+    if returned is not None and frequency is not None:
+        told = {
+            "volume_interval_m3": VolumeInterval(returned.q05_m3, returned.q95_m3),
+            "volume_method": frequency.method,
+            "volume_source": frequency.source,
+            "pooled": frequency.pooled,
+            "extrapolated": returned.extrapolated,
+        }
+        if (record := frequency.record) is not None:
+            told |= {
+                "n_records": record.n_events,
+                "first_year": record.first_year,
+                "last_year": record.last_year,
+                "years_not_observed": record.n_unobserved,
+                "years_from": record.window,
+                "events_per_year": record.events_per_year,
+            }
+    return HazardRow(
         path_id=scenario.path_id,
         return_period_years=scenario.return_period,
         volume_m3=scenario.volume_m3,
@@ -229,29 +231,7 @@ def hazard_row(scenario: Scenario, bounds: RunoutBounds, interval: str) -> Hazar
         p_not_released=bounds.p_not_released,
         n_draws=bounds.n_draws,
         n_nonpositive_friction=bounds.n_nonpositive,
-    )
-    returned, frequency = scenario.returned, scenario.frequency
-    if returned is None or frequency is None:
-        return row
-    row = replace(
-        row,
-        volume_interval_m3=VolumeInterval(returned.q05_m3, returned.q95_m3),
-        volume_method=frequency.method,
-        volume_source=frequency.source,
-        pooled=frequency.pooled,
-        extrapolated=returned.extrapolated,
-    )
-    record = frequency.record
-    if record is None:
-        return row
-    return replace(
-        row,
-        n_records=record.n_events,
-        first_year=record.first_year,
-        last_year=record.last_year,
-        years_not_observed=record.n_unobserved,
-        years_from=record.window,
-        events_per_year=record.events_per_year,
+        **told,
     )
 
 
@@ -283,11 +263,7 @@ def _row(path: PathHazard, scenario: Scenario, n_draws: int, seed: int) -> Hazar
         bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
     row = hazard_row(scenario, bounds, interval_words(path, return_period=period is not None))
     if not held:
-        apart = uncertainties(path, scenario)
-        row = replace(
-            row,
-            design=None if period is None else design(path, period),
-            natural=apart.natural,
-            parameters=apart.parameters,
-        )
+        of_period = None if period is None else design(path, period)
+        natural, parameters = uncertainties(path, scenario)
+        row = replace(row, design=of_period, natural=natural, parameters=parameters)
     return replace(row, notes=row_notes(path, row))

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +16,11 @@ from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.runout_curve import (
     FrictionGrid,
-    RunoutCurve,
-    friction_grid,
     piece_at,
-    pieces,
 )
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.results.hazard import Spread
 
-Distribution = Literal["lognormal", "normal"]
 Pieces = tuple[Floats, NDArray[np.int8], FrictionGrid]
 """`pieces` of curves `[n_curves, …]`, and the grid of their frictions."""
 
@@ -55,7 +50,7 @@ class RunoutBounds:
 
 
 def bounds_of_stops(x: Floats, y: Floats, n_not_released: int, n_draws: int) -> RunoutBounds:
-    """Sum up stops (m) `[n_positive]` of `n_draws` draws, those as `draw_runouts` gives them."""
+    """Sum up stops (m) `[n_positive]` of `n_draws` draws, those as `draw_stops` gives them."""
     n = len(x)
     left = int(np.count_nonzero(np.isinf(x)))
     return RunoutBounds(
@@ -71,33 +66,6 @@ def bounds_of_stops(x: Floats, y: Floats, n_not_released: int, n_draws: int) -> 
     )
 
 
-def draw_runouts(
-    curve: RunoutCurve,
-    friction: Floats,
-    scatter: Floats,
-    distribution: Distribution,
-    n_draws: int,
-    rng: np.random.Generator,
-) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Draw frictions over the posterior and run each down the path (Ancey 2005, § 3).
-
-    `friction` and `scatter` `[n_posterior]`: posterior draws of the law at the volume in question.
-    lognormal: μ = friction · exp(scatter · z); normal: μ = friction + scatter · z; z ~ N(0, 1).
-    Every posterior draw has its equal part of the `n_draws` frictions, so the spread holds the
-    natural variability and the uncertainty of the parameters. With one posterior draw it holds
-    the natural variability alone, with `scatter` 0 the uncertainty of the parameters alone.
-
-    Returns stops x and elevation (m) of the draws with μ > 0 `[n_positive]`, (+inf, -inf) where a
-    run left the profile, and their number by status `[3]`.
-    """
-    of = np.zeros(len(friction), np.int64)
-    in_log = distribution == "lognormal"
-    location = np.log(friction) if in_log else np.asarray(friction, np.float64)
-    scatter = np.asarray(scatter, np.float64)
-    curves = (*pieces(curve[None]), friction_grid(curve.mu))
-    return draw_stops(curves, of, location, scatter, n_draws, rng, in_log=in_log)
-
-
 def draw_stops(
     curves: Pieces,
     of: NDArray[np.int64],
@@ -108,9 +76,15 @@ def draw_stops(
     *,
     in_log: bool,
 ) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """The same by many curves: `of` `[n_posterior]` is that of each posterior draw.
+    """Draw frictions over the posterior and run each down the path (Ancey 2005, § 3).
 
-    `location`, `scatter` `[n_posterior]` are of log μ (`in_log`) or μ.
+    `location`, `scatter` `[n_posterior]` are of log μ (`in_log`) or μ at the volume in question,
+    `of` `[n_posterior]` is the curve of each. Every posterior draw has its equal part of the
+    `n_draws` frictions, so the spread holds the natural variability and the uncertainty of the
+    parameters.
+
+    Returns stops x and elevation (m) of the draws with μ > 0 `[n_positive]`, (+inf, -inf) where a
+    run left the profile, and their number by status `[3]`.
     """
     ends = np.arange(1, len(location) + 1) * n_draws // len(location)
     x, y = np.empty(n_draws), np.empty(n_draws)

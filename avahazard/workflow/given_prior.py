@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.effects.effect import Effect
-from avahazard.inference.model.build_layout import build_layout
 from avahazard.inference.model.given_prior import (
     GivenPrior,
     free_parameters,
@@ -20,7 +19,7 @@ from avahazard.inference.model.given_prior import (
 )
 from avahazard.inference.model.law_prior import LawPrior
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.layout import Layout
+from avahazard.inference.model.layout import Layout, build_layout
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from avahazard.hazard.runout_bounds import draw_runouts
+from avahazard.hazard.runout_bounds import draw_stops
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
-from avahazard.physics.runout_curve import MU, tabulate
+from avahazard.physics.runout_curve import MU, friction_grid, pieces, tabulate
 from avahazard.physics.terrain import build_terrain
 from benchmarks.cases.tyrol import longest
 from benchmarks.measuring import Result, alternate, seconds
@@ -22,13 +24,17 @@ def measure() -> Result:
     terrain = build_terrain(longest("legendre"))
     curve = tabulate(build_cells(terrain, no_resistance(terrain)), np.array([0]))[0]
     friction, scatter = np.full(N_POSTERIOR, MEAN), np.full(N_POSTERIOR, SD)
+    curves, of = (*pieces(curve[None]), friction_grid(curve.mu)), np.zeros(N_POSTERIOR, np.int64)
     log_scatter = np.full(N_POSTERIOR, SD / MEAN)
     filled = np.where(curve.left, terrain.x[-1], curve.x)
     rng = np.random.default_rng(1)
 
     def rounds(distribution, spread, transform):  # type: ignore[no-untyped-def]
         def ours() -> float:
-            return seconds(lambda: draw_runouts(curve, friction, spread, distribution, N, rng))
+            in_log = distribution == "lognormal"
+            location = np.log(friction) if in_log else friction
+            drawn = partial(draw_stops, curves, of, location, spread, N, rng, in_log=in_log)
+            return seconds(drawn)
 
         def theirs() -> float:
             return seconds(lambda: np.interp(transform(rng.standard_normal(N)), MU, filled))

@@ -229,16 +229,16 @@ def volumes() -> EventVolumes:
 
 def test_a_volume_that_is_not_known_adds_to_the_parameters_alone() -> None:
     given = path(draws(0.1, N), volumes())
-    known = uncertainties(given, Scenario("p", 1e5, 100.0))
-    unknown = uncertainties(given, Scenario("p", 1e5, 100.0, frequency=frequency()))
+    natural, known = uncertainties(given, Scenario("p", 1e5, 100.0))
+    same, unknown = uncertainties(given, Scenario("p", 1e5, 100.0, frequency=frequency()))
     # All draws of friction are equal, so that with the volume all is known but chance.
-    assert known.parameters.runout_x_m.q05 == pytest.approx(known.parameters.runout_x_m.q95)
-    assert unknown.parameters.runout_x_m.q95 - unknown.parameters.runout_x_m.q05 > 20.0
-    assert unknown.natural == known.natural
-    assert known.natural.runout_x_m.q95 - known.natural.runout_x_m.q05 > 100.0
+    assert known.runout_x_m.q05 == pytest.approx(known.runout_x_m.q95)
+    assert unknown.runout_x_m.q95 - unknown.runout_x_m.q05 > 20.0
+    assert same == natural
+    assert natural.runout_x_m.q95 - natural.runout_x_m.q05 > 100.0
     # Without a period there is no volume to be asked for.
-    alone = uncertainties(given, Scenario("p", 1e5, None, frequency=frequency()))
-    assert alone.parameters.runout_x_m == known.parameters.runout_x_m
+    _, alone = uncertainties(given, Scenario("p", 1e5, None, frequency=frequency()))
+    assert alone.runout_x_m == known.runout_x_m
 
 
 def test_the_chance_to_be_reached_falls_along_the_path() -> None:

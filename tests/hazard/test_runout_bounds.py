@@ -4,22 +4,33 @@ from __future__ import annotations
 
 import sys
 from statistics import NormalDist
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from avahazard.hazard.runout_bounds import (
-    Distribution,
     RunoutBounds,
     bounds_of_stops,
-    draw_runouts,
+    draw_stops,
     scattered_stops,
 )
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_curve import RunoutCurve
+from avahazard.physics.runout_curve import RunoutCurve, friction_grid, pieces
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from tests.hazard.conftest import JUMPS
 from tests.hazard.naive import naive_stop
+
+Distribution = Literal["lognormal", "normal"]
+
+
+def draw_runouts(curve, friction, scatter, distribution, n_draws, rng):  # type: ignore[no-untyped-def]
+    """Stops along one curve."""
+    in_log = distribution == "lognormal"
+    curves = (*pieces(curve[None]), friction_grid(curve.mu))
+    location = np.log(friction) if in_log else friction
+    of = np.zeros(len(friction), np.int64)
+    return draw_stops(curves, of, location, scatter, n_draws, rng, in_log=in_log)
 
 
 @pytest.mark.parametrize("distribution", ["lognormal", "normal"])

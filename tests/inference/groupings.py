@@ -6,8 +6,8 @@ import numpy as np
 
 from avahazard.criticism.screening.group_spreads import GroupSpreads
 from avahazard.effects.catalogue import definition
+from avahazard.inference.model.friction_model import OffsetPlan, offset_plan
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.offset_plan import OffsetPlan, offset_plan
 
 
 def plan_of(observations: Observations, *keys: str) -> OffsetPlan:

@@ -10,8 +10,8 @@ from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
+from avahazard.inference.model.friction_model import offset_plan
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.offset_plan import offset_plan
 from avahazard.inference.model.specification import Specification
 
 HEAVY_TAILS = 3.0

@@ -9,8 +9,8 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.friction_model import OffsetPlan
 from avahazard.inference.model.layout import Slot
-from avahazard.inference.model.offset_plan import OffsetPlan
 
 N_POINTS = 40
 N_DRAWS = 400

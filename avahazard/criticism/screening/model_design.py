@@ -12,7 +12,7 @@ from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.effects.effect import FrictionEffect, of_kind
 from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.offset_plan import OffsetPlan
+from avahazard.inference.model.friction_model import OffsetPlan
 from avahazard.inference.model.volumes import VolumeNodes
 
 

@@ -18,8 +18,7 @@ from scipy.special import gammaln, log_ndtr, logsumexp
 from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.build_layout import build_layout
-from avahazard.inference.model.layout import Layout
+from avahazard.inference.model.layout import Layout, build_layout
 from avahazard.inference.seeds import generator
 
 DRAWS = 200

@@ -16,7 +16,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.effect import MotionEffect, of_kind
 from avahazard.inference.fitting.mode import Mode, covariance_at, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.build_layout import build_layout
+from avahazard.inference.model.layout import build_layout
 
 TOLERANCE = 1.0
 """Largest error (nats) of the interpolation at a mode."""

@@ -26,10 +26,9 @@ from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import record_sigma
 from avahazard.inference.likelihood.side_by_side import side_by_side
 from avahazard.inference.likelihood.wrong_records import by_wrong_share, log_wrong
-from avahazard.inference.model.friction_model import EventFriction, friction_model
+from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
 from avahazard.inference.model.layout import Grids, Layout, regridded
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.offset_plan import OffsetPlan
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, rescaled
 from avahazard.physics.resistance import Resistance
