@@ -30,8 +30,7 @@ from avahazard.hazard.future_events import FutureEvents, future_events, path_rel
 from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.predicted import front_ahead, fronts
 from avahazard.inference.model.friction_model import FrictionModel
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import table_groups
+from avahazard.inference.prediction.fitted_model import FittedModel, table_groups
 from avahazard.inference.seeds import generator
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import RunoutCurve

@@ -21,7 +21,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.seeds import generator
 from avahazard.synth.making import make_world
-from avahazard.workflow.stored.diagnosis import diagnosis
+from avahazard.workflow.diagnose import diagnosis
 from benchmarks.worlds.arms import Plan
 from benchmarks.worlds.measured import as_told, with_speeds
 from benchmarks.worlds.outside import EFFECTS, effect_file

@@ -23,8 +23,8 @@ from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.inference.model.volumes import drawn_log_volumes
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import DRAWS_AT_ONCE, group_shift, look_up, table_groups
+from avahazard.inference.prediction.fitted_model import FittedModel, table_groups
+from avahazard.inference.prediction.stops import DRAWS_AT_ONCE, group_shift, look_up
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart, Comparison, EventBudget
 

@@ -18,34 +18,10 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.model.observations import ELEVATION, LENGTH, Observations
 from avahazard.inference.model.volumes import drawn_log_volumes
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.prediction.fitted_model import FittedModel, table_groups
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, between, located, nearest, steps_of
 from avahazard.records.event import Event
-
-
-def table_groups(parameters: Floats, n_groups: int) -> list[NDArray[np.int64]]:
-    """Split draws `[n_draws, n_parameters]` into at most `n_groups` groups of like size.
-
-    The group with the widest parameter (in standard deviations of all draws) is halved at its
-    median until there are enough. A group can share one set of tables; the parameters that go
-    along with those of the tables (friction falls where drag rises) stay with them.
-    """
-    groups = [np.arange(len(parameters))]
-    spread = np.std(parameters, axis=0)
-    known = parameters[:, spread > 0.0] / spread[spread > 0.0]
-    if known.shape[1] == 0:
-        return groups
-    while len(groups) < n_groups:
-        widths = [np.ptp(known[g], axis=0) * len(g) for g in groups]
-        k = int(np.argmax([width.max() for width in widths]))
-        if widths[k].max() == 0.0:
-            break
-        order = groups[k][np.argsort(known[groups[k], np.argmax(widths[k])], kind="stable")]
-        half = len(order) // 2
-        groups[k : k + 1] = [order[:half], order[half:]]
-    return groups
-
 
 LEAST_FRICTION = 1e-3
 """No flow is known to slide on less; draws of μ ≤ 0 count as the lowest friction of the tables."""

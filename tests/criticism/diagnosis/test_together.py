@@ -9,7 +9,7 @@ from avahazard.effects.own_file import definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.report.verdict_words import verdict_words
-from avahazard.workflow.stored.diagnosis import diagnosis
+from avahazard.workflow.diagnose import diagnosis
 from tests.criticism.lengths import lengths, shifted
 
 OWN = """

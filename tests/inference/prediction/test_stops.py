@@ -17,8 +17,8 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction import stops
-from avahazard.inference.prediction.fitted_model import fitted_model
-from avahazard.inference.prediction.stops import look_up, predict_stops, table_groups
+from avahazard.inference.prediction.fitted_model import fitted_model, table_groups
+from avahazard.inference.prediction.stops import look_up, predict_stops
 from avahazard.physics.runout_curve import MU, MU_STEP
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
