@@ -15,8 +15,7 @@ def _resistance(_site: Site, resistance: Resistance, values: Floats) -> Resistan
 
 
 def _build(_facts: Facts) -> MotionEffect:
-    grid = (0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3, 1.7, 2.2, 2.8, 3.5)
-    strength = Parameter("strength", "m/s2", 0.0, 0.0, 1.0, 0.0, grid[-1], grid)
+    strength = Parameter("strength", "m/s2", 0.0, 0.0, 1.0, 0.0, 3.5)
     return MotionEffect("cohesion", (strength,), resistance=_resistance)
 
 

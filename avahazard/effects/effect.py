@@ -17,6 +17,8 @@ from avahazard.physics.resistance import Resistance
 MIN_LEVEL = 5
 """Fewest events of a level, or on each side of a split, that can speak for it."""
 
+DENSE = 2.5
+"""Power by which plausible values of a parameter gather at one end of its range."""
 Facts = dict[str, Any]
 """What an effect takes from the data it is calibrated on (levels, knots, ranges), as JSON."""
 
@@ -25,8 +27,7 @@ Facts = dict[str, Any]
 class Parameter:
     """One parameter of an effect: a normal prior cut to its plausible range [low, high].
 
-    At `neutral` the effect is not there. `grid`: values at which effects on the motion and on
-    the record are tabulated (between them the likelihood is interpolated).
+    At `neutral` the effect is not there.
     """
 
     name: str
@@ -36,7 +37,22 @@ class Parameter:
     prior_sd: float
     low: float = -np.inf
     high: float = np.inf
-    grid: tuple[float, ...] = ()
+
+    def plausible(self, n: int) -> list[float]:
+        """n values over a finite range, without the neutral one.
+
+        Closer together near a bound that is neutral and most plausible, or, where the effect is
+        gone at the highest value, near the lowest.
+        """
+        low, high, expected = self.low, self.high, self.prior_mean == self.neutral
+        if self.neutral not in (low, high):
+            return [float(v) for v in np.linspace(low, high, n) if v != self.neutral]
+        shares, first, last = np.arange(1, n + 1) / n, self.neutral, low + high - self.neutral
+        if not expected and self.neutral == high:
+            shares, first, last = shares - 1.0 / n, low, high
+        if expected or self.neutral == high:
+            shares = shares**DENSE
+        return [float(v) for v in first + shares * (last - first)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +166,11 @@ Kind = TypeVar("Kind", bound=Effect)
 def of_kind(effects: Iterable[Effect], kind: type[Kind]) -> list[Kind]:
     """Those of the effects that are of this kind."""
     return [effect for effect in effects if isinstance(effect, kind)]
+
+
+def shapes_tables(effect: Effect) -> bool:
+    """Whether its parameters change the tables of the records that are expected."""
+    return isinstance(effect, MotionEffect | RecordEffect | LimitEffect)
 
 
 Sites = Sequence[Site]

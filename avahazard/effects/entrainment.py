@@ -32,15 +32,13 @@ def _facts(_columns: EventColumns, sites: Sequence[Site]) -> Facts:
 
 def _build(facts: Facts) -> MotionEffect:
     bottom, top = float(facts["bottom_m"]), float(facts["top_m"])
-    line = tuple(float(z) for z in np.linspace(bottom, top, 9)[1:-1])
-    grid = (0.0, 0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.016, 0.025)
+    length = top - bottom
+    low, middle, high = bottom + 0.125 * length, 0.5 * (bottom + top), top - 0.125 * length
     return MotionEffect(
         "entrainment",
         (
-            Parameter("rate", "1/m", 0.0, 0.0, 0.005, 0.0, grid[-1], grid),
-            Parameter(
-                "above", "m", line[3], line[3], 0.5 * (top - bottom), line[0], line[-1], line
-            ),
+            Parameter("rate", "1/m", 0.0, 0.0, 0.005, 0.0, 0.025),
+            Parameter("above", "m", middle, middle, 0.5 * length, low, high),
         ),
         resistance=_resistance,
     )

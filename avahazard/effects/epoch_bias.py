@@ -34,13 +34,12 @@ def _facts(columns: EventColumns, _sites: Sites) -> Facts:
 
 def _build(facts: Facts) -> ShiftEffect:
     years = tuple(float(y) for y in facts["years"])
-    shifts = (-160.0, -120.0, -90.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0, 90.0, 120.0, 160.0)
     middle = years[len(years) // 2]
     return ShiftEffect(
         "epoch-bias",
         (
-            Parameter("shift", "m", 0.0, 0.0, 40.0, shifts[0], shifts[-1], shifts),
-            Parameter("before", "year", middle, middle, 50.0, years[0], years[-1], years),
+            Parameter("shift", "m", 0.0, 0.0, 40.0, -160.0, 160.0),
+            Parameter("before", "year", middle, middle, 50.0, years[0], years[-1]),
         ),
         shift=_shift,
     )

@@ -43,8 +43,7 @@ def _seen_in(columns: EventColumns, sites: Sequence[Site]) -> str | None:
 
 
 def _build(_facts: Facts) -> MotionEffect:
-    grid = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.011, 0.017, 0.025, 0.04, 0.06, 0.1)
-    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.02, 0.0, grid[-1], grid)
+    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.02, 0.0, 0.1)
     return MotionEffect("forest-drag", (drag,), resistance=_resistance)
 
 

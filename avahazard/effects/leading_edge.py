@@ -19,8 +19,7 @@ def _lacking(columns: EventColumns, _sites: Sites) -> str | None:
 
 
 def _build(_facts: Facts) -> FrontEffect:
-    grid = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0, 1.25, 1.5)
-    share = Parameter("share", "of the deposit length", 0.0, 0.5, 0.5, 0.0, grid[-1], grid)
+    share = Parameter("share", "of the deposit length", 0.0, 0.5, 0.5, 0.0, 1.5)
     return FrontEffect("leading-edge", (share,), advance=_advance)
 
 

@@ -63,10 +63,7 @@ def _build(facts: Facts) -> LimitEffect:
                 result[i] = known["highest_m"] + values[0]
         return result
 
-    grid = (0.0, 20.0, 50.0, 100.0, 200.0, 400.0, 700.0, FAR_M)
-    margin = Parameter(
-        "margin", "m above the highest stop seen", FAR_M, 200.0, 400.0, 0.0, FAR_M, grid
-    )
+    margin = Parameter("margin", "m above the highest stop seen", FAR_M, 200.0, 400.0, 0.0, FAR_M)
     return LimitEffect("observation-limit", (margin,), limit=limit)
 
 

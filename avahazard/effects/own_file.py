@@ -52,8 +52,6 @@ FORMS = {
 
 All but `friction`, which the parameters multiply, take the parameters by name after it."""
 MIN_KNOWN = 5
-N_GRID = 9
-"""Points of a grid that the file leaves open."""
 GIVEN = frozenset(
     ("profile", "land_cover", "date", "volume_m3", "release_elevation_m", "deposit_length_m",
      "section")
@@ -213,7 +211,7 @@ def _parameters(module: dict[str, Any], form: str, name: str) -> tuple[Parameter
 
 
 def _checked(p: Parameter, form: str, name: str) -> Parameter:
-    """The parameter, with a grid where the effect is tabulated."""
+    """The parameter, if it is one that the form can have."""
     tabulated = form != "friction"
     wrong = ""
     if not p.name.isidentifier():
@@ -228,12 +226,7 @@ def _checked(p: Parameter, form: str, name: str) -> Parameter:
         wrong = f"{form} is tabulated over it and needs low < high"
     if wrong:
         raise AvahazardError(f"{name}: parameter {p.name!r}: {wrong}.")
-    if not tabulated:
-        return replace(p, neutral=0.0, grid=())
-    # The neutral value is a point of the grid, so that the effect can vanish exactly.
-    grid = p.grid or np.linspace(p.low, p.high, N_GRID)
-    points = tuple(sorted({*(float(g) for g in grid), float(p.neutral)}))
-    return replace(p, low=points[0], high=points[-1], grid=points)
+    return p
 
 
 def _lacking(needs: tuple[str, ...], columns: EventColumns, sites: Sites) -> str | None:

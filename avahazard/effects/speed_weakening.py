@@ -21,13 +21,11 @@ def _resistance(_site: Site, resistance: Resistance, values: Floats) -> Resistan
 
 
 def _build(_facts: Facts) -> MotionEffect:
-    ratios = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1.0)
-    speeds = (4.0, 8.0, 16.0, 32.0)
     return MotionEffect(
         "speed-weakening",
         (
-            Parameter("ratio", "", 1.0, 1.0, 0.4, ratios[0], 1.0, ratios),
-            Parameter("speed", "m/s", 8.0, 10.0, 8.0, speeds[0], speeds[-1], speeds),
+            Parameter("ratio", "", 1.0, 1.0, 0.4, 0.2, 1.0),
+            Parameter("speed", "m/s", 8.0, 10.0, 8.0, 4.0, 32.0),
         ),
         resistance=_resistance,
         speed_dependent=True,

@@ -21,15 +21,13 @@ from avahazard.effects.effect import (
 PRIOR_SD = float(np.log(2.0))
 """Errors are stated by judgement; that they are off by two either way is common, by four rare."""
 MOST = float(np.log(8.0))
-HALF_OCTAVES = tuple(float(k * np.log(2.0) / 2.0) for k in range(-6, 7))
-"""Logs of the factors from an eighth to eight."""
 MIN_SPREAD = 0.1
 """Smallest natural spread of log volume that is believed."""
 
 
-def _log_factor(high: float = MOST, grid: tuple[float, ...] = ()) -> tuple[Parameter, ...]:
+def _log_factor(high: float = MOST) -> tuple[Parameter, ...]:
     """The log of the factor, none of it (0) being what is stated."""
-    return (Parameter("log_factor", "log of the factor", 0.0, 0.0, PRIOR_SD, -MOST, high, grid),)
+    return (Parameter("log_factor", "log of the factor", 0.0, 0.0, PRIOR_SD, -MOST, high),)
 
 
 def _factor(values: Floats) -> float:
@@ -47,7 +45,7 @@ RECORD_ERROR = Definition(
     "Such an error moves the friction that a record asks for more on some ground than on other, "
     "natural scatter does so alike, which tells them apart.",
     needs=f"{4 * MIN_LEVEL} events",
-    build=lambda _: RecordErrorEffect("record-error", _log_factor(grid=HALF_OCTAVES), _factor),
+    build=lambda _: RecordErrorEffect("record-error", _log_factor(), _factor),
     lacking=_few_records,
     order=164,
 )

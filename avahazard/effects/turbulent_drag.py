@@ -15,8 +15,7 @@ def _resistance(_site: Site, resistance: Resistance, values: Floats) -> Resistan
 
 
 def _build(_facts: Facts) -> MotionEffect:
-    grid = (0.0, 0.0003, 0.0007, 0.0013, 0.002, 0.003, 0.0045, 0.0065, 0.009, 0.013, 0.02, 0.03)
-    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.005, 0.0, grid[-1], grid)
+    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.005, 0.0, 0.03)
     return MotionEffect("turbulent-drag", (drag,), resistance=_resistance)
 
 

@@ -12,9 +12,7 @@ from avahazard.effects.catalogue import catalogue, definition, require
 from avahazard.effects.effect import (
     Effect,
     FrictionEffect,
-    LimitEffect,
-    MotionEffect,
-    RecordEffect,
+    shapes_tables,
 )
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
@@ -73,16 +71,19 @@ def test_parameters_have_a_prior_within_their_range(key: str) -> None:
     assert effect.key == key
     assert (type(effect) is Effect) == (definition(key).changes is not None)
     assert bool(effect.parameters) == (type(effect) is not Effect)
-    tabulated = isinstance(effect, MotionEffect | RecordEffect | LimitEffect)
     for p in effect.parameters:
         assert p.prior_sd > 0.0
         assert p.low <= p.neutral <= p.high
         assert p.low <= p.prior_mean <= p.high
-        assert bool(p.grid) == tabulated
-        if p.grid:
-            assert list(p.grid) == sorted(set(p.grid))
-            assert (p.grid[0], p.grid[-1]) == (p.low, p.high)
-            assert p.neutral in p.grid
+        if shapes_tables(effect):
+            tried = p.plausible(6)
+            assert p.neutral not in tried
+            assert 5 <= len(set(tried)) <= 6
+            assert p.low - 1e-9 <= min(tried) <= max(tried) <= p.high + 1e-9
+            assert (
+                len(effect.parameters) > 1
+                or np.isclose([p.low, p.high], [min(tried), max(tried)]).any()
+            )
 
 
 @pytest.mark.parametrize("key", EVERY)

@@ -49,8 +49,7 @@ def _resistance(site, resistance, values):
     return replace(resistance, drag=resistance.drag + values[0])
 
 def _build(_facts):
-    grid = (0.0, 0.01)
-    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.003, 0.0, 0.01, grid)
+    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.003, 0.0, 0.01)
     return MotionEffect("brush-drag", (drag,), _resistance)
 
 DEFINITION = Definition("brush-drag", "Brush brakes.", "nothing", _build, limits_speed=True)
@@ -71,7 +70,7 @@ def _shift(columns, values):
     return np.full(len(columns), values[0])
 
 def _build(_facts):
-    shift = Parameter("shift", "m", 0.0, 0.0, 5.0, 0.0, 10.0, (0.0, 10.0))
+    shift = Parameter("shift", "m", 0.0, 0.0, 5.0, 0.0, 10.0)
     return ShiftEffect("high-mark", (shift,), _shift)
 
 DEFINITION = Definition("high-mark", "Marks stand high.", "nothing", _build)
@@ -81,7 +80,7 @@ def _resistance(site, resistance, values):
     return replace(resistance, speed_factor=1.0 - values[0] * SPEEDS / (SPEEDS + 20.0))
 
 def _build(_facts):
-    share = Parameter("share", "", 0.0, 0.0, 0.1, 0.0, 0.2, (0.0, 0.2))
+    share = Parameter("share", "", 0.0, 0.0, 0.1, 0.0, 0.2)
     return MotionEffect("slip", (share,), _resistance, speed_dependent=True)
 
 DEFINITION = Definition("slip", "Speed slips.", "nothing", _build, order=1)

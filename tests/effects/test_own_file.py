@@ -109,17 +109,6 @@ def test_the_key_of_a_text_is_known_without_running_it(text: str, key: str | Non
     assert declared_key(text) == key
 
 
-def test_a_tabulated_parameter_gets_a_grid_with_its_neutral_value() -> None:
-    text = GOOD.replace("friction(columns)", "record_shift(columns, north)").replace(
-        "prior_sd=0.2", "prior_sd=0.2, low=-1.0, high=1.5"
-    )
-    (parameter,) = definition_from(text, "a.py").build({}).parameters
-    assert parameter.grid == pytest.approx(sorted([*np.linspace(-1.0, 1.5, 9), 0.0]))
-    assert (parameter.low, parameter.high) == (-1.0, 1.5)
-    given = definition_from(text.replace("high=1.5", "high=1.5, grid=(-1.0, 1.5)"), "a.py")
-    assert given.build({}).parameters[0].grid == (-1.0, 0.0, 1.5)
-
-
 def test_a_file_that_is_none(tmp_path: pathlib.Path) -> None:
     with pytest.raises(AvahazardError, match="cannot be read"):
         read_effect_file(tmp_path / "nothing.py")

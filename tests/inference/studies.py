@@ -134,7 +134,7 @@ def one_path(n_events: int, seed: int, sigma: float = 10.0, cut_m: float = 1900.
     )
     path = Path("P0")
     given = build_observations(Records((path,), (points,), bare))
-    table = posterior(given).nodes.predicted(())
+    table = posterior(given).nodes.predicted_at(np.empty(0))
     events = []
     for i, event in enumerate(bare):
         stop = float(np.interp(mu[i], MU, table.record[i]))

@@ -16,7 +16,6 @@ from avahazard.engine import spread_map
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode
 from avahazard.inference.fitting.mode_search import search_mode
-from avahazard.inference.fitting.refinement import sharpened
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
@@ -77,8 +76,7 @@ def refit(
     wider, more = with_effects(observations, specification, effects, own, granted=True)
     facts = {**facts, **more}
     posterior = assemble(observations, wider, facts, own)
-    found = search_mode(posterior, None if start is None else _carried(start, posterior))
-    posterior, mode = sharpened(*found)
+    posterior, mode = search_mode(posterior, None if start is None else _carried(start, posterior))
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_evidence(posterior, mode).value
     posterior.nodes.forget_runs()

@@ -30,7 +30,6 @@ from avahazard.effects.effect import (
     MotionEffect,
     VolumeErrorEffect,
 )
-from avahazard.inference.fitting.mode_search import thinned
 from avahazard.inference.likelihood.block_runs import BlockRuns
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.laws import LAWS
@@ -193,11 +192,11 @@ def _tabulated_at(
 def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
     """Values of the parameters on a thinned grid, and their log prior against neutral."""
     first, *others = effect.parameters
-    away = [g for g in first.grid if g != first.neutral]
     slow = isinstance(effect, MotionEffect) and effect.speed_dependent
     n_first, n_other = SLOW_POINTS if slow else (GRID_POINTS, OTHER_POINTS)
     tried = []
-    for corner in product(thinned(away, n_first), *(thinned(p.grid, n_other) for p in others)):
+    between = (np.linspace(p.low, p.high, n_other).tolist() for p in others)
+    for corner in product(first.plausible(n_first), *between):
         z = (corner[0] - first.prior_mean) / first.prior_sd
         z0 = (first.neutral - first.prior_mean) / first.prior_sd
         tried.append((np.array(corner), 0.5 * (z0 * z0 - z * z)))

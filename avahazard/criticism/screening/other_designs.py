@@ -8,7 +8,6 @@ from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.criticism.screening.model_design import read_by_volume
 from avahazard.effects.effect import Effect, VolumeErrorEffect
-from avahazard.effects.stated_errors import HALF_OCTAVES
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.laws import law
@@ -83,7 +82,8 @@ def volume_error_designs(
 ) -> list[Weighed]:
     """True volumes read with other errors than the stated ones."""
     (p,) = effect.parameters
-    tried = [v for v in HALF_OCTAVES[::2] if v < p.high and v != p.neutral]
+    octaves = np.log(2.0) * np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 3.0])
+    tried = [float(v) for v in octaves if v < p.high]
     if p.high > p.neutral:
         tried.append(p.high)
     result = []

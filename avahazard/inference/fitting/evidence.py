@@ -53,7 +53,7 @@ def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
     proposals = [_Proposal(mode.u, factor), _Proposal(mode.u, WIDER * factor)]
     n = DRAWS // len(proposals)
     u = np.concatenate([_draws(p, n, rng) for p in proposals])
-    density = _densities(posterior, u)
+    density = posterior.log_densities(u)
     for _ in range(MAX_ROUNDS - 1):
         weight = density - _log_mixture(u, proposals)
         if _effective(weight) >= ENOUGH:
@@ -62,10 +62,10 @@ def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
         # Proposals count by their draws: the first two have half a round each.
         more = _draws(proposals[-1], n, rng)
         u = np.concatenate([u, more])
-        density = np.concatenate([density, _densities(posterior, more)])
+        density = np.concatenate([density, posterior.log_densities(more)])
     weight = density - _log_mixture(u, proposals)
     value = float(logsumexp(weight)) - np.log(len(weight)) - log_prior_mass(posterior)
-    # Tables made on the spot decide at the mode (`refinement`); the shape about it is kept.
+    # Tables made on the spot decide at the mode (`star`); the shape about it is kept.
     value += posterior.exact_log_likelihood(mode.u) - posterior.log_likelihood(mode.u)
     return Evidence(float(value), float(_effective(weight) ** -0.5))
 
@@ -94,17 +94,6 @@ def _no_wider(posterior: Posterior, mode: Mode) -> Mode:
     sd = np.sqrt(np.diag(mode.covariance))
     share = np.minimum(1.0, (posterior.layout.high - posterior.layout.low) / sd)
     return replace(mode, covariance=mode.covariance * np.outer(share, share))
-
-
-def _densities(posterior: Posterior, u: Floats) -> Floats:
-    """Log density `[n_draws]`; cell by cell of the grids, whose nodes are kept for a while only."""
-    layout = posterior.layout
-    gridded = [k for k, slot in enumerate(layout.slots) if slot.grid]
-    cells = [np.searchsorted(layout.slots[k].grid, u[:, k]) for k in gridded]
-    order = np.lexsort(cells) if cells else np.arange(len(u))
-    density = np.empty(len(u))
-    density[order] = posterior.log_densities(u[order])
-    return density
 
 
 def _draws(proposal: _Proposal, n: int, rng: np.random.Generator) -> Floats:

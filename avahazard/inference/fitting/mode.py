@@ -47,14 +47,8 @@ def start_coordinates(posterior: Posterior) -> Floats:
     layout = posterior.layout
     u = np.array([s.mean if np.isnan(s.neutral) else s.neutral for s in layout.slots])
     u[list(layout.spreads.values())] = FIRST_SPREAD
-    index = tuple(
-        int(np.argmin(np.abs(np.asarray(layout.slots[a].grid) - u[a])))
-        for a in (
-            *layout.tables,
-            *(() if layout.track_scatter is None else (layout.track_scatter,)),
-        )
-    )
-    friction = likely_friction(posterior.nodes.point(index), layout.log_scatter)
+    pinned = posterior.pinned(u)
+    friction = likely_friction(pinned.nodes.at(u), layout.log_scatter)
     middle = posterior.observations.volumes.log_volume.shape[1] // 2
     volume = np.exp(posterior.observations.volumes.log_volume[:, middle])
     n = len(layout.law.coordinates)
@@ -62,7 +56,7 @@ def start_coordinates(posterior: Posterior) -> Floats:
     rough = u.copy()
     rough[:n] = layout.law.start(volume, friction)
     tried = [rough, u]
-    best = max(tried, key=posterior.log_density)
+    best = max(tried, key=pinned.log_density)
     return np.asarray(np.clip(best, layout.low, layout.high))
 
 

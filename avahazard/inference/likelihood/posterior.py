@@ -21,7 +21,7 @@ from avahazard.inference.likelihood.event_terms import (
 )
 from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.keeping import make_room
-from avahazard.inference.likelihood.node_grid import NodeGrid
+from avahazard.inference.likelihood.node_charts import NodeCharts
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.predicted import record_sigma
 from avahazard.inference.likelihood.side_by_side import side_by_side
@@ -46,7 +46,7 @@ class Posterior:
 
     `friction` is the model of friction, `of_events` what it takes of these events. `nodes` holds
     what the records say of friction, on the grids of the parameters that shape the tables; `grids`
-    replaces these grids by the names of parameters (`refinement`).
+    replaces these grids by the names of parameters (`star`).
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Posterior:
         self._in_log = self.layout.log_scatter
         self._volumes: dict[float, VolumeNodes] = {}
         self._keep: NDArray[np.bool_] | None = None
-        self.nodes = NodeGrid(
+        self.nodes = NodeCharts(
             observations, effects, self.layout, float(specification.centrifugal), self._in_log
         )
 
@@ -97,6 +97,12 @@ class Posterior:
         part = copy(self)
         part._keep = keep
         return part
+
+    def pinned(self, u: Floats) -> Posterior:
+        """The posterior where the parameters that shape the tables are held at those of u."""
+        other = copy(self)
+        other.nodes = self.nodes.pinned(u)
+        return other
 
     def regridded(self, grids: Grids) -> Posterior:
         """The same posterior with other grids, and so ranges, of parameters by name."""
@@ -184,7 +190,7 @@ class Posterior:
             each = u, [self._nodes(v) for v in u], location, scatter
             given = side_by_side(self._given, *each, n_numbers=location[0].size)
             return np.array([value for value, _ in given])
-        nodes = self.nodes.point(())
+        nodes = self.nodes.at(u[0])
         total = np.zeros(len(u))
         # Nodes of some events stay near the processor for all coordinates.
         for first in range(0, len(weight), EVENTS_AT_ONCE):

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Effect, GroupEffect, Parameter
+from avahazard.effects.effect import Effect, GroupEffect, Parameter, shapes_tables
 from avahazard.inference.model.given_prior import with_given
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.specification import Specification
@@ -32,9 +32,10 @@ TRACK_SLOT = "log track sigma"
 TRACK_SCATTER = 0.5 * SCATTER_CENTRE
 """Prior centre of the scatter of friction along a track, that of friction between events (of
 frictions about 0.5); its log has standard deviation 1."""
-TRACK_GRID = tuple(
-    float(v) for v in np.log([0.005, 0.01, 0.018, 0.03, 0.055, 0.1, 0.18, 0.32, 0.6])
-)
+N_ARM = 4
+"""Points of an arm of the first star, whose reach is all of a range."""
+TRACK_RANGE = (float(np.log(0.005)), float(np.log(0.6)))
+"""Range of the log of that scatter."""
 
 
 def scatter_centre(in_log: bool) -> float:
@@ -49,7 +50,7 @@ def least_scatter(in_log: bool) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One coordinate: a normal prior cut to [low, high], and the grid if it shapes the tables.
+    """One coordinate: a normal prior cut to [low, high]; a `grid` if it shapes tables.
 
     The parameter that people read is the coordinate times `scale`, so that samplers move in
     coordinates of order one; at `neutral` it is `neutral_value` to the last bit. With
@@ -221,10 +222,26 @@ class Layout:
         return result
 
 
+def arm(centre: float, low: float, high: float, n: int) -> tuple[float, ...]:
+    """A centre and n more points from low to high, evenly on each side of it.
+
+    None where there is but one value.
+    """
+    if not low < high:
+        return ()
+    share = (centre - low) / (high - low)
+    below = int(np.clip(round(n * share), centre > low, n - (centre < high)))
+    sides = (
+        np.linspace(low, centre, below, endpoint=False),
+        np.linspace(high, centre, n - below, endpoint=False),
+    )
+    return centre, *np.concatenate(sides).tolist()
+
+
 def regridded(layout: Layout, grids: Grids) -> Layout:
     """The layout with the grids, and so the ranges, of some slots replaced by name."""
     slots = [
-        replace(s, grid=grids[s.name], low=grids[s.name][0], high=grids[s.name][-1])
+        replace(s, grid=grids[s.name], low=min(grids[s.name]), high=max(grids[s.name]))
         if s.name in grids
         else s
         for s in layout.slots
@@ -294,9 +311,8 @@ def build_layout(
                 "",
                 float(np.log(TRACK_SCATTER)),
                 1.0,
-                TRACK_GRID[0],
-                TRACK_GRID[-1],
-                TRACK_GRID,
+                *TRACK_RANGE,
+                arm(float(np.log(TRACK_SCATTER)), *TRACK_RANGE, N_ARM),
             )
         )
     layout = Layout(
@@ -333,7 +349,9 @@ def _slot(effect: Effect, p: Parameter) -> Slot:
         1.0,
         p.low / scale,
         p.high / scale,
-        tuple(g / scale for g in p.grid),
+        arm(p.prior_mean / scale, p.low / scale, p.high / scale, N_ARM)
+        if shapes_tables(effect)
+        else (),
         p.neutral / scale,
         scale,
         p.neutral,

@@ -19,7 +19,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.fitting.mode_search import search_mode
-from avahazard.inference.fitting.refinement import continued, settled, sharpened
+from avahazard.inference.fitting.star import improved
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.samplers.chains import ESS_LIMIT, Chains, chains
@@ -180,12 +180,10 @@ def sample(
     `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
     Equal seeds give equal draws.
     """
-    posterior, mode = search_mode(posterior, start)
-    fine, mode = sharpened(posterior, mode)
+    fine, mode = search_mode(posterior, start)
     found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
-    # Never back to the grids before: they are held against exact tables at the mode alone.
-    while (wider := continued(fine, posterior, found.draws)) is not None:
-        fine, mode = settled(wider, find_mode(wider, mode.u))
+    while (better := improved(fine, posterior, found.draws)) is not None:
+        fine, mode = better, find_mode(better, mode.u)
         found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
     return found
 

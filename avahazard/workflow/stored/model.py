@@ -11,7 +11,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.columns import NO_EVENTS, build_columns
 from avahazard.effects.effect import Definition
-from avahazard.inference.fitting.refinement import refined_grids
+from avahazard.inference.fitting.star import refined_grids
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import friction_model

@@ -95,7 +95,7 @@ def test_an_exact_law_without_scatter_reaches_the_floor() -> None:
     )
     events = Records((Path("P0"),), (points,), bare)
     given = build_observations(events)
-    table = posterior(given).nodes.predicted(())
+    table = posterior(given).nodes.predicted_at(np.empty(0))
     mu = A * np.exp(-1.0 * volume * 1e-6)
     stop = np.array([np.interp(mu[i], MU, table.record[i]) for i in range(len(mu))])
     seen = tuple(

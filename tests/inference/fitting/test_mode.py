@@ -77,8 +77,8 @@ def test_a_bound_is_not_passed() -> None:
 
 def test_the_likely_friction_is_the_mean_of_the_record() -> None:
     model = _model()
-    friction = likely_friction(model.nodes.point(()), True)
-    left = model.nodes.point(()).is_probability
+    friction = likely_friction(model.nodes.at(np.empty(0)), True)
+    left = model.nodes.at(np.empty(0)).is_probability
     assert np.all(np.isnan(friction[left]))
     assert np.all((friction[~left] > 0.15) & (friction[~left] < 0.8))
 

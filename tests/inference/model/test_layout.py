@@ -13,7 +13,7 @@ from avahazard.effects.groups import SPREAD
 from avahazard.inference.fitting.evidence import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.given_prior import GivenPrior
-from avahazard.inference.model.layout import TRACK_GRID, regridded
+from avahazard.inference.model.layout import TRACK_RANGE, regridded
 from tests.inference.studies import near, observations, posterior
 
 
@@ -38,7 +38,7 @@ def test_coordinates_are_law_scatter_effects_and_speed() -> None:
     assert (layout.spreads, layout.track_scatter) == ({"path-effect": 7}, 10)
     assert layout.places == {"snow-type": slice(5, 7), "entrainment": slice(8, 10)}
     assert layout.tables == (8, 9)
-    assert layout.slots[10].grid == TRACK_GRID
+    assert (layout.slots[10].low, layout.slots[10].high) == TRACK_RANGE
 
 
 def test_without_speeds_there_is_no_scatter_of_speeds() -> None:

@@ -31,7 +31,7 @@ def _histogram_log_density(train: np.ndarray, new: np.ndarray) -> float:
 def test_it_beats_a_histogram_on_held_out_records() -> None:
     """Thirty random halvings of the twin's apparent frictions; a few go the other way."""
     observations = build_observations(read_records([TWIN]))
-    nodes = assemble(observations, Specification(), {}).nodes.point(())
+    nodes = assemble(observations, Specification(), {}).nodes.at(np.empty(0))
     friction = likely_friction(nodes, in_log=True)
     friction = friction[np.isfinite(friction)]
     assert len(friction) > 150

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from avahazard.inference.fitting.refinement import refined_grids
+from avahazard.inference.fitting.star import refined_grids
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

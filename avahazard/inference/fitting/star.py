@@ -1,0 +1,195 @@
+"""The star of exact tables on which a posterior stands (`likelihood.node_charts`).
+
+The mode is sought by Gauss-Newton steps on tables made on the spot. A star about it then reaches
+`REACH` standard deviations, and has points enough to agree with tables made on the spot.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats, Ints
+from avahazard.inference.fitting.mode import Mode, climb, find_mode
+from avahazard.inference.fitting.units import units
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import arm, build_layout
+
+STEPS, SMALLEST_GAIN = 20, 0.01
+"""Most Gauss-Newton steps, and the gain (nats) of the last."""
+APART, SHARE_APART = 0.01, 0.05
+"""Differences for derivatives: in coordinates of order one, and in standard deviations."""
+DAMPING, MOST_DAMPING = 1e-3, 1e4
+ITERATIONS = 30
+FIRST_REACH, REACH = 2.0, 5.0
+"""Standard deviations about the mode to which a star reaches, the first of them by those of the
+information, which are rough."""
+POINTS, MOST_POINTS = 4, 16
+"""Points of an arm besides the centre, and the most that it gets where it errs."""
+MOST_STARS = 4
+LONGER = 6.0
+"""Most by which arms are longer than those of the star before."""
+TOLERANCE = 0.3
+"""Largest error (nats) of the log likelihood at the mode and `CHECKED` standard deviations off."""
+CHECKED = 2.0
+CHECKED_DRAWS, DRAWS_TOLERANCE = 8, 1.0
+"""Draws at which it is held against tables made on the spot, and the largest error there."""
+EDGE, EDGE_SHARE = 0.02, 0.005
+"""Draws gather at an edge where more than that share are within that part of the star's reach."""
+
+
+class Peak(NamedTuple):
+    """Coordinates of a mode by tables made on the spot, standard deviations there `[n_slots]`."""
+
+    u: Floats
+    sd: Floats
+    log_density: float
+
+
+def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
+    """The posterior on a star about a peak, and its mode there.
+
+    An arm along which it errs gets more points, `MOST_POINTS` at most: on terrain with steps the
+    likelihood itself may be rough.
+    """
+    axes = np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.grid], np.int64)
+    low, high = posterior.layout.low[axes], posterior.layout.high[axes]
+    u, half, points = peak.u, FIRST_REACH * peak.sd[axes], np.full(len(axes), POINTS)
+    for k in range(MOST_STARS):
+        ends = np.maximum(low, u[axes] - half), np.minimum(high, u[axes] + half)
+        local, mode = _on(posterior, axes, u, *ends, points)
+        held = ((mode.u[axes] <= ends[0]) & (ends[0] > low)) | (
+            (mode.u[axes] >= ends[1]) & (ends[1] < high)
+        )
+        wanted = REACH * np.sqrt(np.diag(mode.covariance)[axes])
+        wanted = np.clip(wanted, half / LONGER, LONGER * half)
+        if k > 0 and not held.any():
+            break
+        half, u = np.where(held, np.maximum(wanted, 2.0 * half), wanted), mode.u
+    while (wrong := _wrong_arms(local, mode, u, axes) & (points < MOST_POINTS)).any():
+        points = np.where(wrong, 2 * points, points)
+        local, mode = _on(posterior, axes, u, *ends, points)
+    return local, mode
+
+
+def gauss_newton(posterior: Posterior, u: Floats) -> Peak:
+    """The peak that is reached from u `[n_slots]`.
+
+    The information is the sum over events of squares of their scores. Against a bound, where the
+    density falls as an exponential, the standard deviation is one over its rate.
+    """
+    layout = posterior.layout
+    axes = [k for k, slot in enumerate(layout.slots) if slot.grid]
+    others = np.setdiff1d(np.arange(len(u)), axes)
+    u, cost = climb(posterior.pinned(u), u, others, ITERATIONS)
+    prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
+    damping, apart = DAMPING, APART * units(posterior)
+    sd = np.ones(len(u))
+    for _ in range(STEPS):
+        scores = _scores(posterior, u, axes, apart)
+        slope = np.sum(scores, axis=0) + layout.prior_slopes(u)
+        information = scores.T @ scores + prior
+        apart = np.minimum(apart, SHARE_APART / np.sqrt(np.diag(information)))
+        against = ((u <= layout.low) & (slope < 0.0)) | ((u >= layout.high) & (slope > 0.0))
+        free = np.flatnonzero(~against)
+        inner = information[np.ix_(free, free)]
+        sd[free] = np.sqrt(np.diag(np.linalg.inv(inner)))
+        sd[against] = 1.0 / np.maximum(np.abs(slope), 1.0)[against]
+        gain = 0.0
+        while damping <= MOST_DAMPING:
+            moved = u.copy()
+            damped = inner + damping * np.diag(np.diag(inner))
+            moved[free] += np.linalg.solve(damped, slope[free])
+            moved = np.clip(moved, layout.low, layout.high)
+            moved, reached = climb(posterior.pinned(moved), moved, others, ITERATIONS)
+            if reached < cost:
+                gain, u, cost = cost - reached, moved, reached
+                damping = max(0.1 * damping, DAMPING)
+                break
+            damping *= 10.0
+        if gain < SMALLEST_GAIN:
+            break
+    return Peak(u, sd, -cost)
+
+
+def _scores(posterior: Posterior, u: Floats, axes: list[int], apart: Floats) -> Floats:
+    """Derivatives of each event's log likelihood by every coordinate, `[n_events, n_slots]`."""
+    pinned = posterior.pinned(u)
+    offsets = pinned.offsets(u).mode if pinned.plan else None
+    here = pinned.event_log_likelihood(u, offsets)
+    scores = np.zeros((len(here), len(u)))
+    for k, step in enumerate(np.where(u + apart > posterior.layout.high, -apart, apart)):
+        moved = u.copy()
+        moved[k] += step
+        at = posterior.pinned(moved) if k in axes else pinned
+        scores[:, k] = (at.event_log_likelihood(moved, offsets) - here) / step
+    return scores
+
+
+def _on(
+    posterior: Posterior, axes: Ints, u: Floats, low: Floats, high: Floats, points: Ints
+) -> tuple[Posterior, Mode]:
+    """The posterior on a star about u with arms of these ends and numbers of points; its mode."""
+    sides = zip(axes, u[axes].tolist(), low.tolist(), high.tolist(), points.tolist(), strict=True)
+    slots = posterior.layout.slots
+    local = posterior.regridded({slots[k].name: arm(*of_arm) for k, *of_arm in sides})
+    return local, find_mode(local, u)
+
+
+def _wrong_arms(posterior: Posterior, mode: Mode, centre: Floats, axes: Ints) -> NDArray[np.bool_]:
+    """Along which axes `[n_axes]` the star errs, at the mode or some standard deviations off.
+
+    At the mode, where it has moved from the `centre`, all that have moved by much.
+    """
+    low, high = posterior.layout.low, posterior.layout.high
+    sd = np.sqrt(np.diag(mode.covariance))
+    wrong = np.zeros(len(axes), dtype=np.bool_)
+    if _error(posterior, mode.u) > TOLERANCE:
+        away = np.abs(mode.u - centre)[axes] / sd[axes]
+        wrong |= away >= 0.5 * np.max(away)
+    for j, axis in enumerate(axes):
+        move = CHECKED * mode.covariance[:, axis] / sd[axis]
+        sides = np.clip([mode.u - move, mode.u + move], low, high)
+        wrong[j] |= max(_error(posterior, side) for side in sides) > TOLERANCE
+    return wrong
+
+
+def _error(posterior: Posterior, u: Floats) -> float:
+    return abs(posterior.log_likelihood(u) - posterior.exact_log_likelihood(u))
+
+
+def improved(fine: Posterior, whole: Posterior, draws: Floats) -> Posterior | None:
+    """`fine` on a better star where its `draws` `[..., n_slots]` ask for one, else None.
+
+    It reaches on where draws gather at an end that the ranges of `whole` do not have: the curvature
+    at the mode of a posterior that is skewed or bent says too little of how far it reaches. It gets
+    more points where some of the draws disagree with tables made on the spot.
+    """
+    flat = draws.reshape(-1, draws.shape[-1])
+    some = flat[np.linspace(0, len(flat) - 1, CHECKED_DRAWS).astype(np.int64)]
+    wrong = bool(fine.nodes.varies) and max(_error(fine, u) for u in some) > DRAWS_TOLERANCE
+    grids = {}
+    for k, (slot, range_) in enumerate(zip(fine.layout.slots, whole.layout.slots, strict=True)):
+        if not slot.grid:
+            continue
+        length, low, high, n = slot.high - slot.low, slot.low, slot.high, len(slot.grid) - 1
+        if low > range_.low and np.mean(flat[:, k] < low + EDGE * length) > EDGE_SHARE:
+            low = max(low - length, range_.low)
+        if high < range_.high and np.mean(flat[:, k] > high - EDGE * length) > EDGE_SHARE:
+            high = min(high + length, range_.high)
+        longer = (low, high) != (slot.low, slot.high)
+        more = min(2 * n, MOST_POINTS) if longer or wrong else n
+        if longer or more > n:
+            centre = float(np.median(flat[:, k])) if longer else slot.grid[0]
+            grids[slot.name] = arm(centre, low, high, more)
+    return fine.regridded(grids) if grids else None
+
+
+def refined_grids(posterior: Posterior) -> dict[str, tuple[float, ...]]:
+    """The grids of parameters, by slot, that are not those of the effects themselves."""
+    speeds = bool(posterior.observations.speeds)
+    whole = build_layout(posterior.specification, posterior.effects, {}, speeds=speeds)
+    pairs = zip(whole.slots, posterior.layout.slots, strict=True)
+    return {new.name: new.grid for old, new in pairs if new.grid != old.grid}

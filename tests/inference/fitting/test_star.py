@@ -1,0 +1,130 @@
+"""The star of exact tables about a mode."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avahazard.inference.fitting import star
+from avahazard.inference.fitting.mode_search import search_mode
+from avahazard.inference.fitting.star import (
+    REACH,
+    TOLERANCE,
+    gauss_newton,
+    improved,
+)
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.observations import build_observations
+from avahazard.synth.making import make_world
+from avahazard.synth.settings import Settings
+from tests.inference.studies import near, observations, one_path, posterior
+
+
+def _model(*effects: str) -> Posterior:
+    return posterior(build_observations(one_path(40, seed=2, cut_m=1700.0)), *effects)
+
+
+def _with_speeds(*effects: str) -> Posterior:
+    """Tracks of speeds of every event, by which the likelihood is sharp in the motion."""
+    records, _ = make_world(41_002, 60, 5, {"turbulent-drag": 1.0}, Settings(speeds=1.0))
+    return posterior(build_observations(records), *effects)
+
+
+def _moved(model: Posterior, u: np.ndarray, axis: int, by: float) -> np.ndarray:
+    there = u.copy()
+    there[axis] = np.clip(u[axis] + by, model.layout.low[axis], model.layout.high[axis])
+    return there
+
+
+def test_the_mode_of_exact_tables_is_a_top_of_the_exact_density() -> None:
+    model = _model("turbulent-drag")
+    u, sd, top = gauss_newton(model, search_mode(model)[1].u + 0.1)
+    for axis in range(len(u)):
+        for side in (-0.3, 0.3):
+            v = _moved(model, u, axis, side * sd[axis])
+            assert model.exact_log_likelihood(v) + float(model.layout.log_prior(v)) < top + 0.05
+
+
+@pytest.mark.parametrize("effects", [("turbulent-drag",), ("leading-edge", "record-error")])
+def test_a_star_agrees_with_tables_made_on_the_spot(effects: tuple[str, ...]) -> None:
+    model, mode = search_mode(posterior(observations(speeds=False), *effects))
+    sd = np.sqrt(np.diag(mode.covariance))
+    assert model.log_likelihood(mode.u) == pytest.approx(
+        model.exact_log_likelihood(mode.u), abs=TOLERANCE
+    )
+    for axis in model.layout.tables:
+        for side in (-2.0, 2.0):
+            v = _moved(model, mode.u, axis, side * sd[axis])
+            exact = model.exact_log_likelihood(v)
+            assert model.log_likelihood(v) == pytest.approx(exact, abs=3.0 * TOLERANCE)
+
+
+def test_a_star_reaches_some_standard_deviations() -> None:
+    whole = _model("turbulent-drag")
+    (k,) = whole.layout.tables
+    model, mode = search_mode(whole)
+    slot, sd = model.layout.slots[k], float(np.sqrt(mode.covariance[k, k]))
+    for end, bound in ((slot.low, whole.layout.low[k]), (slot.high, whole.layout.high[k])):
+        reach = abs(end - mode.u[k]) / sd
+        assert end == bound or 0.4 * REACH < reach < 2.5 * REACH
+
+
+def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(star, "_error", lambda *_: 0.0)
+    model = _model("turbulent-drag")
+    k = model.layout.tables[0]
+    whole = model.layout.slots[k]
+
+    def on(*shares: float) -> Posterior:
+        return model.regridded({whole.name: tuple(np.array(shares) * whole.high)})
+
+    def draws(*shares: float) -> np.ndarray:
+        given = np.tile(near(model), (2, 100, 1))
+        given[..., k] = np.linspace(*shares, 100) * whole.high
+        return given
+
+    fine = on(0.04, 0.03, 0.035, 0.045, 0.05)
+    assert improved(fine, model, draws(0.034, 0.046)) is None
+    better = improved(fine, model, draws(0.034, 0.05))
+    assert better is not None
+    # By its own length, on that side alone, with twice the points.
+    slot = better.layout.slots[k]
+    assert (slot.low, slot.high) == pytest.approx((0.03 * whole.high, 0.07 * whole.high))
+    assert len(slot.grid) == 9
+    # The end of the range itself is no end of the star alone.
+    assert improved(on(0.9, 0.8, 0.85, 0.95, 1.0), model, draws(0.99, 1.0)) is None
+
+
+def test_a_star_gets_points_where_draws_disagree_with_it() -> None:
+    model = _model("turbulent-drag")
+    k = model.layout.tables[0]
+    whole = model.layout.slots[k]
+    coarse = model.regridded({whole.name: (0.5 * whole.high, 0.0, whole.high)})
+    draws = np.tile(near(model), (2, 100, 1))
+    draws[..., k] = np.linspace(0.05, 0.3, 100) * whole.high
+    better = improved(coarse, model, draws)
+    assert better is not None
+    assert len(better.layout.slots[k].grid) == 5
+
+
+def test_a_star_keeps_the_part_of_the_events() -> None:
+    model = posterior(observations(speeds=False), "epoch-bias")
+    keep = np.arange(model.observations.n_events) % 2 == 0
+    fine, mode = search_mode(model.restricted(keep))
+    u = mode.u
+    assert fine.log_likelihood(u) == pytest.approx(fine.event_log_likelihood(u)[keep].sum())
+
+
+@pytest.mark.slow
+def test_the_truth_is_not_beaten_between_the_points_of_a_star() -> None:
+    """Drag made the data: entrainment, which is drag above a line, cannot explain more."""
+
+    def highest(key: str) -> float:
+        model, mode = search_mode(_with_speeds(key))
+        exact = model.exact_log_likelihood(mode.u)
+        assert model.log_likelihood(mode.u) == pytest.approx(exact, abs=1.0)
+        return exact
+
+    assert highest("entrainment") < highest("turbulent-drag") + 1.0
