@@ -29,7 +29,7 @@ FINAL = HERE / "worlds_final.jsonl"
 SETTLED = HERE / "worlds_settled.jsonl"
 sys.path.insert(0, str(HERE.parent))
 
-from benchmarks.finished import finished  # noqa: E402
+from benchmarks.study import lines  # noqa: E402
 from benchmarks.worlds.again import one_of_each  # noqa: E402
 from benchmarks.worlds.arms import final_worlds, further_nulls, plans, settled_worlds  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
@@ -50,7 +50,7 @@ def main() -> None:
         results, made = FINAL, further_nulls()
     elif given.settled:
         results, made = SETTLED, settled_worlds(size)
-    done = {x["name"]: x for x in finished(results)}
+    done = {x["name"]: x for x in lines(results)}
     k, n = (int(v) for v in given.part.split("/"))
     chosen = [p for p in made[k - 1 :: n] if given.arm in p.arm]
     if given.traps:
@@ -74,9 +74,9 @@ def main() -> None:
         )
     if given.page:
         command = f"make worlds SIZE={size}"
-        others = [finished(file) for file in (AGAIN, BEFORE, FINAL, SETTLED)]
+        others = [lines(file) for file in (AGAIN, BEFORE, FINAL, SETTLED)]
         given.page.write_text(
-            page(finished(given.results), command, len(plans(size)), *others),
+            page(lines(given.results), command, len(plans(size)), *others),
             encoding="utf-8",
         )
 

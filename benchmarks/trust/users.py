@@ -165,7 +165,7 @@ def _turn(role: str, user: int, turn: int, database: str, folder: Path) -> None:
         file.write_text(f"event_id,fall_height_m,runout_length_m\n{row}\n", encoding="utf-8")
         import_files(database, [file], update=True)
     else:
-        calibrate(database, f"m{user}-{turn}", CalibrateRequest(law="power", chains=2, draws=40))
+        calibrate(database, f"m{user}-{turn}", CalibrateRequest(law="power", chains=2, draws=50))
 
 
 def _read(database: str, seen: int, used: Used) -> int:

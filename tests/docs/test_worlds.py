@@ -7,8 +7,8 @@ from statistics import median
 from typing import Any
 
 import pytest
-from benchmarks.finished import finished
 
+from benchmarks.study import lines as finished
 from benchmarks.worlds.again import ALL_OF, comparison, one_of_each
 from benchmarks.worlds.arms import FINAL_EFFECT, final_worlds, further_nulls, plans, settled_worlds
 from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named
