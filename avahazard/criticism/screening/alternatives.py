@@ -28,6 +28,7 @@ from avahazard.effects.effect import (
     FrictionEffect,
     LimitEffect,
     MotionEffect,
+    Parameter,
     VolumeErrorEffect,
 )
 from avahazard.inference.likelihood.block_runs import BlockRuns
@@ -35,10 +36,16 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.specification import Specification
 
-GRID_POINTS, OTHER_POINTS = 6, 4
-"""Values tried of the first parameter of an effect that needs tables, and of each other one."""
-SLOW_POINTS = 3, 3
-"""The same where friction depends on speed, whose runs cost ten times as much."""
+APART, FEWEST_VALUES, MOST_VALUES = 2.5, 5, 9
+"""How many times as far from neutral each value of a first parameter is as the one before, and how
+many are tried on each side."""
+OTHER_POINTS, SLOW_OTHER_POINTS = 4, 3
+"""Values tried of each other one; the second where friction depends on speed, whose runs cost ten
+times as much."""
+LIMITS = 6
+"""Detection limits that are tried."""
+STEP = 1e-3
+"""Step of the differences for scores, in prior standard deviations."""
 SPEED_SHARES = (1.0, 0.4)
 """Shares of the model's present error of speed that are tried with an effect: it may fall."""
 
@@ -151,7 +158,7 @@ def _tabulated(
     told = posterior, u, design, track_scatter, runs, near, about
     return [
         partial(_tabulated_at, effect, values, log_prior, *told)
-        for values, log_prior in _values_tried(effect)
+        for values, log_prior in _values_tried(effect, posterior, u)
     ]
 
 
@@ -189,15 +196,53 @@ def _tabulated_at(
     return [Alternative(effect.key, each, design, log_prior, margin) for each in tables]
 
 
-def _values_tried(effect: Effect) -> list[tuple[Floats, float]]:
-    """Values of the parameters on a thinned grid, and their log prior against neutral."""
+def _values_tried(effect: Effect, posterior: Posterior, u: Floats) -> list[tuple[Floats, float]]:
+    """Values of the parameters that are tried, and their log prior against neutral."""
     first, *others = effect.parameters
     slow = isinstance(effect, MotionEffect) and effect.speed_dependent
-    n_first, n_other = SLOW_POINTS if slow else (GRID_POINTS, OTHER_POINTS)
-    tried = []
-    between = (np.linspace(p.low, p.high, n_other).tolist() for p in others)
-    for corner in product(first.plausible(n_first), *between):
-        z = (corner[0] - first.prior_mean) / first.prior_sd
-        z0 = (first.neutral - first.prior_mean) / first.prior_sd
-        tried.append((np.array(corner), 0.5 * (z0 * z0 - z * z)))
-    return tried
+    n = SLOW_OTHER_POINTS if slow else OTHER_POINTS
+    between = [np.linspace(p.low, p.high, n).tolist() for p in others]
+    if isinstance(effect, LimitEffect):
+        values = first.plausible(LIMITS)
+    else:
+        values = _told_apart(first, _standard_error(effect, posterior, u))
+    z, z0 = ((np.array(at) - first.prior_mean) / first.prior_sd for at in (values, first.neutral))
+    log_prior = 0.5 * (z0 * z0 - z * z)
+    return [
+        (np.array([value, *corner]), float(prior))
+        for value, prior in zip(values, log_prior, strict=True)
+        for corner in product(*between)
+    ]
+
+
+def _told_apart(parameter: Parameter, error: float) -> list[float]:
+    """Values from one standard error off neutral to the ends of the range, each `APART` times on.
+
+    So something is tried near the likeliest value whether records tell little or, as with many
+    speeds, a thousandth of the range.
+    """
+    values = []
+    for end in (parameter.low, parameter.high):
+        reach = end - parameter.neutral
+        if reach != 0.0:
+            steps = np.log(abs(reach) / error) / np.log(APART)
+            n = int(np.clip(np.ceil(steps), FEWEST_VALUES - 1, MOST_VALUES - 1))
+            values += (parameter.neutral + reach * APART ** -np.arange(n + 1.0)).tolist()
+    return values
+
+
+def _standard_error(effect: Effect, posterior: Posterior, u: Floats) -> float:
+    """That of the first parameter about neutral: by the squares of each event's score, and prior.
+
+    All other coordinates are held at u, so it is the least that it could be.
+    """
+    wider = Posterior(posterior.observations, posterior.specification, (*posterior.effects, effect))
+    known = dict(zip((slot.name for slot in posterior.layout.slots), u, strict=True))
+    slots = wider.layout.slots
+    at = np.array([known.get(s.name, s.mean if np.isnan(s.neutral) else s.neutral) for s in slots])
+    k = wider.layout.places[effect.key].start
+    moved = at.copy()
+    moved[k] += STEP if at[k] + STEP <= wider.layout.high[k] else -STEP
+    here, there = (wider.pinned(v).event_log_likelihood(v) for v in (at, moved))
+    information = float(np.sum(((there - here) / STEP) ** 2))
+    return effect.parameters[0].prior_sd / float(np.sqrt(1.0 + information))

@@ -5,12 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.screening.alternatives import Alternative, alternatives_of
+from avahazard.criticism.screening.alternatives import (
+    Alternative,
+    _told_apart,
+    alternatives_of,
+)
 from avahazard.criticism.screening.model_design import base_coordinates, base_design
 from avahazard.criticism.screening.moments_of_worlds import moments_of
 from avahazard.criticism.screening.other_designs import SCATTER_SLOPES
 from avahazard.criticism.screening.parametric_bootstrap import real_world
 from avahazard.criticism.screening.tables import LOG_MU, make_tables
+from avahazard.effects.effect import Parameter
 from avahazard.effects.stated_errors import VOLUME_ERROR
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.block_runs import run_blocks
@@ -147,7 +152,7 @@ def test_effects_on_tables_are_tried_away_from_neutral(key: str) -> None:
         0.0,
     )
     tried = alternatives(model, key)
-    assert len(tried) >= 6
+    assert len(tried) >= 5
     for v in tried:
         assert v.key == key
         assert not np.array_equal(v.tables.record, base.record)
@@ -248,3 +253,13 @@ def test_tables_near_the_records_say_the_same_of_these(key: str) -> None:
             moments_of(one.tables, measured), moments_of(other.tables, measured), strict=True
         ):
             np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+
+
+def test_what_is_tried_is_as_close_to_neutral_as_the_records_tell_apart() -> None:
+    drag = Parameter("drag", "1/m", 0.0, 0.0, 0.005, 0.0, 0.03)
+    vague, sharp = _told_apart(drag, 0.004), _told_apart(drag, 2e-5)
+    assert max(vague) == max(sharp) == 0.03
+    assert len(vague) < len(sharp)
+    assert min(sharp) == pytest.approx(2e-5, rel=0.6)
+    both = _told_apart(replace(drag, low=-0.03), 0.004)
+    np.testing.assert_allclose(sorted(both), sorted([*vague, *(-v for v in vague)]))

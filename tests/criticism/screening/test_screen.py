@@ -96,7 +96,7 @@ def test_equal_seeds_give_equal_results_for_any_number_of_workers() -> None:
     first = numbers(on_paths())
     set_workers(1)
     assert numbers(on_paths()) == first
-    assert numbers(on_paths(seed=3))[:-1] != first[:-1]
+    assert numbers(on_paths(seed=5))[:-1] != first[:-1]
 
 
 def test_p_values_are_in_order_and_never_nought() -> None:
