@@ -24,8 +24,10 @@ from avahazard.physics.runout_curve import MU, between, located, steps_of
 from avahazard.results.base import Rows
 from avahazard.results.comparison import MeasuredForce, SpeedMisfit
 
-N_TABLES = 24
-DRAWS_A_TABLE = 25
+N_DRAWS, N_TABLES = 24, 12
+"""Posterior draws, and as many where each has runs of every block for itself."""
+N_SPEEDS = 600
+"""Draws of each speed."""
 FEWEST_TRACKS = 3
 MIN_PIECE_M = 20.0
 """Shortest stretch over which a deceleration is taken: over less, errors of speed drown it."""
@@ -57,8 +59,9 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
     if not observations.speeds:
         return None
     offsets = model.group_offsets(rng)
-    chosen = model.evenly(N_TABLES)
     shaped = bool(posterior.layout.tables)
+    chosen = model.evenly(N_TABLES if shaped else N_DRAWS)
+    per_draw = N_SPEEDS // len(chosen)
     columns: list[Floats] = []
     for k in chosen:
         u = model.draws[k]
@@ -71,7 +74,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
         for j, track in enumerate(observations.speeds):
             i = track.event
             places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
-            mu = rng.choice(places, DRAWS_A_TABLE, p=chance)
+            mu = rng.choice(places, per_draw, p=chance)
             arrives = observations.kind[i] != LEFT
             square = _squares_at(table, j, i, mu)
             tracks.append(drawn_speeds(square, track, _track_scatter(posterior, u), rng, arrives))

@@ -50,26 +50,40 @@ Arms = Sequence[tuple[float, ...]]
 """Points of a star along each axis, the centre first."""
 
 
+class Mixed(NamedTuple):
+    """Places of nodes at the points of a star, to be mixed by the sizes of their weights.
+
+    `size` and `moment`, size times place, are `[n_points, n_used]`; `low`, `high` `[n_used]` are
+    the ends of the places.
+    """
+
+    size: Floats
+    moment: Floats
+    low: Floats
+    high: Floats
+
+    def at(self, near: Ints, linear: Floats) -> Floats:
+        """Places `[n_used]` mixed of the points `near`; within those of all points."""
+        mixed, total = linear @ self.moment[near], linear @ self.size[near]
+        place = np.divide(mixed, total, out=self.low.copy(), where=total > 0.0)
+        return np.clip(place, self.low, self.high)
+
+
 class Chart(NamedTuple):
     """Exact nodes at the points of a star, as `[n_points, …]`.
 
     `nodes` are those of the centre, for what does not change; `used` `[n_events, n_nodes]`.
     `smooth` `[n_points, 2 * n_events]` are mean places and log masses; `mixed` `[n_points, n]` are,
-    end to end, weights of the nodes, tails, floors and the same of what is seen. `moment`,
-    `seen_moment` `[n_points, n_used]` are sizes of weights times places from the mean.
+    end to end, weights of the nodes, tails, floors and the same of what is seen. `places` are those
+    about the mean, `seen_places` those of what is seen, None where all is.
     """
 
     nodes: Nodes
     used: NDArray[np.bool_]
     smooth: Floats
     mixed: Floats
-    moment: Floats
-    seen_moment: Floats
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of what differs from point to point."""
-        return sum(a.nbytes for a in (self.smooth, self.mixed, self.moment, self.seen_moment))
+    places: Mixed
+    seen_places: Mixed | None
 
 
 class NodeCharts:
@@ -281,18 +295,31 @@ def chart(nodes: list[Nodes], in_sight: bool) -> Chart:
     """The chart of the nodes at the points of a star; nothing is hidden where all is `in_sight`."""
     first = nodes[0]
     used = np.arange(first.place.shape[1]) < first.used[:, None]
-    smooth, mixed, moment, seen_moment = [], [], [], []
+    smooth, mixed, places = [], [], []
     for at in nodes:
         mean = np.where(at.is_probability, 0.0, np.sum(at.place * at.weight, axis=1))
         smooth.append(np.concatenate([mean, at.log_scale]))
+        places.append((at.place - mean[:, None])[used])
         parts = [at.weight[used], at.tail.ravel(), at.floor]
-        moment.append((np.abs(at.weight) * (at.place - mean[:, None]))[used])
-        if not in_sight:
-            parts += [at.seen_weight[used], at.seen_floor]
-            seen_moment.append((np.abs(at.seen_weight) * at.seen_place)[used])
+        parts += [] if in_sight else [at.seen_weight[used], at.seen_floor]
         mixed.append(np.concatenate(parts))
-    each = [np.array(values) for values in (smooth, mixed, moment, seen_moment)]
-    return Chart(first, used, *each)
+    weights = np.array([at.weight[used] for at in nodes])
+    seen = None
+    if not in_sight:
+        of_seen = [(at.seen_weight[used], at.seen_place[used]) for at in nodes]
+        seen = _mixed(*(np.array(values) for values in zip(*of_seen, strict=True)))
+    return Chart(
+        first, used, np.array(smooth), np.array(mixed), _mixed(weights, np.array(places)), seen
+    )
+
+
+def _mixed(weights: Floats, places: Floats) -> Mixed:
+    size = np.abs(weights)
+    some = size > 0.0
+    low = np.min(places, axis=0, where=some, initial=np.inf)
+    high = np.max(places, axis=0, where=some, initial=-np.inf)
+    never = low > high
+    return Mixed(size, size * places, np.where(never, 0.0, low), np.where(never, 0.0, high))
 
 
 def between(arms: Arms, place: Floats, values: Floats) -> Floats:
@@ -340,10 +367,16 @@ def _ends(arms: Arms) -> tuple[list[float], list[float]]:
 
 def _line(points: tuple[float, ...], value: float) -> tuple[Line, Ints]:
     """The line through neighbours of a value on an arm, and which of its points they are."""
-    order = np.argsort(points)
-    rising = tuple(points[k] for k in order)
+    order, rising = _rising(points)
     line = line_weights(rising, min(max(value, rising[0]), rising[-1]))
     return line, order[line.first : line.first + len(line.linear)]
+
+
+@lru_cache(maxsize=64)
+def _rising(points: tuple[float, ...]) -> tuple[Ints, tuple[float, ...]]:
+    """Which points of an arm follow each other from its lower end on, and these."""
+    order = np.argsort(points)
+    return order, tuple(points[k] for k in order)
 
 
 def _of_arm(first: int, points: Ints) -> Ints:
@@ -354,41 +387,32 @@ def _of_arm(first: int, points: Ints) -> Ints:
 def _charted(known: Chart, arms: Arms, place: Floats) -> Nodes:
     """Nodes at a place `[n_axes]`."""
     linear = mixing(arms, place)
+    near = np.flatnonzero(linear)
+    linear = linear[near]
     first, used = known.nodes, known.used
-    n, n_used = len(first.used), known.moment.shape[1]
+    n, n_used = len(first.used), known.places.size.shape[1]
     mean, log_scale = np.split(between(arms, place, known.smooth), 2)
-    ends = np.cumsum([n_used, 2 * n, n, n_used])
-    weight, tail, floor, seen_weight, seen_floor = np.split(linear @ known.mixed, ends)
+    mixed = linear @ known.mixed[near]
+    ends = [n_used, n_used + 2 * n, n_used + 3 * n, 2 * n_used + 3 * n]
+    weight, tail, floor, seen_weight, seen_floor = np.split(mixed, ends)
     # Sums over the points of a star may fall below zero; those of edges have either sign.
     weight = np.where(np.repeat(first.is_probability, first.used), weight, np.maximum(weight, 0.0))
-    place = mean[:, None] * used
-    place[used] += _mixed_places(linear, known.mixed[:, :n_used], known.moment)
+    places = mean[:, None] * used
+    places[used] += known.places.at(near, linear)
     nodes = first._replace(
-        place=place,
+        place=places,
         weight=_spread(weight, used),
         tail=np.maximum(tail, 0.0).reshape(-1, 2),
         log_scale=log_scale,
         floor=floor,
     )
-    if not len(known.seen_moment):
+    if known.seen_places is None:
         return nodes
-    weights = known.mixed[:, ends[2] : ends[3]]
     return nodes._replace(
-        seen_place=_spread(_mixed_places(linear, weights, known.seen_moment), used),
+        seen_place=_spread(known.seen_places.at(near, linear), used),
         seen_weight=_spread(seen_weight, used),
         seen_floor=seen_floor,
     )
-
-
-def _mixed_places(linear: Floats, weights: Floats, moments: Floats) -> Floats:
-    """Places `[n_used]` mixed by the sizes of their weights, within those of all points."""
-    size = np.abs(weights)
-    at = np.divide(moments, size, out=np.zeros_like(size), where=size > 0.0)
-    mixed, total = linear @ moments, linear @ size
-    place = np.divide(mixed, total, out=at[0].copy(), where=total > 0.0)
-    low = np.min(at, axis=0, where=size > 0.0, initial=np.inf)
-    high = np.max(at, axis=0, where=size > 0.0, initial=-np.inf)
-    return np.where(low <= high, np.clip(place, low, high), 0.0)
 
 
 def _spread(values: Floats, used: NDArray[np.bool_]) -> Floats:

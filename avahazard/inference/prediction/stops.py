@@ -29,7 +29,7 @@ NUMBERS_AT_ONCE = 500_000
 """Numbers of the tables and of the draws that are looked up together: it takes some 20 of each."""
 DRAWS_AT_ONCE = 100
 """Draws of all events that are looked up before they find their place among the others."""
-MAX_TABLES = 24
+MAX_TABLES = 12
 """Draws of the parameters that shape the tables, each of which costs runs of every block."""
 
 
