@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import avahazard.report.pictures  # noqa: F401 (how results are drawn)
+import avahazard.report.picture  # noqa: F401 (how results are drawn)
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.report.language import LanguageName
 from avahazard.request import many

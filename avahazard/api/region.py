@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
-import avahazard.report.pictures  # noqa: F401 (how results are drawn)
+import avahazard.report.picture  # noqa: F401 (how results are drawn)
 from avahazard.api.model import Model
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.model.choices import (

@@ -1,13 +1,18 @@
-"""Pictures without a screen, into a file."""
+"""Pictures without a screen, into a file; matplotlib loads when one is drawn."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from avahazard.records.errors import AvahazardError
+from avahazard.results.base import PICTURES
+from avahazard.results.comparison import Comparison
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.friction import Frictions
+from avahazard.results.ladder import Ladder
 from avahazard.whole_file import put_in_place
 
 if TYPE_CHECKING:
@@ -56,3 +61,19 @@ def require_picture(file: Path | None) -> None:
         raise AvahazardError(
             f"{file} is not the name of a picture.", f"It must end in {', '.join(FORMATS)}."
         )
+
+
+def _draw_result(file: Path, found: Any) -> None:
+    from avahazard.report import friction_pictures, score_pictures  # noqa: PLC0415 (slow)
+
+    if isinstance(found, Comparison):
+        score_pictures.draw_comparison(file, found)
+    elif isinstance(found, Diagnosis):
+        score_pictures.draw_diagnosis(file, found)
+    elif isinstance(found, Ladder):
+        score_pictures.draw_ladder(file, found.rows)
+    else:
+        friction_pictures.draw_densities(file, found.density)
+
+
+PICTURES.update(dict.fromkeys((Comparison, Diagnosis, Ladder, Frictions), _draw_result))

@@ -21,7 +21,7 @@ Report = Callable[[str, float, float], None]
 ABSENT = {"absent": True}
 """Metadata of a field that is left out of the JSON where it is None."""
 PICTURES: dict[type, Draw] = {}
-"""How a result is drawn to a file, by its class; filled by `avahazard.report.pictures`."""
+"""How a result is drawn to a file, by its class; filled by `avahazard.report.picture`."""
 
 
 def silent(_what: str, _done: float, _total: float) -> None:

@@ -159,7 +159,7 @@ def _draw(
     found: list[tuple[Path, SmoothProfile, tuple[AlphaBeta, ...]]],
     bounds: list[HazardRow],
 ) -> None:
-    from avahazard.report.alpha_beta_figure import AlphaBetaPath, draw_alpha_beta  # noqa: PLC0415
+    from avahazard.report.bounds_pictures import AlphaBetaPath, draw_alpha_beta  # noqa: PLC0415
 
     rows = {row.path_id: row for row in sorted(bounds, key=_unlike, reverse=True)}
     events = {p.path_id: [e for e in records.events if e.path_id == p.path_id] for p, _, _ in found}

@@ -96,7 +96,7 @@ def compare(
             found = with_explained(found, before, added)
         save_result(session, COMPARISON, name, found.to_dict())
     if plot is not None:
-        from avahazard.report.comparison_figure import draw_comparison  # noqa: PLC0415 (slow)
+        from avahazard.report.score_pictures import draw_comparison  # noqa: PLC0415 (slow)
 
         draw_comparison(plot, found)
     return found

@@ -6,8 +6,8 @@ from importlib.resources import as_file, files
 from pathlib import Path as FilePath
 
 from avahazard.records.errors import AvahazardError
-from avahazard.report.hazard_csv import write_hazard
-from avahazard.report.hazard_picture import draw_hazard
+from avahazard.report.bounds_pictures import draw_hazard
+from avahazard.report.hazard_tables import write_hazard
 from avahazard.results.base import Report, silent
 from avahazard.results.made import Demo
 from avahazard.store.records import load_records

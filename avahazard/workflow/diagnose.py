@@ -93,7 +93,7 @@ def diagnose_model(
     with writing(database) as session:
         save_result(session, DIAGNOSIS, name, told.to_dict())
     if plot is not None:
-        from avahazard.report.diagnosis_figure import draw_diagnosis  # noqa: PLC0415 (slow)
+        from avahazard.report.score_pictures import draw_diagnosis  # noqa: PLC0415 (slow)
 
         draw_diagnosis(plot, told)
     return told

@@ -9,8 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avahazard.records.errors import AvahazardError
-from avahazard.report.hazard_csv import is_own_csv, write_hazard
-from avahazard.report.hazard_workbook import is_own_workbook, write_hazard_workbook
+from avahazard.report.hazard_tables import (
+    is_own_csv,
+    is_own_parquet,
+    is_own_workbook,
+    require_parquet,
+    write_hazard,
+    write_hazard_parquet,
+    write_hazard_workbook,
+)
 from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
@@ -77,9 +84,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
 
 def _parquet(database: str, name: str, file: FilePath) -> Export:
     """Write the rows as Parquet, a few in memory at a time."""
-    from avahazard.report import hazard_parquet  # noqa: PLC0415 (only here)
-
-    hazard_parquet.require_parquet()
+    require_parquet()
     with reading(database) as session:
         load_model(session, name)
         run = latest_run(session, BOUNDS, name)
@@ -98,9 +103,9 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
 
         def write(part: FilePath) -> None:
             nonlocal n_rows, n_places
-            n_rows, n_places = hazard_parquet.write_hazard_parquet(part, rows)
+            n_rows, n_places = write_hazard_parquet(part, rows)
 
-        _replace(file, hazard_parquet.is_own_parquet, write)
+        _replace(file, is_own_parquet, write)
     notes = () if n_places else ("no design runout has a place on the map: there is no geometry.",)
     return Export(name, str(file), Results([Layer("hazard", n_rows, None)]), notes)
 

@@ -38,7 +38,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
     mu = back_calculate(observations, predict_records(observations, (), {})).mu
     found, volume, mu = fit_laws_of(observations, mu)
     if plot is not None:
-        from avahazard.report.laws_figure import draw_laws  # noqa: PLC0415 (slow)
+        from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
 
         draw_laws(plot, found, volume, mu)
     return found

@@ -71,7 +71,7 @@ def show_frictions(
     predicted = predict_records(observations, (), {})
     frictions = _frictions(observations, back_calculate(observations, predicted), predicted, kappa)
     if plot is not None:
-        from avahazard.report.friction_figure import draw_densities  # noqa: PLC0415 (slow)
+        from avahazard.report.friction_pictures import draw_densities  # noqa: PLC0415 (slow)
 
         draw_densities(plot, frictions.density)
     return frictions
@@ -101,7 +101,7 @@ def _by_model(
         events=Rows(replace(event, mu_reference=_finite(mu)) for event, mu in events),
     )
     if plot is not None:
-        from avahazard.report.friction_figure import draw_frictions  # noqa: PLC0415 (slow)
+        from avahazard.report.friction_pictures import draw_frictions  # noqa: PLC0415 (slow)
 
         volume = np.exp(observations.columns.log_volume)
         draw_frictions(plot, frictions, friction_view(fitted), volume, reference)

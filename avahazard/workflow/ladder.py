@@ -66,7 +66,7 @@ def ladder(
                 told[model.name] += (f"{model.name} is not compared. {error.message}",)
     rows = ladder_rows(models, known, told)
     if plot is not None:
-        from avahazard.report.ladder_figure import draw_ladder  # noqa: PLC0415 (slow)
+        from avahazard.report.score_pictures import draw_ladder  # noqa: PLC0415 (slow)
 
         draw_ladder(plot, rows, {k: v for k, v in known.items() if v is not None})
     return Ladder(rows, tuple(note for notes in told.values() for note in notes))

@@ -130,7 +130,7 @@ def _frictions(found: BackCalculation, observations: Observations, name: str) ->
 
 def _draw_laws(observations: Observations, found: BackCalculation, file: Path) -> None:
     fits, volume, mu = fit_laws_of(observations, found.mu)
-    from avahazard.report.laws_figure import draw_laws  # noqa: PLC0415 (slow)
+    from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
 
     draw_laws(file, fits, volume, mu)
 
@@ -145,7 +145,7 @@ def _draw_densities(
     """`moved` holds the records moved within their errors, for the band of the first density."""
     if not densities:
         raise AvahazardError("There are no two events with an apparent friction on one path.")
-    from avahazard.report.paper_densities_figure import draw_with_normals  # noqa: PLC0415 (slow)
+    from avahazard.report.paper_pictures import draw_with_normals  # noqa: PLC0415 (slow)
 
     bands = {}
     if moved is not None:

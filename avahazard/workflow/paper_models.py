@@ -111,13 +111,13 @@ def _draw_residuals(stored: FittedModel, file: Path) -> None:
     x = np.linspace(-REACH, REACH, 401)
     student = stored.specification.tails == "student"
     density = (x, np.exp(log_density(x, student)))
-    from avahazard.report.paper_residuals_figure import draw_residuals  # noqa: PLC0415 (slow)
+    from avahazard.report.paper_pictures import draw_residuals  # noqa: PLC0415 (slow)
 
     draw_residuals(file, stored.name, off, density, of)
 
 
 def _draw_posterior(database: str, stored: FittedModel, file: Path) -> None:
-    from avahazard.report.paper_posterior_figure import draw_posterior  # noqa: PLC0415 (slow)
+    from avahazard.report.paper_pictures import draw_posterior  # noqa: PLC0415 (slow)
 
     draws = load_parameter_draws(database, stored.name)
     units = {name: told.unit for name, told in stored.calibration.parameters.items()}
@@ -125,7 +125,7 @@ def _draw_posterior(database: str, stored: FittedModel, file: Path) -> None:
 
 
 def _draw_laws(models: Sequence[FittedModel], file: Path) -> None:
-    from avahazard.report.paper_laws_figure import ModelLaw, draw_model_laws  # noqa: PLC0415
+    from avahazard.report.paper_pictures import ModelLaw, draw_model_laws  # noqa: PLC0415
 
     laws = []
     for stored in models:

@@ -64,7 +64,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> Path
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     check = describe_path(path, profile, smooth, events)
     if plot is not None:
-        from avahazard.report.path_figure import draw_path  # noqa: PLC0415 (matplotlib is slow)
+        from avahazard.report.path_pictures import draw_path  # noqa: PLC0415 (matplotlib is slow)
 
         releases = [_release(smooth, path, event) for event in events] or [_release(smooth, path)]
         stops = [place for e in events if (place := stop_place(smooth, e)) is not None]

@@ -184,7 +184,7 @@ def _finite(value: float) -> float | None:
 
 
 def _draw(file: FilePath, site: Site, found: Runout) -> None:
-    from avahazard.report.runout_figure import draw_curve, draw_run  # noqa: PLC0415 (slow)
+    from avahazard.report.path_pictures import draw_curve, draw_run  # noqa: PLC0415 (slow)
 
     if found.table is not None:
         draw_curve(file, found)

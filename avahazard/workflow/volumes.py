@@ -67,7 +67,7 @@ def volumes(
             else AvahazardError("There are no paths.", "Import paths.csv and events.csv first.")
         )
     if plot is not None:
-        from avahazard.report.return_level_figure import draw_return_levels  # noqa: PLC0415
+        from avahazard.report.friction_pictures import draw_return_levels  # noqa: PLC0415
 
         draw_return_levels(plot, entries, curves)
     return Volumes(Rows(entries), tuple(notes))

@@ -126,7 +126,7 @@ def zones_of_path(
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:
-    from avahazard.report.zones_figure import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
+    from avahazard.report.path_pictures import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
 
     with reading(database) as session:
         records = load_paths(session, [entry.path_id for entry in entries])

@@ -15,7 +15,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path as BarePath
 from avahazard.records.path import Profile
-from avahazard.report.runout_figure import with_gaps
+from avahazard.report.path_pictures import with_gaps
 from avahazard.results.terrain import SpeedHere
 from avahazard.store.records import save_records
 from avahazard.store.session import writing

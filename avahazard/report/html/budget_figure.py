@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from avahazard.report.budget_parts import bars, part_words, parts_in_order
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import Figure, Trace, label
 from avahazard.report.html.style import axis, layout
 from avahazard.report.html.words import amount
+from avahazard.report.score_pictures import bars, part_words, parts_in_order
 from avahazard.results.amounts import RATIO, unit_of
 
 LEAST_SHARE = 0.06

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
-from avahazard.report.bounds_figure import DrawnPath, draw_bounds
-from avahazard.results.hazard import Spread
+from avahazard.report.bounds_pictures import AlphaBetaPath, DrawnPath, draw_alpha_beta, draw_bounds
+from avahazard.results.hazard import HazardRow, Spread
 from tests.gis.results import DESIGN_RUNOUT
 from tests.results.samples import HAZARD_ROW
 
@@ -67,3 +68,40 @@ def test_the_design_runout_leads_with_its_legend(tmp_path: Path) -> None:
 def test_no_name_of_a_picture(tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="not the name of a picture"):
         draw_bounds(tmp_path / "bounds.txt", "Bounds", [drawn(2000.0)])
+
+
+ROW = replace(
+    HAZARD_ROW,
+    runout_x_m=Spread(None, 1500.0, 1700.0, None),
+    return_period_years=100.0,
+    volume_m3=1e4,
+)
+
+
+def drawn_of_alpha_beta_figure(length: float, row: HazardRow | None = None) -> AlphaBetaPath:
+    x = np.linspace(0.0, length, 80)
+    smooth = smooth_profile(x, 2000.0 - x + 2.5e-4 * x**2)
+    found = tuple(alpha_beta(smooth, 0.0, regression) for regression in REGRESSIONS)
+    return AlphaBetaPath("Path (made up)", smooth, found, np.array([1500.0]), row)
+
+
+def test_a_panel_for_each_path_and_one_legend_of_all(tmp_path: Path) -> None:
+    file = tmp_path / "picture.svg"
+    # The first has no β-point, on the second the lines run past the end.
+    draw_alpha_beta(
+        file,
+        [
+            drawn_of_alpha_beta_figure(1500.0),
+            drawn_of_alpha_beta_figure(1900.0),
+            drawn_of_alpha_beta_figure(2300.0, ROW),
+        ],
+    )
+    text = file.read_text()
+    assert text.count("<!-- Path (made up) -->") == 3
+    assert text.count("<!-- no β-point -->") == 1
+    for label in (
+        "α-β, norway: α ± 1 sd",
+        "model, avalanches of the volume V: 5 to 95 %",
+        "recorded stops",
+    ):
+        assert text.count(f"<!-- {label} -->") == 1

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from avahazard.report.friction_figure import draw_densities
+from avahazard.report.friction_pictures import draw_densities
 from avahazard.results.friction import FrictionDensity
 
 

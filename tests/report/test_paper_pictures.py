@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from avahazard.report.html.content import FrictionView
-from avahazard.report.paper_densities_figure import draw_with_normals
-from avahazard.report.paper_laws_figure import ModelLaw, draw_model_laws
-from avahazard.report.paper_posterior_figure import draw_posterior, normal_density
-from avahazard.report.paper_residuals_figure import draw_residuals
+from avahazard.report.paper_pictures import (
+    ModelLaw,
+    draw_model_laws,
+    draw_posterior,
+    draw_residuals,
+    draw_with_normals,
+    normal_density,
+)
 from avahazard.results.friction import FrictionDensity
 
 RNG = np.random.default_rng(3)

@@ -1,0 +1,232 @@
+"""Design runouts and runouts of volumes as a table in a file: CSV, workbook, Parquet."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from importlib.util import find_spec
+from itertools import islice
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+from avahazard.records.errors import AvahazardError
+from avahazard.results.hazard import Design, HazardRow, RunoutInterval
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+QUANTILES = ("q05", "q50", "q95")
+STATISTICS = ("mean", *QUANTILES)
+APART = ("natural", "parameters")
+FIRST_COLUMNS = "path_id,return_period_years,volume_m3,"
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def write_hazard(file: FilePath, rows: Sequence[HazardRow]) -> None:
+    """Write the rows of `hazard` as CSV: lengths in m, an empty cell beyond the profile.
+
+    Texts that a spreadsheet would run as formulas begin with an apostrophe.
+    """
+    columns, flat = hazard_table(rows)
+    with file.open("w", newline="", encoding="utf-8") as handle:
+        # Lines end as RFC 4180 has it, which also puts quotes around what holds such an end.
+        writer = csv.DictWriter(handle, columns)
+        writer.writeheader()
+        writer.writerows({name: _cell(value) for name, value in row.items()} for row in flat)
+
+
+def hazard_table(rows: Sequence[HazardRow]) -> tuple[list[str], list[dict[str, Any]]]:
+    """The columns of a table of `rows`, and the cells of each row by column."""
+    flat = [hazard_cells(row) for row in rows]
+    return list(dict.fromkeys(name for row in flat for name in row)), flat
+
+
+def is_own_csv(file: FilePath) -> bool:
+    """Whether `file` was made by `write_hazard`."""
+    with file.open("rb") as handle:
+        return handle.read(len(FIRST_COLUMNS)) == FIRST_COLUMNS.encode()
+
+
+def hazard_cells(row: HazardRow) -> dict[str, Any]:
+    """The cells of a row by column."""
+    cells = {
+        "path_id": row.path_id,
+        "return_period_years": row.return_period_years,
+        "volume_m3": row.volume_m3,
+        "extrapolated": int(bool(row.extrapolated)),
+        **_design(row.design),
+        **_lengths("", row),
+        "p_left_profile": row.p_left_profile,
+        "n_draws": row.n_draws,
+        "interval": row.interval,
+        "notes": " ".join(row.notes),
+    }
+    for name in APART:
+        if found := getattr(row, name):
+            cells |= {**_lengths(f"{name}_", found), f"{name}_interval": found.interval}
+    return cells
+
+
+def _design(found: Design | None) -> dict[str, Any]:
+    """The answer for a return period; nothing for a volume."""
+    if found is None:
+        return {}
+    farthest, point = found.farthest_record, found.point
+    return {
+        **{
+            f"design_{length}_{statistic}_m": getattr(getattr(found, f"{length}_m"), statistic)
+            for length in ("runout_x", "runout_elevation")
+            for statistic in QUANTILES
+        },
+        "design_p_beyond": found.p_beyond,
+        **({} if point is None else {f"design_{k}": v for k, v in point.to_dict().items()}),
+        "farthest_record_x_m": None if farthest is None else farthest.runout_x_m,
+        "farthest_record_date": None if farthest is None else farthest.date,
+        "records_beyond": found.records_beyond,
+        "n_records": found.n_records,
+        "design_interval": found.interval,
+    }
+
+
+def _lengths(prefix: str, found: HazardRow | RunoutInterval) -> dict[str, Any]:
+    return {
+        f"{prefix}{length}_{statistic}_m": getattr(getattr(found, f"{length}_m"), statistic)
+        for length in ("runout_x", "runout_elevation")
+        for statistic in STATISTICS
+    }
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(value, 4)
+    if isinstance(value, str) and value.startswith(FORMULA_STARTS):
+        return f"'{value}"
+    return value
+
+
+CREATOR = "avahazard"
+NOT_IN_CELLS = re.compile(r"[\x00-\x08\x0b-\x1f]")  # a workbook with one of them does not open
+
+
+def write_hazard_workbook(file: FilePath, rows: Sequence[HazardRow]) -> None:
+    """Write the rows of `hazard` as .xlsx: lengths in m, an empty cell beyond the profile.
+
+    Numbers are numbers, and texts are texts, also those that begin like a formula.
+    """
+    from openpyxl import Workbook  # noqa: PLC0415 (slow to import)
+
+    columns, flat = hazard_table(rows)
+    book = Workbook()
+    book.properties.creator = CREATOR
+    sheet = book.active
+    sheet.title = "hazard"
+    sheet.append(columns)
+    for line, row in enumerate(flat, start=2):
+        for column, name in enumerate(columns, start=1):
+            value = _sheet_cell(row.get(name))
+            if value is not None:
+                cell = sheet.cell(line, column, value)
+                if isinstance(value, str):
+                    cell.data_type = "s"
+    sheet.freeze_panes = "B2"
+    book.save(file)
+
+
+def is_own_workbook(file: FilePath) -> bool:
+    """Whether `file` was made by `write_hazard_workbook`."""
+    from openpyxl import load_workbook  # noqa: PLC0415 (slow to import)
+
+    try:
+        book = load_workbook(file, read_only=True)
+    except Exception:
+        return False
+    own: bool = book.properties.creator == CREATOR and book.sheetnames == ["hazard"]
+    book.close()
+    return own
+
+
+def _sheet_cell(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(value, 4)
+    if isinstance(value, str):
+        return NOT_IN_CELLS.sub("\N{REPLACEMENT CHARACTER}", value)
+    return value
+
+
+PIECE = 2000
+"""Rows that are written together."""
+GEOMETRY = "geometry"
+
+
+def require_parquet() -> None:
+    """Raise `AvahazardError` where pyarrow is not installed."""
+    if find_spec("pyarrow") is None:
+        raise AvahazardError(
+            "Files of Parquet need the package pyarrow, which is not installed.",
+            "Install it: pip install 'avahazard[parquet]'; or export to .csv.",
+        )
+
+
+def write_hazard_parquet(
+    file: FilePath, rows: Callable[[], Iterable[HazardRow]]
+) -> tuple[int, int]:
+    """Write the rows of `hazard` as Parquet.
+
+    Returns how many they are, and how many have a place on the map. Columns are those of the CSV,
+    lengths in m, null beyond the profile; the places of design runouts are the column `geometry`
+    (GeoParquet). `rows` gives the rows anew at each call.
+    """
+    import pyarrow as pa  # noqa: PLC0415 (may be missing)
+    from pyarrow import parquet  # noqa: PLC0415
+
+    fields: dict[str, pa.DataType] = {}
+    systems: dict[str, None] = {}
+    n_rows = n_places = 0
+    for cells in map(hazard_cells, rows()):
+        n_rows += 1
+        for name, value in cells.items():
+            fields.setdefault(name, pa.float64())
+            if isinstance(value, str):
+                fields[name] = pa.string()
+        if "design_crs" in cells:
+            systems[cells["design_crs"]] = None
+            n_places += 1
+    about = {b"creator": CREATOR.encode()}
+    wkb = None
+    if systems:
+        from avahazard.gis import require_packages  # noqa: PLC0415
+
+        require_packages()
+        from avahazard.gis.map_files import point_column  # noqa: PLC0415 (may be missing)
+
+        wkb, geo = point_column(list(systems))
+        about[b"geo"] = geo.encode()
+        fields[GEOMETRY] = pa.binary()
+    schema = pa.schema(list(fields.items()), metadata=about)
+    with parquet.ParquetWriter(file, schema) as writer:
+        for piece in _pieces(map(hazard_cells, rows())):
+            for cells in piece:
+                if wkb is not None and "design_crs" in cells:
+                    place = (cells["design_x"], cells["design_y"], cells["design_crs"])
+                    cells[GEOMETRY] = wkb(place)
+            writer.write_table(pa.Table.from_pylist(piece, schema))
+    return n_rows, n_places
+
+
+def is_own_parquet(file: FilePath) -> bool:
+    """Whether `file` was made by `write_hazard_parquet`."""
+    from pyarrow import ArrowException, parquet  # noqa: PLC0415 (may be missing)
+
+    try:
+        about = parquet.read_schema(file).metadata or {}
+    except (ArrowException, OSError):
+        return False
+    return about.get(b"creator") == CREATOR.encode()
+
+
+def _pieces(cells: Iterable[dict[str, Any]]) -> Iterator[list[dict[str, Any]]]:
+    there = iter(cells)
+    while piece := list(islice(there, PIECE)):
+        yield piece
