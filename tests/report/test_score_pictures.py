@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from avahazard.cli.comparison_table import SOURCES as OF_TABLE
-from avahazard.criticism.scoring.budget_rows import SOURCES, UNEXPLAINED
+from avahazard.cli.model_tables import SOURCES as OF_TABLE
+from avahazard.criticism.scoring.error_budget import SOURCES, UNEXPLAINED
 from avahazard.report.language import LANGUAGES, language_of
 from avahazard.report.score_pictures import (
     COLORS,

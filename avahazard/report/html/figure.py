@@ -4,13 +4,86 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from markupsafe import Markup
 
 from avahazard.records.plain import plain
+from avahazard.report.html.content import EventView
+from avahazard.report.language import ENGLISH, Language
+
+# Okabe and Ito's colours, which people with any kind of colour vision can tell apart.
+BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#AA4499"
+ORANGE, SKY, BLACK, GREY = "#E69F00", "#56B4E9", "#000000", "#767676"
+COLORS = (BLUE, VERMILION, GREEN, "#CC79A7", ORANGE, SKY, GREY, BLACK)
+SYMBOLS = (
+    "circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x", "star"
+)  # fmt: skip
+TOOLBAR_PX = 42
+"""Right of the plot the toolbar has a margin of its own, so that it covers no legend."""
+GROUND, GRID, INK = "#E3DED5", "#E2E2E2", "#222222"
+ROW_COLORS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+
+
+def axis(title: str, **more: Any) -> dict[str, Any]:
+    """An axis with a grid in the house's colours; only names get the room that they need.
+
+    Where numbers did too, margins and a legend that folds could chase each other.
+    """
+    return {
+        "title": {"text": title, "standoff": 8},
+        "gridcolor": GRID,
+        "zeroline": False,
+        "linecolor": "#999999",
+        "showline": True,
+        "ticks": "outside",
+        "tickcolor": "#999999",
+        "automargin": more.get("type") == "category",
+        **more,
+    }
+
+
+def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any) -> dict[str, Any]:
+    """A layout with these axes: white ground, the legend above, room for four digits."""
+    return {
+        "xaxis": x,
+        "yaxis": y,
+        "height": height,
+        "font": {"family": "system-ui, Segoe UI, Helvetica, Arial, sans-serif", "size": 13,
+                 "color": INK},
+        "paper_bgcolor": "white",
+        "plot_bgcolor": "white",
+        "margin": {"l": 66, "r": TOOLBAR_PX, "t": 10, "b": 50},
+        "modebar": {"orientation": "v"},
+        "legend": {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom",
+                   "font": {"size": 12}},
+        "hovermode": "closest",
+        "hoverlabel": {"align": "left"},
+        **more,
+    }  # fmt: skip
+
+
+def by_path(
+    events: Sequence[EventView], names: dict[str, str], language: Language = ENGLISH
+) -> Iterator[tuple[str, str, str, list[EventView]]]:
+    """Name, colour, symbol and events of each path; all in one where there are many paths.
+
+    `names` are those of all paths with events: a path has one colour in every figure.
+    """
+    groups: dict[str | None, list[EventView]] = {}
+    for event in events:
+        groups.setdefault(event.path_id, []).append(event)
+    if len(names) > len(COLORS):
+        yield language.say("recorded events"), BLUE, "circle", list(events)
+        return
+    places = {path_id: k for k, path_id in enumerate(names)}
+    for path_id, mine in groups.items():
+        k = len(COLORS) - 1 if path_id is None else places[path_id]
+        name = language.say("recorded events") if path_id is None else names[path_id]
+        yield name, COLORS[k], SYMBOLS[k], mine
+
 
 Trace = dict[str, Any]
 States = Mapping[str, Mapping[int, Trace]]

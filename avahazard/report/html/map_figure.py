@@ -4,18 +4,113 @@ from __future__ import annotations
 
 import base64
 import math
+from io import BytesIO
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.report.html.content import PathView, PlanView
-from avahazard.report.html.figure import Figure, Trace, label
-from avahazard.report.html.hillshade import hillshade
-from avahazard.report.html.map_marks import north_arrow, scale_bar
-from avahazard.report.html.style import BLACK, INK, ROW_COLORS, TOOLBAR_PX, axis, layout
+from avahazard.report.html.figure import (
+    BLACK,
+    INK,
+    ROW_COLORS,
+    TOOLBAR_PX,
+    Figure,
+    Trace,
+    axis,
+    label,
+    layout,
+)
 from avahazard.report.html.words import case, event_words, interval, metres
 from avahazard.report.language import ENGLISH, Language
+
+Span = tuple[float, float]
+
+M_PER_DEGREE = 111_320.0
+"""Of latitude; of longitude at the equator."""
+SHARE, INSET, TICK = 0.3, 0.04, 0.012
+"""Most of the width that the bar takes, its distance from the edges, the height of its ends."""
+
+
+def scale_bar(east: Span, north: Span, degrees: bool, language: Language) -> Trace:
+    """A bar of a round length (m) in the lower left corner of what is shown."""
+    middle = math.radians(0.5 * (north[0] + north[1]))
+    unit = 1.0 / (M_PER_DEGREE * math.cos(middle)) if degrees else 1.0
+    length = round_length(SHARE * (east[1] - east[0]) / unit)
+    wide, high = east[1] - east[0], north[1] - north[0]
+    x0, y0 = east[0] + INSET * wide, north[0] + INSET * high
+    x1, up = x0 + length * unit, TICK * high
+    return {
+        "type": "scatter",
+        "mode": "lines+text",
+        "meta": "scale",
+        "showlegend": False,
+        "x": [x0, x0, x0, 0.5 * (x0 + x1), x1, x1, x1],
+        "y": [y0 + up, y0 - up, y0, y0, y0, y0 + up, y0 - up],
+        "text": ["", "", "", metres(length, language), "", "", ""],
+        "textposition": "top center",
+        "line": {"color": INK, "width": 2},
+        "hoverinfo": "skip",
+    }
+
+
+def round_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is not over `most`."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(k * power for k in (5.0, 2.0, 1.0) if k * power <= most)
+
+
+def north_arrow() -> dict[str, Any]:
+    """An arrow to the top of the map, which is north."""
+    return {
+        "xref": "paper",
+        "yref": "paper",
+        "x": 0.97,
+        "y": 0.98,
+        "ax": 0,
+        "ay": 34,
+        "text": "<b>N</b>",
+        "showarrow": True,
+        "arrowhead": 2,
+        "arrowwidth": 2,
+        "arrowcolor": INK,
+        "yanchor": "top",
+    }
+
+
+TO_LIGHT = np.array([-0.5, 0.5, np.sqrt(0.5)])
+"""East, north, up: from the north-west, 45° high."""
+DARKEST = 0.35
+
+
+def hillshade(elevation_m: NDArray[np.float32], cell_m: float) -> bytes:
+    """PNG of elevations `[n_rows, n_columns]`, rows from north; clear where they are NaN.
+
+    Grey is the cosine of the angle between the normal of the ground and the light (Lambert).
+    """
+    from matplotlib.image import imsave  # noqa: PLC0415 (slow)
+
+    ground = elevation_m.astype(np.float64)
+    southward, eastward = np.gradient(ground, cell_m)
+    normal = np.stack([-eastward, southward, np.ones_like(ground)])
+    light = np.tensordot(TO_LIGHT, normal, 1) / np.linalg.norm(normal, axis=0)
+    shade = DARKEST + (1.0 - DARKEST) * np.clip(light, 0.0, 1.0)
+    shade[np.isnan(ground)] = np.nan
+    picture = BytesIO()
+    # Nothing of the day or of the machine: equal grounds make equal pictures.
+    imsave(
+        picture,
+        np.round(shade, 2),
+        cmap="gray",
+        vmin=0.0,
+        vmax=1.0,
+        format="png",
+        metadata={"Software": ""},
+    )
+    return picture.getvalue()
+
 
 MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 BAR_PLACES = 24

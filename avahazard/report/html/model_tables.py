@@ -3,25 +3,162 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import SIGNIFICANT, failing
-from avahazard.report.html.table import HtmlTable, error_text
 from avahazard.report.html.words import (
     amount,
     axis_words,
     chance,
     coordinate_words,
+    integer,
     level_words,
+    likelier,
     number,
     share,
     unit_words,
 )
 from avahazard.report.language import ENGLISH, Language
+from avahazard.report.score_pictures import FAMILY_WISE
 from avahazard.results.amounts import RATIO, bare
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
+from avahazard.results.diagnosis import Diagnosis
+
+
+@dataclass(frozen=True, slots=True)
+class HtmlTable:
+    """Columns (a name that begins with '>' is set to the right) and rows of text.
+
+    `cards`: on a narrow screen every row becomes a block of its own, with a line for each cell.
+    Rows after the first `shown` are folded under the words `folded`; None: no row is.
+    """
+
+    key: str
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    cards: bool = False
+    shown: int | None = None
+    folded: str = ""
+
+    @property
+    def parts(self) -> list[tuple[bool, Sequence[Sequence[str]]]]:
+        """The rows that are always seen, and those that are folded, each if there are any."""
+        k = len(self.rows) if self.shown is None else self.shown
+        parts = [(False, self.rows[:k]), (True, self.rows[k:])]
+        return [part for part in parts if part[1]]
+
+
+def error_text(
+    value: float | None, coordinate: str | None = None, language: Language = ENGLISH
+) -> str:
+    """An error in metres, or H/L in that coordinate; a dash where it is not known."""
+    return "–" if value is None else amount(value, coordinate, language=language)
+
+
+def made_table(content: ReportContent) -> HtmlTable:
+    """Seeds, versions and fingerprints."""
+    model, language = content.model, content.language
+    say, checks = language.say, content.model.diagnostics
+    rhat = checks.rhat_max
+    day, _, hour = content.created.partition("T")
+    created = content.created
+    if language.date(day) != day:
+        created = f"{language.date(day)} {hour.removesuffix('Z')}"
+    rows = [
+        [say("calibrated (UTC)"), created],
+        [
+            say("method"),
+            say(
+                "{method}, {n} chains of {draws} draws",
+                method=model.method,
+                n=model.chains,
+                draws=integer(model.draws, language),
+            ),
+        ],
+        [say("seed"), str(model.seed)],
+        [
+            say("convergence"),
+            say(
+                "R-hat {rhat}, effective sample size at least {ess}, {share} accepted",
+                rhat=say("infinite") if rhat is None else language.number(f"{rhat:.3f}"),
+                ess=integer(checks.ess_min, language),
+                share=share(checks.acceptance, language),
+            ),
+        ],
+        [say("fingerprint of the records (SHA-256)"), model.data_fingerprint],
+    ]
+    if content.calibrated_paths:
+        rows.append([say("calibrated on the paths"), ", ".join(content.calibrated_paths)])
+    if content.effect_sha256:
+        rows.append([say("fingerprint of the effect file (SHA-256)"), content.effect_sha256])
+    if content.diagnosis is not None:
+        rows.append(
+            [
+                say("diagnosis"),
+                say(
+                    "{n} made worlds, seed {seed}",
+                    n=content.diagnosis.n_worlds,
+                    seed=content.diagnosis.seed,
+                ),
+            ]
+        )
+    draws = sorted({row["n_draws"] for row in content.rows})
+    if draws:
+        each = ", ".join(integer(n, language) for n in draws)
+        rows.append([say("draws of the bounds"), say("{n} for each row", n=each)])
+    rows += [
+        [say("version of {name}", name=name), version] for name, version in content.versions.items()
+    ]
+    return HtmlTable("made", say("How to make it again"), ("", ""), rows)
+
+
+def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> HtmlTable:
+    """Candidate effects, best first; those that chance may have made are folded."""
+    say, floor = language.say, 1.0 / (diagnosis.n_worlds + 1)
+    named = set(diagnosis.missing)
+    rows = [
+        [
+            language.effect(c.effect),
+            likelier(c.screened_gain, language),
+            chance(c.p_value, floor, language),
+            error_text(c.error_before_m, diagnosis.coordinate, language),
+            error_text(c.error_after_m, diagnosis.coordinate, language),
+            ", ".join(language.effect(key) for key in c.confounded_with) or "–",
+            language.told(c.physics),
+        ]
+        for c in diagnosis.candidates
+    ]
+    columns = (
+        say("effect"), ">" + say("records likelier"), ">p", ">" + say("CRPS at best fit before"),
+        ">" + say("after"), say("looks like"), say("meaning"),
+    )  # fmt: skip
+    shown = sum(c.effect in named or c.p_value <= FAMILY_WISE for c in diagnosis.candidates)
+    return HtmlTable(
+        "candidates",
+        say("Candidate effects"),
+        columns,
+        rows,
+        cards=True,
+        shown=shown,
+        folded=say("{n} that may be chance", n=len(rows) - shown),
+    )
+
+
+def measure_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> HtmlTable | None:
+    """What to measure next; None where nothing is proposed."""
+    say = language.say
+    rows = [
+        [language.told(step.measurement), likelier(step.expected_gain, language)]
+        for step in diagnosis.measure_next
+    ]
+    if not rows:
+        return None
+    columns = (say("measurement"), ">" + say("makes the right explanation likelier"))
+    return HtmlTable("measure", say("What to measure next"), columns, rows)
 
 
 def ladder_table(content: ReportContent) -> HtmlTable:

@@ -9,38 +9,137 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from avahazard.report.html import effect_tables, model_tables, path_tables
-from avahazard.report.html.baseline_words import baseline_words
-from avahazard.report.html.bounds_table import bounds_table
-from avahazard.report.html.budget_figure import budget_figure
-from avahazard.report.html.content import PathView, ReportContent
-from avahazard.report.html.density_figure import density_figure
-from avahazard.report.html.effects_figure import effects_figure
-from avahazard.report.html.figure import Figure
-from avahazard.report.html.force_figure import force_figure
-from avahazard.report.html.friction_figure import friction_figure
-from avahazard.report.html.front import path_answers, shown_period
-from avahazard.report.html.ladder_figure import ladder_figure
-from avahazard.report.html.limits import assumptions, zone_words
-from avahazard.report.html.made_table import made_table
+from avahazard.report.html import model_tables, path_tables
+from avahazard.report.html.content import LoopView, PathView, ReportContent, StateView
+from avahazard.report.html.development_figures import budget_figure, effects_figure, ladder_figure
+from avahazard.report.html.figure import Figure, script_json
+from avahazard.report.html.front import path_answers, reading_words, shown_period
 from avahazard.report.html.map_figure import map_figure
+from avahazard.report.html.model_figures import (
+    density_figure,
+    friction_figure,
+    offsets_figure,
+    posterior_figures,
+)
+from avahazard.report.html.model_tables import HtmlTable, made_table
 from avahazard.report.html.path_figure import path_figure
-from avahazard.report.html.posterior_figure import offsets_figure, posterior_figures
-from avahazard.report.html.predicted_figure import predicted_figures
-from avahazard.report.html.reading_words import reading_words
-from avahazard.report.html.record_figure import record_figure
-from avahazard.report.html.residuals_figure import residuals_figure
-from avahazard.report.html.story import chapters
-from avahazard.report.html.summary import failing, model_words, sure_words, why_words
-from avahazard.report.html.switch import switch_json
-from avahazard.report.html.table import HtmlTable
-from avahazard.report.html.unknowns import cannot_tell, unknown_words
+from avahazard.report.html.path_tables import bounds_table
+from avahazard.report.html.record_figures import (
+    force_figure,
+    predicted_figures,
+    record_figure,
+    residuals_figure,
+)
+from avahazard.report.html.summary import chapters, failing, model_words, sure_words, why_words
+from avahazard.report.html.unknowns import (
+    assumptions,
+    baseline_words,
+    cannot_tell,
+    unknown_words,
+    zone_words,
+)
 from avahazard.report.html.words import events, paths
 from avahazard.report.language import Language
 from avahazard.report.verdict_words import verdict_words
+
+DIGITS = 5
+
+
+def switch_json(content: ReportContent) -> Markup:
+    """Errors by state, sweeps, and for every path the tables F(μ) and μ(V)."""
+    loop = content.loop
+    states = (*loop.models, *loop.swept)
+    shared: list[Any] = []
+    tables = {state.key: _state_rows(state, shared) for state in states}
+    value = {
+        "own": loop.lineage[-1],
+        "language": _language(content.language),
+        "models": [state.key for state in loop.models],
+        "states": {
+            state.key: {
+                "name": state_name(state.key, loop, content.language),
+                "held_out_m": state.held_out_m,
+                "crps_m": state.crps_m,
+                "rmse_m": state.rmse_m,
+                "tables": tables[state.key],
+            }
+            for state in states
+        },
+        "tables": shared,
+        "sweeps": [
+            {"effect": s.effect, "strengths": s.strengths, "keys": s.keys} for s in loop.sweeps
+        ],
+        "mu": loop.mu,
+        "volumes": loop.volumes,
+        "paths": {
+            view.path.path_id: {"number": number, "profile": _profile(view.smooth)}
+            for number, view in enumerate(content.paths, start=1)
+            if view.smooth is not None
+        },
+    }
+    return script_json(value, DIGITS)
+
+
+def state_name(key: str, loop: LoopView, language: Language) -> str:
+    """A state as people read it: a model's name, or an effect and its strength."""
+    for sweep in loop.sweeps:
+        for known, strength in zip(sweep.keys, sweep.strengths, strict=True):
+            if known == key and strength != 1.0:
+                return f"{language.effect(sweep.effect)} × {language.number(f'{strength:g}')}"
+    return key
+
+
+def _language(language: Language) -> dict[str, Any]:
+    """Signs of numbers, the words of the script, and those of Plotly's toolbar."""
+    say = language.say
+    return {
+        "code": language.code,
+        "decimal": language.decimal,
+        "group": language.group,
+        "separators": language.separators,
+        "shown": say(
+            "Shown: {model}. Error on all records of the calibration {crps} (CRPS; root mean "
+            "square {rmse})."
+        ),
+        "shown_held_out": say(
+            "Shown: {model}. Error on all records of the calibration {crps} (CRPS; root mean "
+            "square {rmse}), on what was kept back {held_out}."
+        ),
+        "times": say("{strength} × that of {model}"),
+        "stops": say("With μ = {friction} the block stops at x = {x} m, {y} m above sea level."),
+        "leaves": say("With μ = {friction} the block runs past the end of the profile."),
+        "toolbar": {
+            "Download plot as a PNG": say("Download plot as a PNG"),
+            "Download plot": say("Download plot as a PNG"),
+            "Zoom": say("Zoom"),
+            "Pan": say("Pan"),
+            "Zoom in": say("Zoom in"),
+            "Zoom out": say("Zoom out"),
+            "Reset axes": say("Reset axes"),
+        },
+    }
+
+
+def _state_rows(state: StateView, shared: list[Any]) -> dict[str, list[int]]:
+    """By path the numbers of its tables F(μ) and μ(V) among the shared ones."""
+    found: dict[str, list[int]] = {}
+    for k, path in enumerate(state.path_ids):
+        pair = []
+        for table in (np.round(state.stops[k]).tolist(), np.round(state.friction[k], 4).tolist()):
+            if table not in shared:
+                shared.append(table)
+            pair.append(shared.index(table))
+        found[path] = pair
+    return found
+
+
+def _profile(smooth: Any) -> dict[str, Any]:
+    x = np.linspace(smooth.x_min, smooth.x_max, 160)
+    return {"x": np.round(x, 1), "y": np.round(smooth.height(x), 1)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,8 +271,8 @@ def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, HtmlTabl
         else model_tables.failures_table(comparison, names, language),
         "candidates": None
         if diagnosis is None
-        else effect_tables.candidates_table(diagnosis, language),
-        "measure": None if diagnosis is None else effect_tables.measure_table(diagnosis, language),
+        else model_tables.candidates_table(diagnosis, language),
+        "measure": None if diagnosis is None else model_tables.measure_table(diagnosis, language),
         "alpha_beta": path_tables.alpha_beta_table(content.paths, language),
         "zones": path_tables.zones_table(content.paths, language),
         "made": made_table(content),

@@ -2,20 +2,241 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from avahazard.report.html.content import EventView, LoopView, PathView
-from avahazard.report.html.figure import Figure, States, Trace
-from avahazard.report.html.place_traces import place_traces
-from avahazard.report.html.profile_panel import profile_range, profile_traces
-from avahazard.report.html.reach_panel import reach_of, reach_traces
-from avahazard.report.html.speed_panel import speed_traces
-from avahazard.report.html.stops_panel import stops_height, stops_of, stops_traces
-from avahazard.report.html.style import TOOLBAR_PX, VERMILION, axis, layout
+from avahazard.arrays import Floats
+from avahazard.report.html.content import EventView, LoopView, PathView, StateView
+from avahazard.report.html.figure import (
+    BLUE,
+    INK,
+    ROW_COLORS,
+    TOOLBAR_PX,
+    VERMILION,
+    Figure,
+    States,
+    Trace,
+    axis,
+    label,
+    layout,
+)
+from avahazard.report.html.profile_panel import place_traces, profile_range, profile_traces
+from avahazard.report.html.words import case, event_words, years
 from avahazard.report.language import ENGLISH, Language
+
+LEAST = 1e-5
+
+
+def reach_of(view: PathView) -> Mapping[str, Any] | None:
+    """The first row's chance to reach each place, None where the rows have none."""
+    found = (row["reach"] for row in view.rows if row.get("reach"))
+    return next(found, None)
+
+
+def reach_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
+    """Median and 90 % of what the yearly chance may be, for a logarithmic axis."""
+    reach = reach_of(view)
+    assert reach is not None
+    x = list(reach["x_m"])
+    low, middle, high = (
+        [max(p or 0.0, LEAST) for p in reach["p_per_year"][key]] for key in ("q05", "q50", "q95")
+    )
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "x": [*x, *x[::-1]],
+            "y": [*high, *low[::-1]],
+            "fill": "toself",
+            "fillcolor": "rgba(0,114,178,0.18)",
+            "line": {"width": 0},
+            "showlegend": False,
+            "hoverinfo": "skip",
+        },
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": language.say("chance to be reached in a year"),
+            "showlegend": False,
+            "x": x,
+            "y": middle,
+            "line": {"color": BLUE, "width": 2},
+            "hovertemplate": language.say(
+                "x {x} m: {chance} a year", x="%{x:.0f}", chance="%{y:.2g}"
+            )
+            + "<extra></extra>",
+        },
+    ]
+
+
+def speed_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
+    """Speed in m/s over x; empty where nothing is known of it."""
+    if view.zones and view.zones["places"]:
+        return _quantiles(view, language)
+    cases = [case(row, language) for row in view.rows]
+    lines = [(case(line.row, language), line) for line in view.speeds]
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": language.say("speed, {case}", case=of),
+            "legendgroup": f"row {of}",
+            "showlegend": False,
+            "x": line.x,
+            "y": line.speed,
+            "line": {"color": ROW_COLORS[cases.index(of) % len(ROW_COLORS)]},
+            "hovertemplate": language.say(
+                "{case}: {speed} m/s at x {x} m", case=of, speed="%{y:.1f}", x="%{x:.0f}"
+            )
+            + "<extra></extra>",
+        }
+        for of, line in lines
+    ]
+
+
+def _quantiles(view: PathView, language: Language) -> list[Trace]:
+    """The 5, 50 and 95 % of the speed of each return period, with the pressure on hover."""
+    assert view.zones is not None
+    places = view.zones["places"]
+    periods = [entry["return_period_years"] for entry in places[0]["by_return_period"]]
+    known = [row["return_period_years"] for row in view.rows]
+    traces: list[Trace] = []
+    for k, period in enumerate(periods):
+        color = ROW_COLORS[(known.index(period) if period in known else k) % len(ROW_COLORS)]
+        of = years(period, language)
+        entries = [place["by_return_period"][k] for place in places]
+        for key, width, dash in (("q50", 2.0, "solid"), ("q95", 1.0, "dash"), ("q05", 1.0, "dot")):
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "name": language.say("speed, {case}", case=of),
+                    "legendgroup": f"row {of}",
+                    "showlegend": False,
+                    "x": [place["x_m"] for place in places],
+                    "y": _moving([entry["speed_m_s"][key] for entry in entries]),
+                    "customdata": [entry["pressure_kpa"][key] for entry in entries],
+                    "line": {"color": color, "width": width, "dash": dash},
+                    "hovertemplate": language.say(
+                        "{case}, {share} %: {speed} m/s, {pressure} kPa at x {x} m",
+                        case=of,
+                        share=str(int(key[1:])),
+                        speed="%{y:.1f}",
+                        pressure="%{customdata:.0f}",
+                        x="%{x:.0f}",
+                    )
+                    + "<extra></extra>",
+                }
+            )
+    return traces
+
+
+def _moving(speeds: list[float]) -> list[float | None]:
+    """Speeds up to the first place that is not reached."""
+    n = next((i for i, u in enumerate(speeds) if i and not u), len(speeds))
+    return [u if i <= n else None for i, u in enumerate(speeds)]
+
+
+BEFORE, ROW_PX, LEAST_PX, MOST_PX = "#BDBDBD", 7, 70, 260
+
+
+def stops_of(view: PathView, loop: LoopView, events: Sequence[EventView]) -> list[int]:
+    """Which of all events are shown: those of the path with a place, by volume, smallest first."""
+    if not loop.models:
+        return []
+    known = [
+        k
+        for k, e in enumerate(events)
+        if e.path_id == view.path.path_id
+        and e.stop_x_m is not None
+        and np.isfinite(loop.models[0].x[k]).all()
+    ]
+    return sorted(known, key=lambda k: events[k].volume_m3 or 0.0)
+
+
+def stops_height(n: int) -> int:
+    """Pixels for so many records."""
+    return int(np.clip(ROW_PX * n, LEAST_PX, MOST_PX))
+
+
+def stops_traces(
+    view: PathView,
+    loop: LoopView,
+    events: Sequence[EventView],
+    shown: Sequence[int],
+    language: Language = ENGLISH,
+) -> tuple[list[Trace], dict[str, Mapping[int, Trace]]]:
+    """Bands of the parent and of the model, the medians, the records; and what states change.
+
+    A band holds 90 % of where the block of that record is expected to stop.
+    """
+    say = language.say
+    states = {state.key: state for state in (*loop.models, *loop.swept)}
+    name = loop.lineage[-1]
+    parent = loop.lineage[-2] if len(loop.lineage) > 1 and loop.lineage[-2] in states else None
+    rows = np.arange(1.0, len(shown) + 1.0)
+    names = {view.path.path_id: view.name}
+    traces: list[Trace] = []
+    if parent is not None:
+        before = say("90 % by “{model}”", model=parent)
+        traces.append(_bands(states[parent], shown, rows, before, BEFORE, 5.0))
+    band = len(traces)
+    now = say("90 % of the model shown")
+    traces.append(_bands(states[name], shown, rows, now, BLUE, 2.4))
+    traces.append(
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "showlegend": False,
+            "x": states[name].x[shown, 1],
+            "y": rows,
+            "marker": {"color": BLUE, "size": 4},
+            "hovertemplate": say("median of the model shown: x {x} m", x="%{x:.0f}")
+            + "<extra></extra>",
+        }
+    )
+    traces.append(
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "showlegend": False,
+            "x": [events[k].stop_x_m for k in shown],
+            "y": rows,
+            "marker": {"symbol": "line-ns-open", "size": 8, "color": INK,
+                       "line": {"width": 1.6, "color": INK}},
+            "text": [label(event_words(events[k], names, language)) for k in shown],
+            "hovertemplate": "%{text}<br>"
+            + say("stopped at x {x} m", x="%{x:.0f}")
+            + "<extra></extra>",
+        }
+    )  # fmt: skip
+    changes: dict[str, Mapping[int, Trace]] = {
+        key: {band: {"x": _ends(state, shown)}, band + 1: {"x": state.x[shown, 1]}}
+        for key, state in states.items()
+    }
+    return traces, changes
+
+
+def _bands(
+    state: StateView, shown: Sequence[int], rows: Floats, name: str, color: str, width: float
+) -> Trace:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": label(name),
+        "x": _ends(state, shown),
+        "y": [v for row in rows.tolist() for v in (row, row, None)],
+        "line": {"color": color, "width": width},
+        "hoverinfo": "skip",
+    }
+
+
+def _ends(state: StateView, shown: Sequence[int]) -> list[float | None]:
+    """Both ends of every band, and a gap after it."""
+    return [v for k in shown for v in (float(state.x[k, 0]), float(state.x[k, 2]), None)]
+
 
 MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 ROOM = 1.15

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from avahazard.hazard.notes import stale_words, unconverged_words
-from avahazard.report.html.content import Document, ReportContent
+from avahazard.inference.model.choices import METHODS
+from avahazard.report.html.content import Document, PathView, ReportContent
+from avahazard.report.html.front import shown_period
 from avahazard.report.language import Language
 from avahazard.report.verdict_words import verdict_words
 
@@ -145,3 +147,158 @@ def unknown_words(content: ReportContent) -> list[str]:
                 say("“{name}” is not known for {n} of {total} events.", name=name, n=n, total=total)
             )
     return words
+
+
+def assumptions(content: ReportContent) -> list[str]:
+    """Assumptions of the model, its data and its bounds, a sentence or two each."""
+    model, language = content.model, content.language
+    say = language.say
+    words = [
+        say(
+            "The avalanche is one block on one line. It does not spread, branch or pile up, and a "
+            "runout is a point on that line, not an outline on the map."
+        ),
+        say(
+            "The path is the smoothed profile. What dams, new forest or other works change is not "
+            "in it."
+        ),
+        say(
+            "Recorded volumes and runouts are taken with the errors that the records state. An "
+            "avalanche that nobody recorded is not in the model, unless a limit of sight was given."
+        ),
+    ]
+    design = next((row["design"] for row in content.rows if row.get("design")), None)
+    if design is not None:
+        words.append(
+            say(
+                "The design runout of a return period mixes avalanches of all volumes, as often "
+                "as they come. Its interval: {interval}.",
+                interval=language.told(design["interval"]),
+            )
+        )
+    if content.rows:
+        each = dict.fromkeys(language.told(row["interval"]) for row in content.rows)
+        words.append(
+            say(
+                "The runout of a volume lets friction vary. Its interval: {interval}.",
+                interval="; ".join(each),
+            )
+        )
+    if any(row["return_period_years"] is not None for row in content.rows):
+        words.append(
+            say(
+                "The climate, the forest and the way of recording are taken to be the same in the "
+                "future as in the observed years."
+            )
+        )
+    if METHODS[model.method].in_metres:
+        words.append(
+            say(
+                "This model's scatter is in metres of elevation and holds all errors at once: "
+                "natural scatter, errors of the records and of the model."
+            )
+        )
+    speeds = any(view.speeds or view.zones for view in content.paths)
+    if speeds and not content.speed_limited:
+        words.append(
+            say(
+                "The model has no drag: nothing but friction limits its speeds, so that they are "
+                "too high where a path is steep and long, and so are pressures."
+            )
+        )
+    if any(view.alpha_beta for view in content.paths):
+        words.append(
+            say(
+                "The α-β runouts are regressions of other regions' extreme avalanches on the "
+                "shape of the ground. They know nothing of the records here."
+            )
+        )
+    words.append(
+        say(
+            "A report is no permit: a line on a map is for those who know the place, its history "
+            "and its use."
+        )
+    )
+    return words
+
+
+def zone_words(content: ReportContent) -> list[str]:
+    """What the zones and their pressures mean."""
+    zones = [view.zones for view in content.paths if view.zones]
+    if not zones:
+        return []
+    language, density = content.language, zones[0]["density_kg_m3"]
+    return [
+        language.say(
+            "Zones by the limits “{limits}”. Pressure is ρu², with a density of {mean} ± {sd} "
+            "kg/m³. Speeds and pressures: {interval}.",
+            limits=language.told(zones[0]["limits"]),
+            mean=f"{density['mean']:.0f}",
+            sd=f"{density['sd']:.0f}",
+            interval=language.told(zones[0]["interval"]),
+        )
+    ]
+
+
+def baseline_words(content: ReportContent) -> list[str]:
+    """On which paths α-β and the model disagree, and what that means; where it has no answer."""
+    say, told = content.language.say, content.language.told
+    period = shown_period(content)
+    shorter: list[str] = []
+    farther: list[str] = []
+    for view in content.paths:
+        design = _design(view, period)
+        for row in view.alpha_beta if design is not None else ():
+            side = _side(row, design or {})
+            if side:
+                named = f"{view.name} ({told(row['coefficients'])})"
+                (shorter if side < 0 else farther).append(named)
+    words = []
+    if shorter:
+        words.append(
+            say(
+                "Shorter than all that the design runout may be, 9 times in 10: {paths}.",
+                paths=", ".join(shorter),
+            )
+        )
+    if farther:
+        words.append(
+            say(
+                "Farther than all that the design runout may be, 9 times in 10: {paths}.",
+                paths=", ".join(farther),
+            )
+        )
+    if shorter or farther:
+        words.append(
+            say(
+                "There the records of the path say something else than its ground. α-β is the "
+                "mean of extreme avalanches of another region on ground of that shape: where "
+                "records are many, they weigh more; where they are few, look at both."
+            )
+        )
+    without = [v.name for v in content.paths if any(r["beta_deg"] is None for r in v.alpha_beta)]
+    if without:
+        words.append(
+            say(
+                "No β-point: {paths}. The profile never flattens to 10°, where β is measured, so "
+                "that α-β has no answer there.",
+                paths=", ".join(without),
+            )
+        )
+    return words
+
+
+def _design(view: PathView, period: float | None) -> Document | None:
+    rows = (r for r in view.rows if r.get("design") and r["return_period_years"] == period)
+    return next((row["design"] for row in rows), None)
+
+
+def _side(row: Document, design: Document) -> int:
+    """−1 where α-β with one standard deviation lies short of the 90 %, 1 beyond it, else 0."""
+    found, x = row["runout_x_m"], design["runout_x_m"]
+    low, high = row["runout_x_low_m"], row["runout_x_high_m"]
+    if found is None:
+        return 0
+    if high is not None and x["q05"] is not None and high < x["q05"]:
+        return -1
+    return 1 if low is not None and x["q95"] is not None and low > x["q95"] else 0

@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.report.html.budget_figure import budget_figure
 from avahazard.report.html.content import Cover, PlaceView, ReportContent
+from avahazard.report.html.development_figures import budget_figure
 from avahazard.report.html.front import path_answers
 from avahazard.report.html.page import render
-from avahazard.report.html.place_traces import place_traces
-from avahazard.report.html.predicted_figure import predicted_figures
-from avahazard.report.html.residuals_figure import residuals_figure
-from avahazard.report.html.stops_panel import stops_of, stops_traces
-from avahazard.report.html.story import chapters
+from avahazard.report.html.path_figure import stops_of, stops_traces
+from avahazard.report.html.profile_panel import place_traces
+from avahazard.report.html.record_figures import predicted_figures, residuals_figure
+from avahazard.report.html.summary import chapters
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart
 from tests.telling import untold

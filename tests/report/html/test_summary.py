@@ -7,9 +7,8 @@ from typing import Any
 
 from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.report.html.content import ReportContent
-from avahazard.report.html.limits import assumptions, zone_words
 from avahazard.report.html.summary import model_words, sure_words, why_words
-from avahazard.report.html.unknowns import cannot_tell, unknown_words
+from avahazard.report.html.unknowns import assumptions, cannot_tell, unknown_words, zone_words
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
 from tests.report.html.world import NAMES

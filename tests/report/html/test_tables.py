@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from avahazard.report.html import effect_tables, model_tables, path_tables
-from avahazard.report.html.bounds_table import bounds_table
+from avahazard.report.html import model_tables, path_tables
 from avahazard.report.html.content import ReportContent
-from avahazard.report.html.made_table import made_table
-from avahazard.report.html.table import HtmlTable
+from avahazard.report.html.model_tables import HtmlTable, made_table
+from avahazard.report.html.path_tables import bounds_table
 from avahazard.report.html.words import NARROW as S
 from avahazard.results.base import Rows
 from avahazard.results.calibration import ParameterSummary
@@ -160,15 +159,15 @@ def test_the_ladder_has_dashes_for_what_was_not_compared(content: ReportContent)
 
 def test_candidates_and_what_to_measure(content: ReportContent) -> None:
     assert content.diagnosis is not None
-    table = effect_tables.candidates_table(content.diagnosis)
+    table = model_tables.candidates_table(content.diagnosis)
     likelier = [cells(table, k)["records likelier"] for k in (0, 2)]
     assert likelier == [f"8{S}100 times", "no"]
     assert [cells(table, k)["p"] for k in (0, 1)] == ["< 1/40", "< 1/40"]
     assert table.shown == 2
-    measure = effect_tables.measure_table(content.diagnosis)
+    measure = model_tables.measure_table(content.diagnosis)
     assert measure is not None
     assert cells(measure)["makes the right explanation likelier"] == "400 times"
-    assert effect_tables.measure_table(DIAGNOSIS) is None
+    assert model_tables.measure_table(DIAGNOSIS) is None
 
 
 def test_how_it_was_made_names_seed_versions_and_fingerprint(content: ReportContent) -> None:

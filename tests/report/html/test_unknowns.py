@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from avahazard.report.html.baseline_words import baseline_words
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.front import shown_period
+from avahazard.report.html.unknowns import baseline_words
 
 
 def said(content: ReportContent, **runout: Any) -> str:

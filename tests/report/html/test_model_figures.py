@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from avahazard.report.html.posterior_figure import posterior_figures
+from avahazard.report.html.model_figures import posterior_figures
 from avahazard.results.calibration import ParameterSummary
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-from avahazard.report.html.ladder_figure import ladder_figure
-from avahazard.report.html.style import BLUE
+from avahazard.report.html.development_figures import ladder_figure
+from avahazard.report.html.figure import BLUE
 from avahazard.report.language import ENGLISH
 from tests.results.samples import CALIBRATION, NOT_COMPARED, RUNG
 
