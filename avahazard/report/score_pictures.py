@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avahazard.criticism.scoring.error_budget import UNEXPLAINED
+from avahazard.criticism.screening.levels import LEVEL
 from avahazard.report.html.words import coordinate_words
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.picture import figure, picture
@@ -108,7 +109,6 @@ def _more(comparison: Comparison) -> str:
 
 
 MOST_CANDIDATES = 16
-FAMILY_WISE = 0.03
 # Told apart by colour-blind readers too; the band of chance stands out against all.
 NAMED, NOTED, PERHAPS, CHANCE = "#d95f02", "#e6ab02", "0.45", "tab:blue"
 TICKS = (0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -139,7 +139,7 @@ def draw_diagnosis(file: Path, diagnosis: Diagnosis) -> None:
                 textcoords="offset points",
                 va="center",
                 fontsize=8,
-                color="black" if row.p_value <= FAMILY_WISE else "0.45",
+                color="black" if row.p_value <= LEVEL else "0.45",
             )
         axes.set_yticks(np.arange(len(rows)), [r.effect for r in rows], fontsize=9)
         axes.set_xscale("symlog", linthresh=2.0)
@@ -156,7 +156,7 @@ def draw_diagnosis(file: Path, diagnosis: Diagnosis) -> None:
             Patch(color=color, label=label)
             for color, label in (
                 (NAMED, "named"),
-                (NOTED, f"p ≤ {SIGNIFICANT:g} among so many candidates"),
+                (NOTED, f"p ≤ {LEVEL:g} among so many candidates"),
                 (PERHAPS, "could be chance"),
             )
             if color in colors
@@ -168,7 +168,7 @@ def draw_diagnosis(file: Path, diagnosis: Diagnosis) -> None:
 def _color(row: Candidate, named: set[str]) -> str:
     if row.effect in named:
         return NAMED
-    return NOTED if row.p_value <= FAMILY_WISE else PERHAPS
+    return NOTED if row.p_value <= LEVEL else PERHAPS
 
 
 def _title(diagnosis: Diagnosis) -> str:
@@ -235,7 +235,7 @@ WIDTH = 0.6
 LEAST_SHARE = 0.06
 """Of the longest bar of the budgets: shorter parts have no figure in them."""
 # Told apart by colour-blind readers too.
-FELL, ROSE, LEVEL = "#1b9e77", "#d95f02", "0.82"
+FELL, ROSE, EVEN = "#1b9e77", "#d95f02", "0.82"
 
 
 def draw_ladder(
@@ -298,7 +298,7 @@ def _waterfall(axes: Axes, shown: Sequence[tuple[Rung, float]]) -> None:
     coordinate = _coordinate(shown)
     place = {row.model: k for k, (row, _) in enumerate(shown)}
     for k, (row, value) in enumerate(shown):
-        axes.bar(k, value, color=LEVEL, width=WIDTH)
+        axes.bar(k, value, color=EVEN, width=WIDTH)
         low = value
         at = place.get(row.parent or "")
         if at is not None:

@@ -49,8 +49,6 @@ CONSTANTS = [
     ("criticism", "more than 24 paths", "criticism.scoring.held_out", "MAX_FITS", 24),
     ("criticism", "at least 20 m", "criticism.scoring.speed_misfit", "MIN_PIECE_M", 20.0),
     ("criticism", "p ≤ 0.03", "criticism.screening.levels", "LEVEL", 0.03),
-    ("criticism", "p ≤ 0.03", "report.diagnosis_figure", "SIGNIFICANT", 0.03),
-    ("criticism", "p ≤ 0.03", "report.html.effects_figure", "SIGNIFICANT", 0.03),
     ("criticism", "0.3 % for paths", "criticism.screening.levels", "LASTING_LEVEL", 0.003),
     ("criticism", "0.1 % each", "criticism.screening.levels", "PASSING_LEVEL", 0.001),
     ("criticism", "by itself, at 1 %", "criticism.screening.levels", "SIGHT_LEVEL", 0.01),

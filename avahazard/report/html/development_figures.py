@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 
+from avahazard.criticism.screening.levels import LEVEL
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import BLUE, ORANGE, VERMILION, Figure, Trace, axis, label, layout
 from avahazard.report.html.words import amount, chance, coordinate_words, likelier
 from avahazard.report.language import ENGLISH, Language
-from avahazard.report.score_pictures import FAMILY_WISE, bars, part_words, parts_in_order
+from avahazard.report.score_pictures import bars, part_words, parts_in_order
 from avahazard.results.amounts import RATIO, unit_of
 from avahazard.results.diagnosis import Diagnosis
 
@@ -192,7 +193,7 @@ def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure
     cut = len(diagnosis.candidates) - len(rows)
     colors = [
         VERMILION if row.effect in named
-        else ORANGE if row.p_value <= FAMILY_WISE
+        else ORANGE if row.p_value <= LEVEL
         else BLUE
         for row in rows
     ]  # fmt: skip

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from avahazard.criticism.screening.levels import LEVEL
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import SIGNIFICANT, failing
 from avahazard.report.html.words import (
@@ -21,7 +22,6 @@ from avahazard.report.html.words import (
     unit_words,
 )
 from avahazard.report.language import ENGLISH, Language
-from avahazard.report.score_pictures import FAMILY_WISE
 from avahazard.results.amounts import RATIO, bare
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
@@ -136,7 +136,7 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Html
         say("effect"), ">" + say("records likelier"), ">p", ">" + say("CRPS at best fit before"),
         ">" + say("after"), say("looks like"), say("meaning"),
     )  # fmt: skip
-    shown = sum(c.effect in named or c.p_value <= FAMILY_WISE for c in diagnosis.candidates)
+    shown = sum(c.effect in named or c.p_value <= LEVEL for c in diagnosis.candidates)
     return HtmlTable(
         "candidates",
         say("Candidate effects"),
