@@ -10,7 +10,7 @@ from rich.console import Console
 
 from avahazard.cli.output import number, table
 from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.given_prior import GIVEN
+from avahazard.inference.model.priors import GIVEN
 from avahazard.message import counted
 from avahazard.results.amounts import RATIO, amount, bare, unit_of
 from avahazard.results.calibration import Calibration

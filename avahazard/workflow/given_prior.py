@@ -8,8 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.effects.effect import Effect
-from avahazard.inference.model.given_prior import (
+from avahazard.inference.model.laws import Law, law
+from avahazard.inference.model.layout import Layout, build_layout
+from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.priors import (
     GivenPrior,
+    LawPrior,
     free_parameters,
     given_law_prior,
     in_coordinate,
@@ -17,10 +21,6 @@ from avahazard.inference.model.given_prior import (
     require_possible,
     require_width,
 )
-from avahazard.inference.model.law_prior import LawPrior
-from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.layout import Layout, build_layout
-from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from avahazard.records.errors import AvahazardError

@@ -9,10 +9,9 @@ import numpy as np
 
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.given_prior import GIVEN
-from avahazard.inference.model.law_prior import LawPrior, law_prior, prior_of_fit
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.priors import GIVEN, LawPrior, law_prior, prior_of_fit
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.least_squares import fit_law, usable

@@ -13,7 +13,7 @@ from typing import Any
 
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.given_prior import GIVEN
+from avahazard.inference.model.priors import GIVEN
 from avahazard.inference.model.specification import Specification
 from avahazard.message import counted
 from avahazard.records.conventions import Conventions

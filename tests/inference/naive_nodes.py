@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from avahazard.inference.likelihood.speed_errors import squared
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.observations import SpeedRecord
 
 PER_CELL = 60
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.inference.model.given_prior import GivenPrior
+from avahazard.inference.model.priors import GivenPrior
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
 from avahazard.store.session import reading

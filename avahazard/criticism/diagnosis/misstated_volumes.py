@@ -18,8 +18,7 @@ from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition, VolumeErrorEffect
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.stand_in import within_paths
-from avahazard.inference.model.volumes import bounded, told_by
+from avahazard.inference.model.volumes import bounded, told_by, within_paths
 
 OF_THE_VOLUME = ("law", "scatter")
 """Settings of the model that say how friction goes by volume."""

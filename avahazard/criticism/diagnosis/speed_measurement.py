@@ -11,8 +11,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.speed_misfit import friction_given_record
 from avahazard.inference.model.layout import TRACK_SCATTER
-from avahazard.inference.model.observations import ELEVATION, Observations
-from avahazard.inference.model.speed_record import track_spread
+from avahazard.inference.model.observations import ELEVATION, Observations, track_spread
 from avahazard.inference.seeds import generator
 from avahazard.physics.cells import build_cells
 from avahazard.physics.speed import speeds_along

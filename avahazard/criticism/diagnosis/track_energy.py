@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import Site
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.observations import SpeedRecord
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.resistance import SPEEDS, Resistance
 

@@ -16,8 +16,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import drawn_speeds
 from avahazard.inference.model.friction_scatter import below, log_density
-from avahazard.inference.model.observations import LEFT, Observations
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_curve import MU, between, located, steps_of

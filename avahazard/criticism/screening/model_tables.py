@@ -19,8 +19,7 @@ from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blo
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.likelihood.record_parts import EVENTS_AT_ONCE, in_parts
 from avahazard.inference.likelihood.stops_asked import stops_asked
-from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.part_of import part_of, whole_paths
+from avahazard.inference.model.observations import Observations, part_of, whole_paths
 
 
 def model_tables(

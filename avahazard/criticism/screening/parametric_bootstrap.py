@@ -18,8 +18,7 @@ from avahazard.inference.likelihood.speed_errors import drawn_speeds
 from avahazard.inference.likelihood.speed_nodes import squares
 from avahazard.inference.likelihood.wrong_records import wrong_ranges
 from avahazard.inference.model.friction_model import OffsetPlan
-from avahazard.inference.model.observations import LEFT
-from avahazard.inference.model.speed_record import SpeedRecord, speed_record
+from avahazard.inference.model.observations import LEFT, SpeedRecord, speed_record
 from avahazard.inference.prediction.stops import left_by_chance, look_up
 from avahazard.physics.runout_curve import MU
 

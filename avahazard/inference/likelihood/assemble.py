@@ -11,9 +11,9 @@ from avahazard.effects.catalogue import definition, require
 from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.given_prior import free_parameters
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.priors import free_parameters
 from avahazard.inference.model.specification import Specification
 from avahazard.records.errors import AvahazardError
 

@@ -12,8 +12,7 @@ import numpy as np
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.effects.site import ALL_FRICTIONS, KEPT_TERRAINS, Site
-from avahazard.inference.model.observations import LEFT, Observations
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
 from avahazard.physics.cells import Cells
 from avahazard.physics.near_stops import Asked, NearStops
 from avahazard.physics.resistance import Resistance, no_resistance

@@ -19,8 +19,7 @@ from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.kept_runs import KeptRuns
 from avahazard.inference.likelihood.nodes import Nodes, needed_panels, record_nodes
-from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.part_of import part_of, whole_paths
+from avahazard.inference.model.observations import Observations, part_of, whole_paths
 
 MANY_EVENTS, EVENTS_AT_ONCE = 2000, 500
 """Events from which on they come in parts, and those of a part: their tables take some 15 MB."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.observations import SpeedRecord
 from avahazard.kernels import kernel
 
 MAX_REDRAWS = 100

@@ -13,8 +13,7 @@ from avahazard.inference.likelihood.block_runs import JumpedStop
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.sight import hidden_from
 from avahazard.inference.likelihood.speed_bounds import rows_left
-from avahazard.inference.model.observations import LEFT, Observations
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE
 
 

@@ -19,7 +19,7 @@ from avahazard.inference.model.friction_scatter import (
     volume_share,
     widened,
 )
-from avahazard.inference.model.law_curves import bounded
+from avahazard.inference.model.laws import bounded
 from avahazard.inference.model.layout import Grids, Layout, build_layout
 from avahazard.inference.model.specification import Specification
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect, GroupEffect, Parameter, shapes_tables
-from avahazard.inference.model.given_prior import with_given
 from avahazard.inference.model.laws import Law, law
+from avahazard.inference.model.priors import with_given
 from avahazard.inference.model.specification import Specification
 
 Grids = Mapping[str, tuple[float, ...]]

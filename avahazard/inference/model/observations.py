@@ -3,26 +3,150 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.site import Site, build_site, release_places
+from avahazard.effects.site import Site, build_site, release_places, stop_place
 from avahazard.engine import spread_map
-from avahazard.inference.model.height_over_length import height_over_length
 from avahazard.inference.model.release_error import carried_error, stated_release_sigma
-from avahazard.inference.model.speed_record import SpeedRecord
-from avahazard.inference.model.speed_records import speed_records
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
+from avahazard.physics.constants import GRAVITY
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
+from avahazard.records.event import Event, Speed
 from avahazard.records.path import Profile
+
+
+def height_over_length(
+    events: Sequence[Event], sites: tuple[Site, ...], release: NDArray[np.int64]
+) -> Floats:
+    """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown."""
+    ratio = np.full(len(events), np.nan)
+    of_path: dict[str, list[int]] = {}
+    for i, e in enumerate(events):
+        if e.path_id is not None:
+            of_path.setdefault(e.path_id, []).append(i)
+        elif e.fall_height_m and e.runout_length_m:
+            ratio[i] = e.fall_height_m / e.runout_length_m
+    for site in sites:
+        x, y = site.terrain_x, site.heights()
+        # Lowest so far, falling: its negative is sorted for the search.
+        fallen = -np.minimum.accumulate(y)
+        for i in of_path.get(site.path.path_id, ()):
+            e = events[i]
+            stop, start = e.runout_x_m, float(site.release_x[release[i]])
+            if stop is None and e.runout_elevation_m is not None:
+                place = int(np.searchsorted(fallen, -e.runout_elevation_m))
+                stop = float(x[min(place, len(x) - 1)])
+            if stop is not None and stop > start and not e.left_profile:
+                top, bottom = np.interp([start, stop], x, y)
+                ratio[i] = (top - bottom) / (stop - start)
+    return ratio
+
+
+FRICTION_CORRELATION_M = 100.0
+"""Length over which friction stays alike along a track: about that of a terrain step."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpeedRecord:
+    """Speeds measured along one event: `x`, `speed`, `sigma`, each `[n_speeds]`.
+
+    `release_x` (m) is where it started, `stop_x` where it was recorded to stop, or the end of the
+    profile that it left; `share` `[n_speeds]` of the way there lies above each place. `spread`
+    `[n_speeds, n_speeds]` (m⁴/s⁴) is the covariance of r for s = 1, `root` times itself transposed
+    the same.
+    """
+
+    event: int
+    x: Floats
+    speed: Floats
+    sigma: Floats
+    release_x: float
+    stop_x: float
+    share: Floats
+    spread: Floats
+    root: Floats
+
+
+def speed_record(
+    event: int, x: Floats, speed: Floats, sigma: Floats, release_x: float, stop_x: float
+) -> SpeedRecord:
+    """The record of one event that was released and stopped at these places (m)."""
+    length = max(stop_x - release_x, 1.0)
+    way = np.maximum(x - release_x, 0.0)
+    spread = track_spread(way, length)
+    values, vectors = np.linalg.eigh(spread)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return SpeedRecord(event, x, speed, sigma, release_x, stop_x, way / length, spread, root)
+
+
+def track_spread(way: Floats, length: float) -> Floats:
+    """Covariance of r for s = 1 at distances `way` `[n_speeds]` (m) on a track of this length.
+
+    The friction μ of an avalanche is the mean along its track, which is what its stop asks for. On
+    the way it goes up and down by ε(x), with standard deviation s and alike over
+    `FRICTION_CORRELATION_M`. Energy takes up its work: the square of speed differs from that of the
+    block by r(x) = -2 g ∫ (ε - mean of ε) dx, over horizontal distance from the release, where it
+    is 0, to the stop, where it is 0 again.
+    """
+    ends = np.append(way, length)
+    covariance = _integrated(ends[:, None], ends)
+    # Less the mean along the track: r is 0 at its end.
+    tie = np.eye(len(ends))[:-1]
+    tie[:, -1] = -way / length
+    return np.ascontiguousarray((2.0 * GRAVITY) ** 2 * tie @ covariance @ tie.T)
+
+
+def _integrated(a: Floats, b: Floats) -> Floats:
+    """Covariance of ∫ ε dx up to a and up to b, for s = 1: that of ε is exp(-|Δx| / length)."""
+    scale = FRICTION_CORRELATION_M
+    rest = 1.0 - np.exp(-a / scale) - np.exp(-b / scale) + np.exp(-np.abs(a - b) / scale)
+    return 2.0 * scale * np.minimum(a, b) - scale**2 * rest
+
+
+def speed_records(
+    speeds: Sequence[Speed],
+    index: dict[str, int],
+    events: Sequence[Event],
+    sites: dict[str, Site],
+    release: NDArray[np.int64],
+) -> tuple[SpeedRecord, ...]:
+    """Speeds by event, in the order of the events; elevations become the first place there."""
+    of_event: dict[int, list[Speed]] = {}
+    for speed in speeds:
+        if speed.event_id in index:
+            of_event.setdefault(index[speed.event_id], []).append(speed)
+    result = []
+    for i, measured in sorted(of_event.items()):
+        path_id = events[i].path_id
+        if path_id is None:
+            continue
+        site = sites[path_id]
+        smooth = site.smooth
+        stop = stop_place(smooth, events[i])
+        places = release_places(smooth, [s.elevation_m for s in measured])
+        x = [x if s.x_m is None else s.x_m for s, x in zip(measured, places, strict=True)]
+        order = np.argsort(x, kind="stable")
+        result.append(
+            speed_record(
+                event=i,
+                x=np.array(x)[order],
+                speed=np.array([s.speed_m_s for s in measured])[order],
+                sigma=np.array([s.speed_sigma_m_s for s in measured])[order],
+                release_x=float(site.release_x[release[i]]),
+                stop_x=smooth.x_max if stop is None else min(stop, smooth.x_max),
+            )
+        )
+    return tuple(result)
+
 
 ELEVATION, PLACE, LENGTH, LEFT = 0, 1, 2, 3
 """What was recorded: the elevation of the stop, its x, a runout length, or that it left."""
@@ -229,3 +353,52 @@ def _sigma(event: Event) -> float:
     if event.in_ratio:
         return H_OVER_L_REL_SIGMA / (event.h_over_l or 1.0)
     return event.runout_sigma_m
+
+
+def part_of(observations: Observations, events: Ints) -> Observations:
+    """These `events` `[n]`, in this order, of observations without speeds.
+
+    Volumes are read in the light of all, as they were.
+    """
+    assert not observations.speeds
+    n, path = observations.n_events, observations.columns.path_index[events]
+    known = np.unique(path[path >= 0])
+
+    def rows(value: Any) -> Any:
+        if isinstance(value, np.ndarray) and len(value) == n:
+            return value[events]
+        return value
+
+    def of(record: Any, **own: Any) -> Any:
+        """A dataclass with the rows of these events in all its columns."""
+        told = {f.name: rows(getattr(record, f.name)) for f in fields(record) if f.init}
+        return replace(record, **{**told, **own})
+
+    columns, volumes = observations.columns, observations.volumes
+    part: Observations = of(
+        observations,
+        sites=tuple(observations.sites[k] for k in known),
+        columns=replace(
+            columns.at(events),
+            paths=tuple(columns.paths[k] for k in known),
+            path_index=np.where(path >= 0, np.searchsorted(known, path), -1),
+        ),
+        volumes=of(
+            volumes,
+            records=of(
+                volumes.records,
+                path=tuple(volumes.records.path[i] for i in events),
+                paths=tuple(columns.paths[k] for k in known),
+            ),
+        ),
+    )
+    return part
+
+
+def whole_paths(observations: Observations, at_once: int) -> list[Ints]:
+    """Events of all paths, whole paths together, in parts of some `at_once`."""
+    path = observations.columns.path_index
+    order = np.argsort(path, kind="stable")
+    # A part ends with the path of its last event.
+    ends = np.searchsorted(path[order], path[order][at_once - 1 :: at_once], side="right")
+    return [part for part in np.split(order, np.unique(ends)) if len(part)]

@@ -7,8 +7,7 @@ from typing import Any
 
 from avahazard.effects.effect import Definition, Setting
 from avahazard.inference.model.choices import DistributionName, ScatterName, TailsName
-from avahazard.inference.model.given_prior import GivenPrior
-from avahazard.inference.model.law_prior import LawPrior
+from avahazard.inference.model.priors import GivenPrior, LawPrior
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,14 +15,13 @@ from avahazard.inference.fitting.star import refined_grids
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import friction_model
-from avahazard.inference.model.given_prior import GivenPrior
-from avahazard.inference.model.law_prior import prior_from_document
 from avahazard.inference.model.layout import TRACK_SLOT, Grids
 from avahazard.inference.model.observations import (
     build_observations,
     require_one_scale,
     require_profiles,
 )
+from avahazard.inference.model.priors import GivenPrior, prior_from_document
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel, in_slots
 from avahazard.records.collection import Records

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import avahazard
 from avahazard.hazard.notes import stale_words, unconverged_words
-from avahazard.inference.model.given_prior import GIVEN
+from avahazard.inference.model.priors import GIVEN
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.message import message
 from avahazard.records.collection import Records

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from avahazard.criticism.diagnosis.track_energy import Course, course_of, linear_about
 from avahazard.effects.site import Site, build_site
-from avahazard.inference.model.speed_record import SpeedRecord
+from avahazard.inference.model.observations import SpeedRecord
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile

@@ -15,8 +15,13 @@ from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.sight import FEW
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
-from avahazard.inference.model.speed_record import SpeedRecord, speed_record
+from avahazard.inference.model.observations import (
+    ELEVATION,
+    LEFT,
+    LENGTH,
+    SpeedRecord,
+    speed_record,
+)
 from avahazard.physics.runout_curve import MU
 from tests.inference import naive_nodes
 

@@ -11,8 +11,12 @@ import pytest
 
 from avahazard.inference.likelihood import kept_runs, record_parts
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.part_of import part_of, whole_paths
+from avahazard.inference.model.observations import (
+    Observations,
+    build_observations,
+    part_of,
+    whole_paths,
+)
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Records
 from avahazard.records.event import Event

@@ -13,7 +13,7 @@ from avahazard.inference.likelihood.speed_errors import (
     squared,
     whitening,
 )
-from avahazard.inference.model.speed_record import SpeedRecord, speed_record
+from avahazard.inference.model.observations import SpeedRecord, speed_record
 
 SIGMA = np.array([1.0, 0.5, 2.0, 1.5])
 SPEED = np.array([9.0, 21.0, 24.0, 12.0])

@@ -12,8 +12,7 @@ from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import squared
 from avahazard.inference.likelihood.speed_nodes import SPLIT, between, squares
-from avahazard.inference.model.observations import ELEVATION, LEFT
-from avahazard.inference.model.speed_record import speed_record
+from avahazard.inference.model.observations import ELEVATION, LEFT, speed_record
 from avahazard.physics.runout_curve import MU
 from tests.inference.studies import observations, posterior
 

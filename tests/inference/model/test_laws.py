@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from avahazard.inference.model.law_curves import MOST_LOG
-from avahazard.inference.model.laws import LAWS, law
+from avahazard.inference.model.laws import LAWS, MOST_LOG, law
 from avahazard.records.errors import AvahazardError
 
 V = np.array([1e3, 2e4, 1.5e5, 1.2e6])
@@ -132,3 +131,26 @@ def test_friction_is_a_number_for_every_volume(name: str, volume: float) -> None
         log_mu = law_.log_friction(u, np.array([volume]))
         assert np.all(np.isfinite(log_mu))
         assert np.all(np.isfinite(np.exp(log_mu)))
+
+
+WIDE_V = np.array([1.0, 1e3, 2e4, 1.5e5, 1.2e6])
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_they_are_what_differences_go_to(name: str) -> None:
+    item = law(name)
+    rng = np.random.default_rng(1)
+    for u in rng.normal(item.prior_mean, item.prior_sd, (20, len(item.coordinates))):
+        steps = 1e-5 * np.eye(len(u))
+        apart = [item.log_friction(u + d, WIDE_V) - item.log_friction(u - d, WIDE_V) for d in steps]
+        np.testing.assert_allclose(
+            item.slopes(u, WIDE_V), np.array(apart) / 2e-5, atol=1e-8, rtol=1e-6
+        )
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_at_its_bounds_goes_nowhere(name: str) -> None:
+    item = law(name)
+    far = item.prior_mean.copy()
+    far[0] = 3.0 * MOST_LOG
+    assert np.all(item.slopes(far, np.array([1.0, 1e300])) == 0.0)

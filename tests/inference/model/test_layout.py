@@ -12,8 +12,8 @@ from avahazard.criticism.screening.group_spreads import scale_of
 from avahazard.effects.groups import SPREAD
 from avahazard.inference.fitting.evidence import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.given_prior import GivenPrior
 from avahazard.inference.model.layout import TRACK_RANGE, regridded
+from avahazard.inference.model.priors import GivenPrior
 from tests.inference.studies import near, observations, posterior
 
 

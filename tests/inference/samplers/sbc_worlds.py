@@ -13,9 +13,14 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.speed_errors import drawn_speeds
 from avahazard.inference.model.friction_scatter import volume_share
-from avahazard.inference.model.observations import ELEVATION, LEFT, Observations
+from avahazard.inference.model.observations import (
+    ELEVATION,
+    LEFT,
+    Observations,
+    SpeedRecord,
+    speed_record,
+)
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.model.speed_record import SpeedRecord, speed_record
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 from tests.inference.samplers.sbc_records import Case, groups, without_stops
