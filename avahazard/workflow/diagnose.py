@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
+from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
 from avahazard.criticism.diagnosis.diagnose import diagnose, error_of
-from avahazard.criticism.diagnosis.findings import Candidate as Tried
-from avahazard.criticism.diagnosis.findings import Diagnosis as Findings
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED

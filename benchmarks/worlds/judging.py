@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.criticism.diagnosis.findings import Diagnosis
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.held_out import choose_groups

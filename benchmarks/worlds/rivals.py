@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from avahazard.criticism.diagnosis.findings import Diagnosis
+from avahazard.criticism.diagnosis.diagnose import Diagnosis
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.model.observations import Observations
 

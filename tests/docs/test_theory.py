@@ -56,11 +56,11 @@ CONSTANTS = [
     ("criticism", "more than 0.5 nats", "criticism.diagnosis.nuisances", "ASKED_FOR", 0.5),
     ("likelihood", "within 3 days", "effects.groups", "DAYS", 3),
     ("criticism", "at most 6", "criticism.diagnosis.diagnose", "MAX_REFITS", 6),
-    ("criticism", "within 3 nats", "criticism.diagnosis.verdict", "MARGIN", 3.0),
+    ("criticism", "within 3 nats", "criticism.diagnosis.naming", "MARGIN", 3.0),
     ("criticism", "above 0.7", "criticism.diagnosis.diagnose", "ALIKE", 0.7),
     ("criticism", "mid-track of 20 events", "criticism.diagnosis.measurements", "N_MIDDLES", 20),
     ("criticism", "whole track of 5", "criticism.diagnosis.measurements", "N_TRACKS", 5),
-    ("criticism", "1.5 m/s", "criticism.diagnosis.speed_measurement", "SPEED_SIGMA_M_S", 1.5),
+    ("criticism", "1.5 m/s", "criticism.diagnosis.measurements", "SPEED_SIGMA_M_S", 1.5),
 ]
 
 

@@ -1,22 +1,42 @@
-"""Which physical effect is missing, if any: screening, full refits, held-out check, verdict."""
+"""Which physical effect is missing, if any: nuisances, screening, full refits, naming, verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from avahazard.criticism.diagnosis.answer import Question, answer_of
-from avahazard.criticism.diagnosis.confounding import correlation, explained
-from avahazard.criticism.diagnosis.detectable import detectable
-from avahazard.criticism.diagnosis.findings import Candidate, Diagnosis
-from avahazard.criticism.diagnosis.impossible_stops import impossible_stops
-from avahazard.criticism.diagnosis.naming import Naming, name_effects
+from avahazard.criticism.diagnosis.distinguishable import (
+    Detectable,
+    correlation,
+    detectable,
+    explained,
+)
+from avahazard.criticism.diagnosis.force_witness import ForceWitness
+from avahazard.criticism.diagnosis.naming import (
+    Naming,
+    evidence_gain,
+    group_comes_first,
+    groups_earn_their_name,
+    name_effects,
+    verdict_of,
+)
 from avahazard.criticism.diagnosis.nuisances import with_nuisances_granted, with_tails_granted
-from avahazard.criticism.diagnosis.refits import Refit, refit_each, without_groups
-from avahazard.criticism.diagnosis.still_needed import still_needed
-from avahazard.criticism.diagnosis.suspects import suspects
-from avahazard.criticism.diagnosis.verdict import evidence_gain
+from avahazard.criticism.diagnosis.record_faults import (
+    explained_by_record_faults,
+    groups_by_misstated_volumes,
+    impossible_stops,
+    suspects,
+)
+from avahazard.criticism.diagnosis.refits import (
+    Question,
+    Refit,
+    refit_each,
+    still_needed,
+    without_groups,
+)
+from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
@@ -24,6 +44,7 @@ from avahazard.criticism.screening.levels import LEVEL
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screened, Screening
 from avahazard.effects.effect import Definition, Facts
+from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
@@ -32,6 +53,50 @@ MAX_REFITS = 6
 ERROR_DRAWS = 400
 ALIKE = 0.7
 """Correlation above which two effects are called confounded."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """One candidate, screened.
+
+    With its full refit if it survived, and the evidence (nats) that it adds.
+    """
+
+    screened: Screened
+    fit: Refit | None
+    evidence_gain: float | None
+    error_after_m: float | None
+    held_out_gain: float | None
+    confounded_with: tuple[str, ...]
+    force_witness: ForceWitness | None
+
+    @property
+    def key(self) -> str:
+        """The effect's key."""
+        return self.screened.key
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """The verdict with all that it rests on; `base` is the model with the nuisances.
+
+    `not_asked` holds, by key, what a column of the records lacks for its effect to be asked about.
+    """
+
+    verdict: str
+    missing: tuple[str, ...]
+    candidates: tuple[Candidate, ...]
+    base: Refit
+    screening: Screening
+    error_before_m: float
+    still_needed: dict[str, float]
+    not_granted: tuple[str, ...]
+    not_asked: dict[str, str]
+    heavy_tails: bool
+    detectable: Detectable
+    suspects: tuple[str, ...]
+    together: tuple[Together, ...]
+    impossible_stops: tuple[str, ...]
 
 
 def diagnose(
@@ -72,10 +137,11 @@ def diagnose(
     evidence = {c.key: evidence_gain(c, fits[c.key], base) for c in survivors}
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     naming = name_effects(ranked, evidence, fits, base, expected)
-    answer = answer_of(Question(observations, own, base, fits, screening), naming, granted)
+    question = Question(observations, own, base, fits, screening)
+    verdict, missing, together = verdict_on(question, naming, granted)
     found = Diagnosis(
-        verdict=answer.verdict,
-        missing=answer.missing,
+        verdict=verdict,
+        missing=missing,
         candidates=candidates(ranked, screening, fits, evidence, naming, base),
         base=base,
         screening=screening,
@@ -86,7 +152,7 @@ def diagnose(
         heavy_tails=plain.specification.tails != specification.tails,
         detectable=detectable(base, screening.critical_gain),
         suspects=suspects(base),
-        together=answer.together,
+        together=together,
         impossible_stops=impossible_stops(base),
     )
     progress(1.0)
@@ -97,6 +163,68 @@ def those_that_survived(screening: Screening, expected: Sequence[str]) -> list[S
     """The candidates that are worth a full fit, those declared beforehand first."""
     survivors = [c for c in screening.candidates if c.p_family <= LEVEL]
     return sorted(survivors, key=lambda c: c.key not in expected)[:MAX_REFITS]
+
+
+def verdict_on(
+    question: Question, naming: Naming, granted: Sequence[str]
+) -> tuple[str, tuple[str, ...], tuple[Together, ...]]:
+    """The verdict, the keys that it names, and effects that are needed together.
+
+    What else could explain the same is asked in turn: faults of the records, two effects that count
+    only together, groups that differ; last, what is needed beside what is named. `granted` are
+    the nuisances that the base was given, by key.
+    """
+    own, fits = question.own, question.fits
+    verdict, missing = naming.verdict, naming.missing
+    together: tuple[Together, ...] = ()
+    if missing and missing[0] in fits:
+        faults = explained_by_record_faults(question, missing[0])
+        if more := tuple(key for key in faults if key not in missing):
+            verdict, missing = "ambiguous", (*missing, *more)
+    rivals = tuple(fits.values()) if missing else ()
+    if not missing and (pair := masked_pair(question)):
+        # Of two effects that hide each other the cause of more evidence is named.
+        entries = [find_definition(key, own) for key in pair.effects]
+        verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
+        together, rivals = (pair,), (pair.fit,)
+    if group := named_group(question, rivals, granted):
+        return *verdict_of([find_definition(key, own) for key in group]), ()
+    if missing and missing[0] in fits:
+        together = needed_beside(question, missing[0])
+        if any(set(missing) <= set(more.effects) for more in together):
+            # Each is needed beside the others: that tells them apart.
+            verdict, missing = verdict_of([find_definition(missing[0], own)])
+    return verdict, missing, together
+
+
+def named_group(
+    question: Question, rivals: Sequence[Refit], granted: Sequence[str]
+) -> tuple[str, ...]:
+    """The granted groups that differ most plainly, where no rival explains more; none or one key.
+
+    They need the evidence of any cause. Groups that are too few to tell their spread are never
+    named. Winters and storms, which do not come again, predict nothing: any cause comes before
+    them. Beside the groups stand the errors of volumes, where these may make them up.
+    """
+    base = question.base
+    data = question.observations.columns, question.observations.sites
+    plan = base.posterior.plan
+    lasting = [key for key, lasts in zip(plan.keys, plan.lasting, strict=True) if lasts]
+    plain = [
+        test
+        for test in question.screening.groups
+        if test.key in granted
+        and (test.key in lasting or not rivals)
+        and test.p_value <= test.level
+        and find_definition(test.key, question.own).lacking(*data) is None
+    ]
+    for test in sorted(plain, key=lambda t: -t.gain):
+        if not groups_earn_their_name(question, base, test.key):
+            continue
+        if all(group_comes_first(question, rival, test.key) for rival in rivals):
+            errors = groups_by_misstated_volumes(question, test.key)
+            return (test.key, errors) if errors else (test.key,)
+    return ()
 
 
 def candidates(

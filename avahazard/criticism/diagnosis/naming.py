@@ -1,4 +1,4 @@
-"""Which of the candidates that were fitted in full are named, and what that amounts to.
+"""Which of the candidates that were fitted in full are named, and the verdict.
 
 Effects that were declared before anybody looked come first. A name on the motion must have the
 measured force as its witness where there is one.
@@ -12,11 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
-from avahazard.criticism.diagnosis.refits import Refit
-from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence, verdict_of
+from avahazard.criticism.diagnosis.refits import Question, Refit
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
 from avahazard.criticism.screening.significance import Screened
+from avahazard.effects.effect import Definition
 from avahazard.inference.seeds import generator
+
+MARGIN = 3.0
+"""Evidence (nats) by which a candidate must lead the model without it to be named, and the next
+candidate to be named alone: odds of 20 to 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +40,7 @@ def name_effects(
     base: Refit,
     expected: Sequence[str] = (),
 ) -> Naming:
-    """Name the leaders that gain on records kept back and that the force does not deny.
+    """Name the leaders that gain on held-out records and that the force does not deny.
 
     `ranked` are candidates that survived the screening, those of most `evidence` (nats) first.
     """
@@ -51,7 +55,7 @@ def name_effects(
     named = [c for c in asked if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
     if named and named[0].key in denied:
-        # What has most evidence is no force that acts: nobody knows yet what it mends.
+        # What has most evidence is no force that acts: nobody knows yet what it makes up for.
         return Naming("unexplained", (worst_speeds(base),), gains, witnesses)
     verdict, missing = verdict_of([c.definition for c in named if c.key not in denied])
     return Naming(verdict, missing, gains, witnesses)
@@ -77,8 +81,8 @@ def leaders(
 def held_out_gains(
     asked: Sequence[str], fits: Mapping[str, Refit], base: Refit
 ) -> dict[str, float]:
-    """What each of these gains on records kept back (nats)."""
-    return {key: float(np.sum(fits[key].kept_back - base.kept_back)) for key in asked}
+    """What each of these gains on held-out records (nats)."""
+    return {key: float(np.sum(fits[key].held_out - base.held_out)) for key in asked}
 
 
 def worst_speeds(base: Refit) -> str:
@@ -89,3 +93,55 @@ def worst_speeds(base: Refit) -> str:
     for row in speed_misfit(base.posterior.observations, matched):
         spread[row.axis] = max(spread.get(row.axis, 0.0), abs(row.bias_m_s))
     return f"speed:{max(spread, key=lambda axis: spread[axis])}"
+
+
+def verdict_of(named: Sequence[Definition]) -> tuple[str, tuple[str, ...]]:
+    """What the leading candidates amount to: the verdict, and their keys."""
+    keys = tuple(entry.key for entry in named)
+    if not named:
+        return "adequate", keys
+    if not any(entry.names_cause for entry in named):
+        return "unexplained", keys
+    return "missing-effect" if len(named) == 1 else "ambiguous", keys
+
+
+def least_evidence(entry: Definition) -> float:
+    """Evidence (nats) that a candidate must have over the model without it to be named.
+
+    For the smooth of a column none is enough: it names no cause, and its many free bends have cost
+    it dear.
+    """
+    return MARGIN if entry.names_cause else 0.0
+
+
+def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
+    """Evidence (nats) that a candidate adds.
+
+    The estimated detection limit is that of the highest stop recorded on each path: its likelihood
+    rises with every path where nothing is hidden. Its price is that of its one parameter, or what
+    it gains on average in simulated datasets, in the measure of the full fit, if that is more.
+    """
+    gain = fit.evidence - base.evidence
+    if screened.definition.says_what_is_seen:
+        likelier = fit.log_likelihood - base.log_likelihood
+        share = likelier / max(screened.gain, 1e-9)
+        gain = min(gain, likelier - screened.null_mean * min(max(share, 0.0), 1.0))
+    return gain
+
+
+def group_comes_first(question: Question, rival: Refit, key: str) -> bool:
+    """Whether groups that differ (`key`) explain more, given a rival, than it given them.
+
+    A rival that differs by path alone, as the section, may explain all that paths differ by.
+    """
+    by_group = rival.log_likelihood - question.refit_without(rival, key).log_likelihood
+    return by_group > rival.log_likelihood - question.base.log_likelihood
+
+
+def groups_earn_their_name(question: Question, fit: Refit, key: str) -> bool:
+    """Whether groups that differ (`key`, which `fit` has) have `MARGIN` of evidence.
+
+    Several kinds of groups are tested, each by itself, beside all candidates: their p-values alone
+    would name one too often.
+    """
+    return fit.evidence - question.refit_without(fit, key).evidence > MARGIN

@@ -1,8 +1,8 @@
-"""Candidates fitted in full: the model with the effect added, its mode, and its evidence."""
+"""Models fitted in full with or without an effect: their mode, and their evidence."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,12 +11,13 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
 from avahazard.criticism.screening.group_spreads import GroupSpreads, group_spreads
+from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition, Facts
 from avahazard.engine import spread_map
 from avahazard.inference.fitting.evidence import log_evidence
-from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode
+from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
 from avahazard.inference.fitting.mode_search import search_mode
-from avahazard.inference.likelihood.assemble import assemble, with_effects
+from avahazard.inference.likelihood.assemble import assemble, definitions_of, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -39,7 +40,7 @@ class Refit:
     evidence: float
 
     @cached_property
-    def kept_back(self) -> Floats:
+    def held_out(self) -> Floats:
         """Log density of each group of events given the others, `[n_groups]`."""
         groups = choose_groups(self.posterior.observations).fits
         found = held_out_together(self.posterior, groups, self.mode)
@@ -83,6 +84,45 @@ def refit(
     return Refit(wider, facts, posterior, mode, log_likelihood, evidence)
 
 
+def refit_with(
+    observations: Observations, own: Sequence[Definition], start: Refit, *keys: str
+) -> Refit:
+    """The model of `start` with these effects added."""
+    return refit(observations, start.specification, start.facts, keys, own, start)
+
+
+def refit_without(
+    observations: Observations, own: Sequence[Definition], start: Refit, key: str
+) -> Refit:
+    """The model of `start` less one effect."""
+    keys = tuple(k for k in start.specification.effects if k != key)
+    bare = replace(start.specification, effects=keys)
+    return refit(observations, bare, start.facts, (), own, start)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """What every step to the verdict asks of.
+
+    The data, the user's own effects, a model, its full refits with each surviving candidate by
+    itself, and the screening.
+    """
+
+    observations: Observations
+    own: Sequence[Definition]
+    base: Refit
+    fits: Mapping[str, Refit]
+    screening: Screening
+
+    def refit_with(self, start: Refit, *keys: str) -> Refit:
+        """The model of `start` with these effects added."""
+        return refit_with(self.observations, self.own, start, *keys)
+
+    def refit_without(self, start: Refit, key: str) -> Refit:
+        """The model of `start` less one effect."""
+        return refit_without(self.observations, self.own, start, key)
+
+
 def refit_each(
     observations: Observations,
     effects: Sequence[str],
@@ -113,8 +153,7 @@ def _refit_with(
     shared: tuple[Observations, Sequence[Definition], Sequence[Refit]], asked: tuple[int, str]
 ) -> Refit:
     observations, own, starts = shared
-    start, key = starts[asked[0]], asked[1]
-    return refit(observations, start.specification, start.facts, (key,), own, start)
+    return refit_with(observations, own, starts[asked[0]], asked[1])
 
 
 def without_groups(
@@ -138,13 +177,17 @@ def _carried(start: Refit, posterior: Posterior) -> Floats:
         u[k] = known.get(slot.name, rest)
     if posterior.layout.law.name != start.posterior.layout.law.name:
         # Another law: its coordinates mean something else; start at the data.
-        return _law_from_data(posterior, u)
+        n = len(posterior.layout.law.coordinates)
+        return np.concatenate([start_coordinates(posterior)[:n], u[n:]])
     return u
 
 
-def _law_from_data(posterior: Posterior, u: Floats) -> Floats:
-    from avahazard.inference.fitting.mode import start_coordinates  # noqa: PLC0415 (only here)
-
-    n = len(posterior.layout.law.coordinates)
-    fresh = start_coordinates(posterior)
-    return np.concatenate([fresh[:n], u[n:]])
+def still_needed(
+    observations: Observations, own: Sequence[Definition], whole: Refit
+) -> dict[str, float]:
+    """Evidence (nats) that the model would lose without each of its effects."""
+    return {
+        entry.key: whole.evidence - refit_without(observations, own, whole, entry.key).evidence
+        for entry in definitions_of(whole.specification, own)
+        if entry.changes is None
+    }

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import force_witness
-from avahazard.criticism.diagnosis.other_readings import read_otherwise
-from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each, without_groups
-from avahazard.criticism.diagnosis.verdict import MARGIN, least_evidence
+from avahazard.criticism.diagnosis.naming import MARGIN, least_evidence
+from avahazard.criticism.diagnosis.record_faults import explained_by_record_faults
+from avahazard.criticism.diagnosis.refits import Question, Refit, refit_each, without_groups
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL
 from avahazard.criticism.screening.screen import gains_beside
-from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
-from avahazard.inference.model.observations import Observations
 
 MOST = 3
 """Effects that are named together at most."""
@@ -41,22 +39,16 @@ class Together:
     p_value: float
 
 
-def needed_beside(
-    observations: Observations,
-    own: Sequence[Definition],
-    base: Refit,
-    fits: Mapping[str, Refit],
-    first: str,
-    screening: Screening,
-) -> tuple[Together, ...]:
+def needed_beside(question: Question, first: str) -> tuple[Together, ...]:
     """What else is needed once `first` is in the model: a pair, and from it a triple.
 
     A candidate counts where its gain beside those already chosen would be significant as the best
-    of all in the made worlds of the screening, and where the model with it has `MARGIN` of evidence
-    over that without, gains on records held out, and is not better without any of the others. What
-    else could explain it is asked as of the first: one that is not told apart is not needed.
+    of all in the simulated datasets of the screening, and where the model with it has `MARGIN` of
+    evidence over that without, gains on held-out records, and is not better without any of the
+    others. One that faults of the records explain as well is not needed.
     """
-    singles = dict(fits)
+    observations, own = question.observations, question.own
+    singles = dict(question.fits)
     fit = singles[first]
     chosen: tuple[str, ...] = (first,)
     found: list[Together] = []
@@ -64,57 +56,45 @@ def needed_beside(
         bare, u, spreads = without_groups(fit, observations, own)
         entries = candidate_definitions(observations, bare.specification, own)
         gains = gains_beside(bare, u, spreads, entries)
-        p_values = {key: screening.chance.family_wise(key, gain) for key, gain in gains.items()}
+        chance = question.screening.chance
+        p_values = {key: chance.family_wise(key, gain) for key, gain in gains.items()}
         tried = sorted((k for k in gains if p_values[k] <= LEVEL), key=lambda k: -gains[k])[:TRIED]
         wider = refit_each(observations, tried, own, fit)
-        best = _best_needed(observations, own, fit, wider, screening)
+        best = _best_needed(replace(question, base=fit, fits=wider))
         if best is None:
             break
         if best not in singles:
-            singles[best] = _with(observations, own, base, (best,))
+            singles[best] = question.refit_with(question.base, best)
         if wider[best].evidence - singles[best].evidence <= MARGIN:
             break  # the new one does it alone
         fit, chosen = wider[best], (*chosen, best)
-        found.append(_together(chosen, fit, base, singles, p_values[best]))
+        found.append(_together(chosen, fit, question.base, singles, p_values[best]))
     return tuple(found)
 
 
-def _best_needed(
-    observations: Observations,
-    own: Sequence[Definition],
-    fit: Refit,
-    wider: Mapping[str, Refit],
-    screening: Screening,
-) -> str | None:
-    """The candidate of most evidence beside `fit` that nothing else explains, if it is needed."""
+def _best_needed(question: Question) -> str | None:
+    """The candidate of most evidence beside the base that nothing else explains, if needed."""
+    wider = question.fits
     for key in sorted(wider, key=lambda k: -wider[k].evidence):
-        if not _is_needed(own, fit, wider[key], (key,)):
+        if not _is_needed(question.own, question.base, wider[key], (key,)):
             return None
-        if not read_otherwise(observations, own, fit, wider, key, screening):
+        if not explained_by_record_faults(question, key):
             return key
     return None
 
 
-def masked_pair(
-    observations: Observations, own: Sequence[Definition], base: Refit, screening: Screening
-) -> Together | None:
-    """Two effects that count together where neither does alone, if the screening saw such."""
-    test = screening.pair
+def masked_pair(question: Question) -> Together | None:
+    """Two effects that count together where neither does alone, if the screening found such."""
+    test, base = question.screening.pair, question.base
     if test is None or test.p_value > PAIR_LEVEL:
         return None
-    singles = refit_each(observations, test.keys, own, base)
-    both = _with(observations, own, base, test.keys)
+    singles = refit_each(question.observations, test.keys, question.own, base)
+    both = question.refit_with(base, *test.keys)
     alone = max((base, *singles.values()), key=lambda fit: fit.evidence)
-    if not _is_needed(own, alone, both, test.keys):
+    if not _is_needed(question.own, alone, both, test.keys):
         return None
     order = tuple(sorted(test.keys, key=lambda k: -singles[k].evidence))
     return _together(order, both, base, singles, test.p_value)
-
-
-def _with(
-    observations: Observations, own: Sequence[Definition], start: Refit, keys: Sequence[str]
-) -> Refit:
-    return refit(observations, start.specification, start.facts, keys, own, start)
 
 
 def _together(
@@ -125,17 +105,12 @@ def _together(
     return Together(keys, fit, gain, fit.log_likelihood - best, p_value)
 
 
-def _is_needed(
-    own: Sequence[Definition],
-    fit: Refit,
-    wider: Refit,
-    more: Sequence[str],
-) -> bool:
-    """Whether a wider model is worth it: by evidence, by records held out, by the force."""
+def _is_needed(own: Sequence[Definition], fit: Refit, wider: Refit, more: Sequence[str]) -> bool:
+    """Whether a wider model is worth it: by evidence, by held-out records, by the force."""
     least = max(least_evidence(find_definition(k, own)) for k in more)
     if wider.evidence - fit.evidence <= least:
         return False
     witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]
     if any(w is not None and w.denies for w in witnesses):
         return False
-    return bool(np.sum(wider.kept_back - fit.kept_back) > 0.0)
+    return bool(np.sum(wider.held_out - fit.held_out) > 0.0)

@@ -7,9 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.diagnosis.heavier_tails import heavier_tails
-from avahazard.criticism.diagnosis.nuisances import HEAVY_TAILS
-from avahazard.criticism.diagnosis.paths_differ import WORTH_A_NOTE, paths_differ
+from avahazard.criticism.diagnosis.nuisances import (
+    HEAVY_TAILS,
+    WORTH_A_NOTE,
+    heavier_tails,
+    paths_differ,
+)
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.message import message
 from avahazard.records.collection import Records

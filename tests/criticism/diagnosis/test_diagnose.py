@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.criticism.diagnosis.findings import Diagnosis
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.effects.effect import Definition
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects
@@ -14,6 +13,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
 from tests.criticism.lengths import lengths
+from tests.inference.misstated import misstated
 
 POWER = Specification(law="power")
 OWN = """
@@ -133,3 +133,17 @@ def test_a_world_without_hidden_effect_is_adequate() -> None:
     found = diagnose(build_observations(records), Specification(), {}, n_worlds=59)
     assert found.verdict == "adequate"
     assert np.isfinite(found.detectable.metres)
+
+
+@pytest.mark.slow
+def test_errors_of_the_records_three_times_as_stated_are_named() -> None:
+    found = diagnose(misstated(3.0, 1.0, 31, 250), Specification(), {}, n_worlds=39)
+    assert (found.verdict, found.missing) == ("missing-effect", ("record-error",))
+
+
+@pytest.mark.slow
+def test_errors_of_the_volumes_do_not_pass_for_scatter() -> None:
+    found = diagnose(misstated(1.0, 2.5, 31, 250), Specification(), {}, n_worlds=39)
+    assert found.missing[0] == "volume-error"
+    # Scatter that grows with volume looks alike: it may be said, never alone.
+    assert set(found.missing) <= {"volume-error", "volume-scatter"}

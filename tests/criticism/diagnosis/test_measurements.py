@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.measurements import measurement_gains, record_gain
+from avahazard.criticism.diagnosis.measurements import measurement_gains, record_gain, speed_gain
 from avahazard.criticism.diagnosis.refits import refit
-from avahazard.criticism.diagnosis.speed_measurement import speed_gain
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths

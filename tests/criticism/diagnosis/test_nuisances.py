@@ -1,3 +1,5 @@
+"""What is granted first, and what models say that lack it, with about the gain of full fits."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -5,11 +7,26 @@ from dataclasses import replace
 import pytest
 
 from avahazard.criticism.diagnosis import nuisances
-from avahazard.criticism.diagnosis.nuisances import with_nuisances_granted
+from avahazard.criticism.diagnosis.nuisances import (
+    HEAVY_TAILS,
+    WORTH_A_NOTE,
+    heavier_tails,
+    paths_differ,
+    with_nuisances_granted,
+)
 from avahazard.criticism.diagnosis.refits import refit
-from avahazard.inference.model.observations import build_observations
+from avahazard.inference.likelihood.assemble import with_effects
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.records.collection import Records
+from avahazard.report.language import language_of
+from avahazard.synth.making import make_world
+from avahazard.workflow.stored.calibration import calibration_result
+from avahazard.workflow.stored.notes import model_notes
 from tests.criticism.lengths import lengths
+from tests.criticism.studies import straight
 
 WINTERS, STORMS = "winter-effect", "storm-effect"
 
@@ -27,3 +44,80 @@ def test_groups_too_many_to_cross_are_told(monkeypatch: pytest.MonkeyPatch) -> N
     assert found.granted == ()
     monkeypatch.setattr(nuisances, "MOST_CROSSED", 150)
     assert with_nuisances_granted(observations, plain, ()).too_many == ()
+
+
+PLAIN = Specification(law="constant")
+
+
+def wild(n_wrong: int) -> Records:
+    """`straight`, of which every third event from the first on is written down at 2.5 times its
+    length, `n_wrong` of them."""
+    records = straight(60)
+    events = list(records.events)
+    for k in range(0, 3 * n_wrong, 3):
+        events[k] = replace(events[k], runout_length_m=2.5 * (events[k].runout_length_m or 0.0))
+    return replace(records, events=tuple(events))
+
+
+@pytest.mark.parametrize("n_wrong", [0, 4])
+def test_the_gain_of_heavy_tails_is_about_that_of_the_full_fits(n_wrong: int) -> None:
+    given = build_observations(wild(n_wrong))
+    calibrated = calibrate_model(given, PLAIN, {}, n_draws=60, n_chains=2)
+    found = heavier_tails(calibrated)
+    assert found is not None
+    full = [refit(given, replace(PLAIN, tails=t), {}) for t in ("normal", "student")]  # type: ignore[arg-type]
+    expected = full[1].log_likelihood - full[0].log_likelihood
+    assert found == pytest.approx(expected, abs=0.5)
+    assert (found > HEAVY_TAILS) == (n_wrong > 0)
+    result = calibration_result(calibrated, "m", Records(), seed=0)
+    told = [note for note in result.notes if "--tails student" in note]
+    assert len(told) == (n_wrong > 0)
+    assert (result.heavier_tails is not None) == (n_wrong > 0)
+    for note in told:
+        assert note in model_notes(result, False, None)
+        for code in ("de", "fr", "it"):
+            assert "heavier" not in language_of(code).told(note)
+
+
+def test_a_model_with_heavy_tails_has_no_note() -> None:
+    given = build_observations(wild(4))
+    knows = calibrate_model(given, replace(PLAIN, tails="student"), {}, n_draws=60, n_chains=2)
+    assert heavier_tails(knows) is None
+
+
+def _world(seed: int, strength: float) -> Observations:
+    effects = {"path-effect": strength} if strength else {}
+    return build_observations(make_world(seed, 90, 6, effects)[0])
+
+
+def _model(given: Observations, *effects: str) -> FittedModel:
+    specification, facts = with_effects(given, Specification(), effects)
+    return calibrate_model(given, specification, facts, n_draws=60, n_chains=2)
+
+
+@pytest.mark.parametrize(("seed", "strength"), [(1, 0.0), (1, 1.0)])
+def test_the_evidence_for_paths_is_about_that_of_the_full_fits(seed: int, strength: float) -> None:
+    given = _world(seed, strength)
+    calibrated = _model(given)
+    found = paths_differ(calibrated)
+    assert found is not None
+    base = refit(given, Specification(), {})
+    full = refit(given, base.specification, base.facts, (found.effect,), (), base)
+    expected = full.evidence - base.evidence
+    assert expected - 2.5 < found.evidence < expected + 0.8
+    assert (found.evidence > WORTH_A_NOTE) == (strength > 0.0)
+    assert found.lacking is None
+    result = calibration_result(calibrated, "m", Records(), seed=0)
+    if strength:
+        assert found.sd == pytest.approx(0.15, rel=0.7)
+        assert result.path_spread is not None
+        assert f"paths differ by sd {found.sd:.2f}" in result.notes[0]
+        assert "avahazard add m path-effect" in result.notes[0]
+    else:
+        assert result.path_spread is None
+        assert not any("paths differ" in note for note in result.notes)
+
+
+def test_a_model_with_a_path_effect_has_no_note() -> None:
+    given = _world(1, 1.0)
+    assert paths_differ(_model(given, "path-effect")) is None

@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
-from avahazard.criticism.diagnosis.refits import refit, without_groups
+from avahazard.criticism.diagnosis import refits
+from avahazard.criticism.diagnosis.refits import refit, still_needed, without_groups
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
@@ -51,3 +55,18 @@ def test_the_path_effect_is_taken_away_and_its_spread_told() -> None:
     names = [s.name for s in fit.posterior.layout.slots]
     for slot, value in zip(bare.layout.slots, u, strict=True):
         assert value == fit.mode.u[names.index(slot.name)]
+
+
+EVIDENCE = {("season",): -12.0, ("snow-type",): -9.0}
+
+
+def test_a_loss_is_what_the_others_alone_lack(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refitted(_observations: Any, specification: Specification, *_: Any) -> Any:
+        return SimpleNamespace(evidence=EVIDENCE[specification.effects])
+
+    monkeypatch.setattr(refits, "refit", refitted)
+    specification = Specification(effects=("snow-type", "season"))
+    whole: Any = SimpleNamespace(evidence=-10.0, specification=specification, facts={})
+    observations: Any = None
+    lost = still_needed(observations, (), whole)
+    assert lost == {"snow-type": 2.0, "season": -1.0}

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.criticism.diagnosis.findings import Diagnosis
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
 from avahazard.inference.model.observations import build_observations

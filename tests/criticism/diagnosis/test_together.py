@@ -1,10 +1,15 @@
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.criticism.diagnosis.findings import Diagnosis
+from avahazard.criticism.diagnosis import together
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.refits import Question
+from avahazard.criticism.diagnosis.together import needed_beside
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
@@ -82,3 +87,51 @@ def test_one_effect_has_no_second_and_none_has_no_pair() -> None:
     none = diagnosed(0.0, 0.0, 0.9, seed=4, n_worlds=119)
     assert none.verdict == "adequate"
     assert none.together == ()
+
+
+EVIDENCE = {
+    (): 0.0,
+    ("snow-type",): 20.0,
+    ("volume-scatter",): 6.0,
+    ("season",): 5.0,
+    ("snow-type", "volume-scatter"): 30.0,
+    ("snow-type", "season"): 26.0,
+}
+
+
+def fitted(*keys: str) -> Any:
+    return SimpleNamespace(keys=keys, evidence=EVIDENCE.get(keys, 0.0), log_likelihood=0.0)
+
+
+@pytest.mark.parametrize(
+    ("otherwise", "expected"),
+    [((), "volume-scatter"), (("volume-scatter",), "season"), (("volume-scatter", "season"), None)],
+)
+def test_one_that_errors_may_explain_is_not_needed(
+    monkeypatch: pytest.MonkeyPatch, otherwise: tuple[str, ...], expected: str | None
+) -> None:
+    """`otherwise` are those that faults of the records explain as well."""
+    rivals = ("volume-scatter", "season")
+    monkeypatch.setattr(
+        together, "without_groups", lambda *_: (SimpleNamespace(specification=0),) * 3
+    )
+    monkeypatch.setattr(together, "candidate_definitions", lambda *_: ())
+    monkeypatch.setattr(together, "gains_beside", lambda *_: dict.fromkeys(rivals, 9.0))
+    monkeypatch.setattr(
+        together, "refit_each", lambda _o, keys, _own, fit: {k: fitted(*fit.keys, k) for k in keys}
+    )
+    monkeypatch.setattr(Question, "refit_with", lambda _question, _base, *keys: fitted(*keys))
+    monkeypatch.setattr(
+        together, "_is_needed", lambda _own, fit, wider, _more: wider.evidence > fit.evidence + 3.0
+    )
+    monkeypatch.setattr(
+        together,
+        "explained_by_record_faults",
+        lambda _question, key: ("volume-error",) if key in otherwise else (),
+    )
+    screening: Any = SimpleNamespace(chance=SimpleNamespace(family_wise=lambda _key, _gain: 0.01))
+    observations: Any = None
+    fits = {"snow-type": fitted("snow-type")}
+    question = Question(observations, (), fitted(), fits, screening)
+    found = needed_beside(question, "snow-type")
+    assert [more.effects for more in found] == ([("snow-type", expected)] if expected else [])

@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.criticism.diagnosis.findings import Diagnosis
+from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.criticism.scoring.scores import randomised_pit
 from avahazard.criticism.scoring.speed_misfit import matched_speeds
 from avahazard.inference.fitting.mode import Mode

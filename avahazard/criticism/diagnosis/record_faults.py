@@ -1,0 +1,219 @@
+"""What faults of the records, rather than of the model, could explain.
+
+Undetected stops and misstated errors of volumes can pass for an effect or for a difference of
+groups; single records can be hard to believe.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
+from scipy.stats import pearsonr
+
+from avahazard.arrays import Floats
+from avahazard.criticism.diagnosis.naming import MARGIN, groups_earn_their_name, least_evidence
+from avahazard.criticism.diagnosis.refits import Question, Refit, refit_side_by_side
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.covariate import VOLUME, number_column
+from avahazard.effects.effect import Definition, MotionEffect, VolumeErrorEffect, of_kind
+from avahazard.inference.fitting.mode import likely_friction
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.model.observations import ELEVATION, PLACE, Observations
+from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
+from avahazard.records.doubts import dwarfing
+
+OF_THE_VOLUME = ("law", "scatter")
+"""Settings of the model that say how friction goes by volume."""
+OVERSTATED = (0.03, 0.1, 0.2)
+"""Shares of the recorded volumes that are tried as larger than any true one."""
+BY_CHANCE = 0.01
+"""A column goes with the volumes where chance alone would not let it in more cases."""
+
+SURE = 30.0
+"""Nats that a leader may lack at most, for a limit that is needless and a gain taken too low."""
+MOST_SCATTERS = 4.0
+"""Scatters off, from which on a record is suspect."""
+MOST_ERRORS = 2.5
+"""Errors of the record off the nearest stop, from which on it cannot be meant."""
+
+
+def by_misstated_volumes(question: Question, leader: str) -> str | None:
+    """The effect on the volumes' errors that leaves the leader too little evidence.
+
+    Errors larger than stated bend the law towards the mean volume and scatter friction most where
+    it is steepest: another law, and another scatter, do the same. And a column that goes with the
+    volume (a deposit's length) then tells more of it than the records do, and friction seems to go
+    by the column. So such leaders must earn their evidence where the errors may be misstated too;
+    the smooth of a column that of a cause, as there is a cause that it would stand for.
+    None where it does, or is another kind.
+    """
+    definition = find_definition(leader, question.own)
+    key = _errors_of_volumes(question)
+    if key is None or key in question.base.specification.effects:
+        return None
+    if definition.changes is not None and definition.changes.field in OF_THE_VOLUME:
+        return None if _gain_of_volume(question, leader, key) > MARGIN else key
+    stand_in = stand_in_for_volume(question.observations.columns, definition)
+    if stand_in is None:
+        return None
+    volumes = told_by(question.observations.volumes, stand_in)
+    beside, without = _evidence_with(question, leader, key, volumes)
+    return None if beside - without > MARGIN else key
+
+
+def _gain_of_volume(question: Question, leader: str, key: str) -> float:
+    """Evidence (nats) of a law or a scatter beside the effect `key` on the volumes' errors.
+
+    How far records of large volumes are overstated hangs on the largest volume that there is, which
+    nobody knows: where it lies under many records, friction stops falling with what is recorded,
+    as in a law with a limit. So the evidence of either is the mean over some such volumes, where
+    it is over `MARGIN` without.
+    """
+    alone = question.fits.get(key) or question.refit_with(question.base, key)
+    both = question.refit_with(question.fits[leader], key)
+    if both.evidence - alone.evidence <= MARGIN:
+        return both.evidence - alone.evidence
+    recorded = question.observations.columns.log_volume
+    pairs = [(both.evidence, alone.evidence)]
+    for share in OVERSTATED:
+        largest = float(np.exp(np.nanquantile(recorded, 1.0 - share)))
+        volumes = bounded(question.observations.volumes, largest)
+        pairs.append(_evidence_with(question, leader, key, volumes))
+    beside, without = zip(*pairs, strict=True)
+    return float(logsumexp(beside) - logsumexp(without))
+
+
+def _evidence_with(
+    question: Question, leader: str, key: str, volumes: VolumeNodes
+) -> tuple[float, float]:
+    """Evidence with effect `key` on other volumes: of the leader's model, and of the base."""
+    asked = replace(question, observations=replace(question.observations, volumes=volumes))
+    without = asked.refit_with(question.base, key).evidence
+    return asked.refit_with(question.fits[leader], key).evidence, without
+
+
+def stand_in_for_volume(columns: EventColumns, definition: Definition) -> Floats | None:
+    """The column `[n_events]` of an effect that goes by one which goes with the recorded volumes.
+
+    Its log where it is positive. None for the volume itself, and where chance would make as much
+    of it, within paths, in one of a hundred cases.
+    """
+    name = definition.column or definition.reads
+    if name is None or name == VOLUME:
+        return None
+    values = number_column(columns, name)
+    if values is None:
+        return None
+    if np.nanmin(values) > 0.0:
+        values = np.log(values)
+    away = within_paths(np.array([values, columns.log_volume]), columns.path_index)
+    away = away[:, np.isfinite(away).all(axis=0)]
+    if not away.size or np.any(np.ptp(away, axis=1) == 0.0):
+        return None
+    return values if pearsonr(*away).pvalue < BY_CHANCE else None
+
+
+def groups_by_misstated_volumes(question: Question, groups: str) -> str | None:
+    """The effect on the volumes' errors that leaves groups (a key) too little evidence, or None.
+
+    Errors larger than stated make friction fall less with the volumes of a path's records than with
+    the mean volumes of paths, in which errors average out. One law for both gives paths of large
+    avalanches too much friction, and they seem to differ.
+    """
+    key = _errors_of_volumes(question)
+    if key is None:
+        return None
+    wider = question.refit_with(question.base, key)
+    return None if groups_earn_their_name(question, wider, groups) else key
+
+
+def _errors_of_volumes(question: Question) -> str | None:
+    """The candidate that scales the errors of the volumes, if there is one."""
+    for candidate in question.screening.candidates:
+        if _on_volumes(candidate.definition, question.observations):
+            return candidate.key
+    return None
+
+
+def _on_volumes(entry: Definition, observations: Observations) -> bool:
+    """Whether an effect scales the errors of the volumes."""
+    if entry.changes is not None:
+        return False
+    facts = entry.facts(observations.columns, observations.sites)
+    return isinstance(entry.build(facts), VolumeErrorEffect)
+
+
+def by_undetected_stops(question: Question, leader: str) -> str | None:
+    """The detection limit that leaves the leader, on the motion, too little evidence.
+
+    Where short runouts are missing, the stops of each path are bunched as by a force that holds
+    back the fast. So such a force must earn its evidence beside a detection limit too. None where
+    it does, where the limit is known, or where the leader is not on the motion. Where a limit's
+    best fit gains so little that it could not take that evidence, no fit is made.
+    """
+    base, fits = question.base, question.fits
+    motions = of_kind(fits[leader].posterior.effects, MotionEffect)
+    limits = [c for c in question.screening.candidates if c.definition.says_what_is_seen]
+    if leader not in [e.key for e in motions] or not limits:
+        return None
+    key = limits[0].key
+    if key in base.specification.effects:
+        return None
+    needed = least_evidence(find_definition(leader, question.own))
+    gained = fits[leader].evidence - base.evidence
+    if gained - max(limits[0].gain, 0.0) > needed + SURE:
+        return None
+    asked = [(1, key)] if key in fits else [(1, key), (0, key)]
+    starts = [base, fits[leader]]
+    both, *found = refit_side_by_side(question.observations, question.own, starts, asked)
+    (alone,) = found or [fits[key]]
+    return None if both.evidence - alone.evidence > needed else key
+
+
+def explained_by_record_faults(question: Question, key: str) -> tuple[str, ...]:
+    """Effects on the record that leave candidate `key` too little evidence over the base."""
+    found = (by_undetected_stops(question, key), by_misstated_volumes(question, key))
+    return tuple(other for other in found if other is not None)
+
+
+def suspects(base: Refit) -> tuple[str, ...]:
+    """Events whose volume dwarfs all others, then those more than `MOST_SCATTERS` off, worst first.
+
+    A slip of units in a volume bends the law until its event lies on it.
+    """
+    posterior = base.posterior
+    location, scatter = posterior.location_and_scatter(base.mode.u)
+    friction = likely_friction(posterior.nodes.at(base.mode.u), posterior.layout.log_scatter)
+    asked = np.log(friction) if posterior.layout.log_scatter else friction
+    z = np.nan_to_num(np.abs(asked - location.mean(axis=1)) / scatter.mean(axis=1))
+    order = np.argsort(-z, kind="stable")
+    columns = posterior.observations.columns
+    found = [*dwarfing(columns.log_volume), *(i for i in order if z[i] > MOST_SCATTERS)]
+    return tuple(dict.fromkeys(columns.event_id[i] for i in found))
+
+
+def impossible_stops(base: Refit) -> tuple[str, ...]:
+    """Events recorded within a jump of F(μ), over `MOST_ERRORS` errors from both of its ends.
+
+    A block stops where it slows down at rest, that is where tan θ < μ; on steeper ground it is
+    caught or passes, whatever its friction. Such a record tells of something that a block lacks.
+    """
+    posterior = base.posterior
+    observations = posterior.observations
+    table = posterior.nodes.predicted_at(base.mode.u)
+    found = []
+    for i in np.flatnonzero(np.isin(observations.kind, (ELEVATION, PLACE))):
+        record, reach = table.record[i], MOST_ERRORS * table.sigma[i]
+        low = np.minimum(record[1:], record[:-1])
+        high = np.maximum(record[1:], record[:-1])
+        broken = table.curve[i].broken
+        inside = (low <= observations.observed[i]) & (observations.observed[i] <= high)
+        near = (low - reach <= observations.observed[i]) & (
+            observations.observed[i] <= high + reach
+        )
+        ends = np.min(np.abs(record - observations.observed[i])) <= reach
+        if np.any(inside & broken) and not np.any(near & ~broken) and not ends:
+            found.append(observations.columns.event_id[i])
+    return tuple(found)
