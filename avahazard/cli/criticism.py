@@ -85,8 +85,7 @@ def compare(
             console.print(f"  {line}", soft_wrap=True)
 
     emit(context, found, render)
-    for note in found.notes:
-        warn(note)
+    warn(*found.notes)
     unsure = scores.pareto_k_bad - scores.pareto_k_refitted
     if unsure > 0:
         weigh = "record weighs" if unsure == 1 else "records weigh"

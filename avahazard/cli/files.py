@@ -11,7 +11,7 @@ from rich.console import Console
 from avahazard.cli.options import EffectFiles, OnlyPaths, StoredModel, output_file
 from avahazard.cli.output import emit, settings, table, warn
 from avahazard.cli.progress import show_progress
-from avahazard.message import counted
+from avahazard.notes import counted
 from avahazard.workflow.requests import ReportRequest
 
 

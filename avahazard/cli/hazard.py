@@ -13,6 +13,7 @@ from avahazard.cli.hazard_tables import show_bounds, show_plan, show_zones
 from avahazard.cli.options import CalibratedModel
 from avahazard.cli.output import emit, emit_rows, settings, table, warn
 from avahazard.cli.progress import show_progress
+from avahazard.notes import grouped
 from avahazard.results.volumes import PathVolumes
 from avahazard.workflow.requests import HazardRequest, VolumesRequest, ZonesRequest
 
@@ -112,9 +113,10 @@ def hazard(
     )
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
-    warn(*found.notes[:MOST_NOTES])
-    if len(found.notes) > MOST_NOTES:
-        warn(f"and {len(found.notes) - MOST_NOTES} more notes, which are with the rows of --json.")
+    notes = grouped(found.notes)
+    warn(*notes[:MOST_NOTES])
+    if len(notes) > MOST_NOTES:
+        warn(f"and {len(notes) - MOST_NOTES} more notes, which are with the rows of --json.")
 
 
 def zones(

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from avahazard.cli.output import evenly, table
-from avahazard.message import counted
+from avahazard.notes import counted
 from avahazard.results.hazard import Design, HazardPlan, HazardRow, PlaceQuantiles, Spread
 from avahazard.results.zones import ExceededHere, PeriodDesign, Place, Zone, ZonedPath
 
@@ -216,7 +216,7 @@ def _apart(row: HazardRow) -> tuple[Any, ...]:
 
 def _intervals(row: HazardRow) -> list[tuple[str, str]]:
     """What each interval of the runout of a volume is."""
-    found = [("Interval", row.interval)]
+    found: list[tuple[str, str]] = [("Interval", row.interval)]
     for part, name in ((row.natural, "natural"), (row.parameters, "parameters")):
         if part is not None:
             found.append((name, part.interval))

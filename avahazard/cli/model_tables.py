@@ -11,7 +11,7 @@ from rich.console import Console
 from avahazard.cli.output import number, table
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.priors import GIVEN
-from avahazard.message import counted
+from avahazard.notes import counted
 from avahazard.results.amounts import RATIO, amount, bare, unit_of
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, HeldOutScores, Scores

@@ -26,6 +26,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from avahazard.notes import grouped
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.plain import plain
 
@@ -149,8 +150,8 @@ def _safe(console: Console) -> Console:
 
 
 def warn(*texts: str) -> None:
-    """Print warnings on standard error, each on a line of its own."""
-    for text in texts:
+    """Print warnings on standard error, a line for all of one kind."""
+    for text in grouped(texts):
         errors().print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
 
 

@@ -582,7 +582,7 @@ def alpha_beta(
             console.print("beyond: the line at α meets no ground before the profile ends.")
 
     emit(context, rows, render)
-    warn(*dict.fromkeys(note for row in rows for note in row.notes))
+    warn(*(note for row in rows for note in row.notes))
 
 
 def _alpha_beta_cells(row: TerrainRunout) -> tuple[str, ...]:

@@ -11,13 +11,10 @@ from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter, needs_profile
 from avahazard.effects.site import Site
-from avahazard.message import message, named
+from avahazard.notes import Note
 from avahazard.physics.resistance import Resistance
 
 FOREST = "forest"
-
-ONE_WOODED = message("{paths} has forest ({n} of {total} events).")
-WOODED = message("{paths} have forest ({n} of {total} events).")
 
 
 def _resistance(site: Site, resistance: Resistance, values: Floats) -> Resistance:
@@ -32,14 +29,13 @@ def _lacking(columns: EventColumns, sites: Sequence[Site]) -> str | None:
     )
 
 
-def _seen_in(columns: EventColumns, sites: Sequence[Site]) -> str | None:
+def _seen_in(columns: EventColumns, sites: Sequence[Site]) -> Note | None:
     """The paths with forest, by name."""
     wooded = [s.path.path_id for s in sites if s.land_cover is not None and FOREST in s.land_cover]
     if not wooded:
         return None
-    n = int(np.isin(np.array([*columns.paths, ""])[columns.path_index], wooded).sum())
-    words = ONE_WOODED if len(wooded) == 1 else WOODED
-    return words.format(paths=named(wooded), n=n, total=len(columns))
+    events = int(np.isin(np.array([*columns.paths, ""])[columns.path_index], wooded).sum())
+    return Note("forested", paths=wooded, n=len(wooded), events=events, total=len(columns))
 
 
 def _build(_facts: Facts) -> MotionEffect:

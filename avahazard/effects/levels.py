@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, FrictionEffect, Parameter, Sites
-from avahazard.message import message, named
+from avahazard.notes import Note
 
 SCATTERS = 2.5
 """Prior standard deviation of a level's log friction against the most common one, in spreads of
@@ -19,11 +19,6 @@ LEAST_SD = 0.2
 """Least of it, and what it is where the records tell no spread."""
 MOST_LEVELS = 5
 """Levels that a sentence names."""
-
-OF_PATH = message("{column} is a matter of the path: {parts}.")
-OF_EVENTS = message("{column} of the {n} events: {parts}.")
-OF_EVENTS_AND_ONE = message("{column} of the {n} events: {parts} and 1 other level.")
-OF_EVENTS_AND_MORE = message("{column} of the {n} events: {parts} and {rest} other levels.")
 
 
 def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
@@ -76,7 +71,7 @@ def _prior_sd(columns: EventColumns) -> float:
     return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
 
 
-def level_words(name: str, columns: EventColumns, _sites: Sites = ()) -> str | None:
+def level_words(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | None:
     """How many events, or for what a path has which paths, have each level; None without a column.
 
     The most common level stands first.
@@ -90,13 +85,15 @@ def level_words(name: str, columns: EventColumns, _sites: Sites = ()) -> str | N
     if of_path and len(columns.paths) > 1 and len(ranked) > 1:
         paths = np.array(columns.paths)
         level = np.array([values[columns.path_index == k][0] for k in range(len(columns.paths))])
-        parts = [f"{named(sorted(paths[level == k].tolist()))}: {k}" for k in ranked]
-        return OF_PATH.format(column=name, parts="; ".join(parts))
-    parts = [f"{counts[k]} {k}" for k in ranked[:MOST_LEVELS]]
+        parts = [
+            Note("paths_at_level", paths=sorted(paths[level == k].tolist()), level=k)
+            for k in ranked
+        ]
+        return Note("level_of_path", column=name, parts=parts)
+    first = [f"{counts[k]} {k}" for k in ranked[:MOST_LEVELS]]
     rest = len(ranked) - MOST_LEVELS
-    more = OF_EVENTS_AND_ONE if rest == 1 else OF_EVENTS_AND_MORE
-    text = more if rest > 0 else OF_EVENTS
-    return text.format(column=name, n=len(columns), parts=", ".join(parts), rest=rest)
+    key = "levels_and_others" if rest > 0 else "levels"
+    return Note(key, column=name, events=len(columns), parts=first, n=rest)
 
 
 def level_effect(key: str, name: str, facts: Facts) -> FrictionEffect:

@@ -35,6 +35,7 @@ from avahazard.hazard.passing_kernel import (
     share_curves,
 )
 from avahazard.hazard.runout_bounds import QUANTILES, spread
+from avahazard.notes import Note
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, RunoutCurve, inverse
 from avahazard.results.hazard import RunoutInterval
@@ -300,7 +301,7 @@ def at_the_middle(avalanches: Avalanches) -> Avalanches:
     )
 
 
-def runout_interval(avalanches: Avalanches, x: Floats, interval: str) -> RunoutInterval:
+def runout_interval(avalanches: Avalanches, x: Floats, interval: Note) -> RunoutInterval:
     """Mean and quantiles of runouts x (m) `[n]`, inf beyond the profile, and their elevations.
 
     `interval` says what varies among them.

@@ -34,7 +34,7 @@ from avahazard.hazard.volume_region import (
 )
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.seeds import generator
-from avahazard.message import counted
+from avahazard.notes import counted
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event

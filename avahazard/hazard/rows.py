@@ -20,7 +20,13 @@ from avahazard.hazard.exceedance import (
     runout_interval,
 )
 from avahazard.hazard.frequency import VolumeFrequency
-from avahazard.hazard.notes import row_notes
+from avahazard.hazard.notes import (
+    design_interval,
+    natural_interval,
+    parameters_interval,
+    row_interval,
+    row_notes,
+)
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.runout_bounds import (
     QUANTILES,
@@ -31,9 +37,9 @@ from avahazard.hazard.runout_bounds import (
     order_statistics,
     scattered_stops,
 )
-from avahazard.hazard.words import design_words, interval_words, natural_words, parameters_words
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.inference.seeds import generator
+from avahazard.notes import Note
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_curve import MU, RunoutCurve, friction_grid, pieces
 from avahazard.physics.smooth_profile import SmoothProfile
@@ -133,8 +139,8 @@ def uncertainties(path: PathHazard, scenario: Scenario) -> tuple[RunoutInterval,
     fixed = uncertain = at_volume(avalanches, volume)
     if scenario.frequency is not None and period is not None:
         uncertain = at_volume(avalanches, scenario.frequency.draws.log_volume(1.0 / period))
-    of_parameters = parameters_words(path, return_period=period is not None)
-    natural = runout_interval(avalanches, natural_runouts(fixed), natural_words(path))
+    of_parameters = parameters_interval(path, return_period=period is not None)
+    natural = runout_interval(avalanches, natural_runouts(fixed), natural_interval(path))
     return natural, runout_interval(avalanches, middle_runout(uncertain), of_parameters)
 
 
@@ -172,7 +178,7 @@ def design_of(path: PathHazard, x: Floats) -> Design:
         farthest_record=recorded.farthest(),
         records_beyond=None if middle is None else recorded.beyond(middle),
         n_records=len(recorded.x),
-        interval=design_words(path),
+        interval=design_interval(path),
     )
 
 
@@ -195,7 +201,7 @@ def elevation_quantiles(smooth: SmoothProfile, x: Floats) -> PlaceQuantiles:
     return PlaceQuantiles(q05=deep, q50=middle, q95=shallow)
 
 
-def hazard_row(scenario: Scenario, bounds: RunoutBounds, interval: str) -> HazardRow:
+def hazard_row(scenario: Scenario, bounds: RunoutBounds, interval: Note) -> HazardRow:
     """The row of a scenario; `interval` says what varies between the draws.
 
     Where the volume of a return period comes from is left out for a volume that the user gave.
@@ -261,7 +267,7 @@ def _row(path: PathHazard, scenario: Scenario, n_draws: int, seed: int) -> Hazar
     held = bounds.p_not_released > HELD_TOO_MANY
     if held:
         bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
-    row = hazard_row(scenario, bounds, interval_words(path, return_period=period is not None))
+    row = hazard_row(scenario, bounds, row_interval(path, return_period=period is not None))
     if not held:
         of_period = None if period is None else design(path, period)
         natural, parameters = uncertainties(path, scenario)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records import defaults
 from avahazard.records.collection import Records
@@ -157,11 +157,6 @@ def _risen(height: Floats, values: NDArray[Any]) -> list[NDArray[Any]]:
 N_SIGMA = 3.0
 # Two measurements of one volume differ by this factor at least before one of them is wrong.
 VOLUME_FACTOR = 2.0
-OF_DEPOSIT = message("about {deposit}, half of length times width times thickness; or one of both")
-AT_THAT_PLACE = message("about {there}, where the profile is at runout_x_m {x}; or one of both")
-NOT_LEFT = message("left_profile 0, or a runout at the end of the profile or beyond, or none")
-BELOW = message("a stop below the release, which is at {release} ({whose})")
-OF_PATH = message("release_elevation_m of the path")
 
 
 def volume_fault(event: Event) -> Fault | None:
@@ -173,7 +168,7 @@ def volume_fault(event: Event) -> Fault | None:
     deposit = defaults.deposit_volume_m3(*known)
     allowed = max(math.log(VOLUME_FACTOR), N_SIGMA * event.volume_rel_sigma)
     if abs(math.log(event.volume_m3) - math.log(deposit)) > allowed:
-        return "volume_m3", event.volume_m3, OF_DEPOSIT.format(deposit=f"{deposit:g}")
+        return "volume_m3", event.volume_m3, Note("volume_of_deposit", deposit=deposit)
     return None
 
 
@@ -186,8 +181,8 @@ def place_fault(event: Event, path: Path | None, profile: Profile) -> Fault | No
     if x is not None and elevation is not None:
         low, high = _elevations(profile, x - slack, x + slack)
         if not low - MAP_TOLERANCE_M <= elevation <= high + MAP_TOLERANCE_M:
-            there = f"{np.interp(x, profile.x_m, profile.y_m):g}"
-            return "runout_elevation_m", elevation, AT_THAT_PLACE.format(there=there, x=f"{x:g}")
+            there = float(np.interp(x, profile.x_m, profile.y_m))
+            return "runout_elevation_m", elevation, Note("elevation_there", there=there, x=x)
     return _above_the_release(event, path, profile, slack)
 
 
@@ -213,12 +208,12 @@ def _stopped_before_the_end(event: Event, profile: Profile, slack: float) -> Fau
     end = float(profile.x_m[-1])
     if event.runout_x_m is not None:
         before = event.runout_x_m < end - slack
-        return ("runout_x_m", event.runout_x_m, NOT_LEFT) if before else None
+        return ("runout_x_m", event.runout_x_m, Note("not_beyond")) if before else None
     elevation = event.runout_elevation_m
     if elevation is None or on_counter_slope(elevation, profile):
         return None
     if elevation > float(profile.y_m[-1]) + slack + MAP_TOLERANCE_M:
-        return "runout_elevation_m", elevation, NOT_LEFT
+        return "runout_elevation_m", elevation, Note("not_beyond")
     return None
 
 
@@ -243,8 +238,8 @@ def _above_the_release(
         return None
     if lowest <= release:
         return None
-    whose = "release_elevation_m" if own else OF_PATH
-    return column, value, BELOW.format(release=f"{release:g}", whose=whose)
+    whose = "release_elevation_m" if own else Note("release_of_path")
+    return column, value, Note("below_release", release=release, whose=whose)
 
 
 def _elevations(profile: Profile, first: float, last: float) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """Records that are probably wrong, though possible: each gets a note on import.
 
-An avalanche may be written down twice: lists from several offices have it under two ids. What
+An avalanche may be recorded twice: lists from several offices have it under two ids. What
 varies between avalanches is then zero between such two: storms seem to share their snow, and
 intervals are too narrow. Volumes that dwarf all others are slips of units more often than
 avalanches. Stops whose error is as large as their path is high tell nothing of friction.
@@ -15,7 +15,7 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 
@@ -23,12 +23,6 @@ A_DAY = len("1999-01-31")
 COLUMNS = attrgetter(*(f.name for f in fields(Event) if f.name not in ("event_id", "covariates")))
 """All that the forms say of an event but its id."""
 SHOWN = 3
-ALIKE = message(
-    "events {events} are alike in path, day and stop, or in all columns: is that one avalanche "
-    "written down twice? It would count twice: keep one row of it."
-)
-MORE_ALIKE = message("{n} more avalanches may be written down twice.")
-ONE_ALIKE = message("1 more avalanche may be written down twice.")
 
 
 def repeated(events: Iterable[Event]) -> list[tuple[str, ...]]:
@@ -44,13 +38,9 @@ def repeated(events: Iterable[Event]) -> list[tuple[str, ...]]:
     return [tuple(ids) for ids in groups.values() if len(ids) > 1]
 
 
-def repeated_notes(groups: Sequence[Sequence[str]]) -> list[str]:
-    """Sentences on the groups of `repeated`: the first few, and how many others there are."""
-    found = [ALIKE.format(events=" = ".join(ids)) for ids in groups]
-    rest = len(found) - SHOWN
-    if rest <= 0:
-        return found
-    return [*found[:SHOWN], ONE_ALIKE if rest == 1 else MORE_ALIKE.format(n=rest)]
+def repeated_notes(groups: Iterable[Sequence[str]]) -> list[Note]:
+    """A note on each of the groups of `repeated`."""
+    return [Note("recorded_twice", " = ".join(ids)) for ids in groups]
 
 
 def _told_by(event: Event) -> Hashable | None:

@@ -11,7 +11,7 @@ def verdict_words(
     diagnosis: Diagnosis, who: str | None = None, language: Language = ENGLISH
 ) -> str:
     """What a diagnosis says of the model, and where the records have what is missing."""
-    where = [language.told(words) for words in diagnosis.where]
+    where = [language.note(note) for note in diagnosis.where]
     whose = language.say("The model") if who is None else who
     return " ".join([_verdict(diagnosis, whose, language), *_together(diagnosis, language), *where])
 

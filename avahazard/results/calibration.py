@@ -2,31 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result
 from avahazard.results.ladder import BeforeAndAfter
-
-PATHS_DIFFER = message(
-    "paths differ by sd {sd} on log friction (evidence {odds}); {model} has no path effect: its "
-    "design runouts are too narrow. {remedy}"
-)
-ODDS, LONG_ODDS = message("{odds} to 1"), message("over 1000 to 1")
-ADD_PATHS = message("Add it: avahazard add {model} {effect} --as NEW.")
-TOO_FEW_PATHS = message("{n} paths are too few to add it: take them as too narrow.")
-HEAVIER_TAILS = message(
-    "friction scatters with heavier tails than {model} has, or some records are wrong (likelihood "
-    "{odds}): its scatter is too wide, and its law leans on few records. Hold it against a model "
-    "made with --tails student."
-)
-PRIOR_SPEAKS = message(
-    "the records say little of {parameter}: in {model} the prior speaks (moved by {moved} of its "
-    "standard deviations, {width} as wide)."
-)
-PRIOR_GIVEN = message("the prior of {parameter} in {model} is {mean} ± {sd}, as it was given.")
-PRIOR_FROM = message("the law of {model} has its prior from {source}.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,19 +51,12 @@ class PathSpread(Result):
     n_paths: int
     effect: str | None
 
-    def note(self, model: str) -> str:
-        """The sentence for people."""
-        remedy = (
-            ADD_PATHS.format(model=model, effect=self.effect)
-            if self.effect
-            else TOO_FEW_PATHS.format(n=self.n_paths)
-        )
-        return PATHS_DIFFER.format(
-            sd=f"{self.sd:.2f}",
-            odds=_odds(self.evidence),
-            model=model,
-            remedy=remedy,
-        )
+    def note(self, model: str) -> Note:
+        """The note of a model on it."""
+        remedy = Note("too_few_paths", n=self.n_paths)
+        if self.effect:
+            remedy = Note("add_effect", model=model, effect=self.effect)
+        return Note("paths_differ", sd=self.sd, nats=self.evidence, model=model, remedy=remedy)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,19 +65,14 @@ class HeavierTails(Result):
 
     gain: float
 
-    def note(self, model: str) -> str:
-        """The sentence for people."""
-        return HEAVIER_TAILS.format(model=model, odds=_odds(self.gain))
-
-
-def _odds(nats: float) -> str:
-    odds = math.exp(min(nats, 7.0))
-    return ODDS.format(odds=f"{odds:.0f}") if odds < 1000.0 else LONG_ODDS
+    def note(self, model: str) -> Note:
+        """The note of a model on it."""
+        return Note("heavier_tails", model=model, nats=self.gain)
 
 
 @dataclass(frozen=True, slots=True)
 class PriorDominated(Result):
-    """A parameter of which the records say little: the prior speaks.
+    """A parameter that the records hardly narrow: it is prior-dominated.
 
     `sd_ratio` is the posterior's standard deviation over the prior's, `moved_sd` how far its mean
     moved from the prior's, in standard deviations of that; both in the sampler's coordinate.
@@ -113,14 +81,10 @@ class PriorDominated(Result):
     sd_ratio: float
     moved_sd: float
 
-    def note(self, model: str, parameter: str) -> str:
-        """The sentence for people."""
-        return PRIOR_SPEAKS.format(
-            parameter=parameter,
-            model=model,
-            moved=f"{abs(self.moved_sd):.1f}",
-            width=f"{self.sd_ratio:.0%}",
-        )
+    def note(self, model: str, parameter: str) -> Note:
+        """The note of a model on it."""
+        moved, width = abs(self.moved_sd), self.sd_ratio
+        return Note("prior_dominated", parameter=parameter, model=model, moved=moved, width=width)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,11 +114,9 @@ class GivenTold(Result):
     sd: float
     unit: str
 
-    def note(self, model: str, parameter: str) -> str:
-        """The sentence for people."""
-        return PRIOR_GIVEN.format(
-            parameter=parameter, model=model, mean=f"{self.mean:g}", sd=f"{self.sd:g}"
-        )
+    def note(self, model: str, parameter: str) -> Note:
+        """The note of a model on it."""
+        return Note("prior_given", parameter=parameter, model=model, mean=self.mean, sd=self.sd)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,12 +150,12 @@ class Calibration(Result):
     draws: int
     seed: int
     data_fingerprint: str
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     comparison: BeforeAndAfter | None = field(default=None, metadata=ABSENT)
     path_spread: PathSpread | None = field(default=None, metadata=ABSENT)
     heavier_tails: HeavierTails | None = field(default=None, metadata=ABSENT)
     prior_dominated: dict[str, PriorDominated] | None = field(default=None, metadata=ABSENT)
-    of_records: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
+    of_records: tuple[Note, ...] | None = field(default=None, metadata=ABSENT)
     prior: PriorTold | None = field(default=None, metadata=ABSENT)
     given_priors: dict[str, GivenTold] | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from avahazard.notes import Note
 from avahazard.results.base import Result, Rows
 
 
@@ -122,7 +123,7 @@ class Failure(Result):
     """
 
     axis: str
-    level: str
+    level: Note
     n: int
     bias_m: float
     p_value: float
@@ -137,7 +138,7 @@ class SpeedMisfit(Result):
     """
 
     axis: str
-    level: str
+    level: Note
     n: int
     bias_m_s: float
     rmse_m_s: float
@@ -176,4 +177,4 @@ class Comparison(Result):
     budget: Rows[BudgetPart] = field(default_factory=Rows)
     budget_by_event: Rows[EventBudget] = field(default_factory=Rows)
     profile_m: float | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()

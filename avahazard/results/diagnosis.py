@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from avahazard.notes import Note
 from avahazard.results.base import Result, Rows
 
 MOST_MISSED = 0.5
@@ -70,7 +71,7 @@ class GroupTest(Result):
 class Measurement(Result):
     """A measurement, and the nats by which it would part the best explanations."""
 
-    measurement: str
+    measurement: Note
     expected_gain: float
 
 
@@ -125,8 +126,8 @@ class Diagnosis(Result):
     pairs: Rows[Pair] = field(default_factory=Rows)
     impossible_stops: tuple[str, ...] = ()
     declared: Declared | None = None
-    notes: tuple[str, ...] = ()
-    where: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
+    where: tuple[Note, ...] = ()
     coordinate: str = "elevation"
     detectable_share: float | None = None
 

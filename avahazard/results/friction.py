@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
@@ -81,7 +82,7 @@ class Frictions(Result):
     """
 
     model: str | None = field(default=None, metadata=ABSENT, kw_only=True)
-    notes: tuple[str, ...] | None = field(default=None, metadata=ABSENT, kw_only=True)
+    notes: tuple[Note, ...] | None = field(default=None, metadata=ABSENT, kw_only=True)
     events: Rows[ApparentEvent]
     density: Rows[FrictionDensity]
     perturbation: PerturbationCheck

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
@@ -74,7 +75,7 @@ class Design(Result):
     farthest_record: FarthestRecord | None
     records_beyond: int | None
     n_records: int
-    interval: str
+    interval: Note
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +92,7 @@ class RunoutInterval(Result):
 
     runout_x_m: Spread
     runout_elevation_m: Spread
-    interval: str
+    interval: Note
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +130,7 @@ class HazardRow(Result):
     runout_x_m: Spread
     runout_elevation_m: Spread
     runout_x_steps_m: tuple[float | None, ...]
-    interval: str
+    interval: Note
     p_left_profile: float
     p_not_released: float
     n_draws: int
@@ -149,7 +150,7 @@ class HazardRow(Result):
     natural: RunoutInterval | None = field(default=None, metadata=ABSENT)
     parameters: RunoutInterval | None = field(default=None, metadata=ABSENT)
     reach: ReachChance | None = field(default=None, metadata=ABSENT)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def failed_document(path_id: str, reason: str) -> dict[str, Any]:
@@ -198,4 +199,4 @@ class Hazard(Result):
     """The rows of all paths, with notes for people."""
 
     rows: Rows[HazardRow]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from avahazard.notes import Note
 from avahazard.results.base import Result, Rows
 
 
@@ -76,7 +77,7 @@ class Rung(Result):
     noise_floor_crps_m: float | None
     held_out_crps_x_m: float | None = None
     coordinate: str | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,4 +85,4 @@ class Ladder(Result):
     """All models, oldest first, and the notes on all of them."""
 
     rows: Rows[Rung]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from avahazard.notes import Note
 from avahazard.results.base import Result, Rows
 from avahazard.results.comparison import RunoutScores, SpeedScores
 
@@ -24,7 +25,7 @@ class PredictedEvent(Result):
     q50_m: float
     q95_m: float
     p_left_profile: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,4 +52,4 @@ class Prediction(Result):
 
     events: Rows[PredictedEvent]
     scores: PredictionScores | None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
@@ -72,7 +73,7 @@ class PathCheck(Result):
     sharp_bends: Rows[Stretch]
     drop_m: float
     length_m: float
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +134,7 @@ class Runout(Result):
     speeds: Rows[SpeedHere]
     table: Rows[RunoutAt] | None = field(default=None, metadata=ABSENT)
     jumps: Rows[RunoutJump] | None = field(default=None, metadata=ABSENT)
-    notes: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
+    notes: tuple[Note, ...] | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,4 +157,4 @@ class TerrainRunout(Result):
     runout_elevation_m: float | None
     runout_x_low_m: float | None
     runout_x_high_m: float | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]

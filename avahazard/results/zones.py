@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from avahazard.notes import Note
 from avahazard.results.base import Result, Rows
 from avahazard.results.hazard import Design, Quantiles
 
@@ -71,12 +72,12 @@ class ZonedPath(Result):
     density_kg_m3: Density
     release_x_m: float
     end_x_m: float
-    interval: str
+    interval: Note
     designs: Rows[PeriodDesign]
     places: Rows[Place]
     p_not_released: float
     zones: Rows[Zone]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,4 +85,4 @@ class Zones(Result):
     """The entries of all paths, with notes for people."""
 
     rows: Rows[ZonedPath]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()

@@ -21,6 +21,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrate import N_CHAINS, calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
+from avahazard.records.plain import plain
 from avahazard.results.base import Report, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
@@ -105,8 +106,8 @@ def add(
         text = stored_text(own, specification.effects)
         save_calibrated(session, found, result, paths=parent.paths, effect_file=text)
         if fresh and before is not None:
-            save_result(session, COMPARISON, name, before.to_dict())
-        save_result(session, COMPARISON, new_name, after.to_dict())
+            save_result(session, COMPARISON, name, plain(before, keyed=True))
+        save_result(session, COMPARISON, new_name, plain(after, keyed=True))
     return replace(result, comparison=before_and_after(before, after))
 
 

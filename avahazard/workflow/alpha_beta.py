@@ -16,6 +16,7 @@ from avahazard.hazard.alpha_beta import (
     Regression,
     alpha_beta_runouts,
 )
+from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -121,30 +122,24 @@ def _row(path: Path, smooth: SmoothProfile, found: AlphaBeta) -> TerrainRunout:
     )
 
 
-def _notes(path: Path, found: AlphaBeta) -> tuple[str, ...]:
+def _notes(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
     notes = _of_points(path, found) if found.regression.first_step else ()
     if found.status == "no_beta_point":
-        never = f"{path.path_id}: the profile never flattens to 10°: there is no β-point."
-        return (never, *notes)
+        return (Note("no_beta_point", path.path_id), *notes)
     if found.further_beta_x:
-        places = ", ".join(f"{x:.0f}" for x in found.further_beta_x)
-        return (
-            f"{path.path_id}: the path flattens to 10° again at x = {places} m; "
-            "the first place is taken.",
-        )
+        places = [f"{x:.0f}" for x in found.further_beta_x]
+        return (Note("flattens_again", path.path_id, places=places),)
     return notes
 
 
-def _of_points(path: Path, found: AlphaBeta) -> tuple[str, ...]:
+def _of_points(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
     """AvaFrame's β-point is one of the points, errors and all: say where these decide it."""
     smoothed, beta = found.smoothed_beta_x, found.beta_x
-    if smoothed == beta or (smoothed and beta and abs(smoothed - beta) <= SAME_PLACE_M):
+    if smoothed is None and beta is not None:
+        return (Note("beta_of_points_alone", path.path_id),)
+    if smoothed is None or (beta is not None and abs(smoothed - beta) <= SAME_PLACE_M):
         return ()
-    there = "there is none" if smoothed is None else f"it is at x = {smoothed:.0f} m"
-    return (
-        f"{path.path_id}: AvaFrame's β-point is taken from the points as they are; on the smoothed "
-        f"path {there}: bumps, or errors of the points, decide.",
-    )
+    return (Note("beta_of_points", path.path_id, x=smoothed),)
 
 
 def _unlike(row: HazardRow) -> float:

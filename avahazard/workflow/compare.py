@@ -45,6 +45,7 @@ from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import ground_error
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
 from avahazard.results.amounts import RATIO
 from avahazard.results.base import Report, silent
@@ -94,7 +95,7 @@ def compare(
             of_parent = effects_of(load_model(session, parent))
             added = [key for key in stored.specification.effects if key not in of_parent]
             found = with_explained(found, before, added)
-        save_result(session, COMPARISON, name, found.to_dict())
+        save_result(session, COMPARISON, name, plain(found, keyed=True))
     if plot is not None:
         from avahazard.report.score_pictures import draw_comparison  # noqa: PLC0415 (slow)
 

@@ -18,10 +18,11 @@ from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import LEFT
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.message import message, named
+from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
-from avahazard.results.amounts import amount
+from avahazard.results.amounts import RATIO
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import (
@@ -43,8 +44,6 @@ from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import read_own_of
 
 CHANCE, MOST_PATHS = 0.05, 4
-
-FAILS_ON = message("It fails beyond chance on {paths}; predicted less recorded.")
 
 
 def diagnose_model(
@@ -91,7 +90,7 @@ def diagnose_model(
         at = now().isoformat(timespec="seconds")
         told = replace(told, declared=Declared(tuple(expect), f"{at}Z"))
     with writing(database) as session:
-        save_result(session, DIAGNOSIS, name, told.to_dict())
+        save_result(session, DIAGNOSIS, name, plain(told, keyed=True))
     if plot is not None:
         from avahazard.report.score_pictures import draw_diagnosis  # noqa: PLC0415 (slow)
 
@@ -128,32 +127,29 @@ def check_expected(stored: FittedModel, expect: Sequence[str], own: Sequence[Def
 
 def _where(
     database: str, stored: FittedModel, found: Findings, own: Sequence[Definition]
-) -> tuple[str, ...]:
+) -> tuple[Note, ...]:
     """On which paths the model fails, if it was compared, and where is what it lacks."""
     if not found.missing:
         return ()
     observations = stored.observations
     with reading(database) as session:
         compared = stored_comparison(latest_result(session, COMPARISON, stored.name))
-    words = [] if compared is None else failing_paths(compared)
+    notes = [] if compared is None else failing_paths(compared)
     tried = {c.key for c in found.candidates}
     for key in found.missing:
         if key in tried:
             seen = find_definition(key, own).seen_in(observations.columns, observations.sites)
-            words += [seen] if seen else []
-    return tuple(words)
+            notes += [Note.read(seen)] if seen else []
+    return tuple(notes)
 
 
-def failing_paths(compared: Comparison) -> list[str]:
-    """The paths on which a model fails beyond chance, and which way, in a sentence; or none."""
+def failing_paths(compared: Comparison) -> list[Note]:
+    """A note on the paths on which a model fails beyond chance, and which way; or none."""
     paths = [row for row in compared.where_it_fails if row.axis == "path" and row.p_value < CHANCE]
     if not paths:
         return []
-    shown = [f"{row.level} ({row.bias_m:+.0f} m)" for row in paths[:MOST_PATHS]]
-    return [FAILS_ON.format(paths=named(shown))]
-
-
-MORE_EVENTS = message("{n} more events: effects of {size} show")
+    shown = [Note("path_bias", path=row.level, bias=row.bias_m) for row in paths[:MOST_PATHS]]
+    return [Note("fails_on", paths=shown)]
 
 
 def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
@@ -174,19 +170,12 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         suspect_events=found.suspects,
         impossible_stops=found.impossible_stops,
         notes=(
-            *(_not_granted(key) for key in found.not_granted),
-            *(f"{key} was not asked about: {lack}." for key, lack in found.not_asked.items()),
+            *(Note("not_granted", effect=k, most=MOST_CROSSED) for k in found.not_granted),
+            *(Note("not_asked", effect=k, lack=lack) for k, lack in found.not_asked.items()),
         ),
         n_worlds=found.screening.n_worlds,
         seed=seed,
         coordinate=coordinate_name(found.base.posterior.observations),
-    )
-
-
-def _not_granted(key: str) -> str:
-    return (
-        f"{key} was not asked about: these records have too many groups (over {MOST_CROSSED} "
-        "crossed with others) to fit together. Add it to the model to see what it does."
     )
 
 
@@ -244,8 +233,6 @@ def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:
         return measurement_gains(fits[0], found.base, seed)
     # An effect as large as the smallest detectable gains in proportion to the events.
     n = found.base.posterior.observations.n_events
-    half = amount(
-        found.detectable.metres / 2**0.5, coordinate_name(found.base.posterior.observations), 0
-    )
-    text = MORE_EVENTS.format(n=n, size=half)
-    return Rows([Measurement(text, found.screening.critical_gain)])
+    ratio = coordinate_name(found.base.posterior.observations) == RATIO
+    key, size = "more_events_ratio" if ratio else "more_events", found.detectable.metres / 2**0.5
+    return Rows([Measurement(Note(key, n=n, size=size), found.screening.critical_gain)])

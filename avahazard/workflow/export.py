@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
+from avahazard.records.plain import plain
 from avahazard.report.hazard_tables import (
     is_own_csv,
     is_own_parquet,
@@ -67,13 +69,12 @@ def export(database: str, name: str, file: FilePath) -> Export:
         known = notes_of(session, name, records)
     if not rows:
         raise _no_bounds(name)
-    rows = [{**row, "notes": _joined(row.get("notes", ()), known)} for row in rows]
+    bounds = [_bounds(row, known) for row in rows]
     if ending in TABLES:
         is_own, write = TABLES[ending]
-        bounds = [HazardRow.from_dict(dict(row)) for row in rows]
         _replace(file, is_own, lambda part: write(part, bounds))
         return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), known)
-    made, notes = map_layers(records, rows, zones or [])
+    made, notes = map_layers(records, plain(bounds), zones or [])
     notes = [*known, *notes]
     if zones is None:
         notes.append(f"no zones are stored by {name}: avahazard zones {name}")
@@ -95,9 +96,7 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
 
         def rows() -> Iterator[HazardRow]:
             for found in read_run(session, run):
-                for row in found.documents:
-                    notes = _joined(row.get("notes", ()), known)
-                    yield HazardRow.from_dict({**row, "notes": notes})
+                yield from (_bounds(row, known) for row in found.documents)
 
         n_rows = n_places = 0
 
@@ -116,9 +115,10 @@ def _no_bounds(name: str) -> AvahazardError:
     )
 
 
-def _joined(then: Sequence[str], now_known: Sequence[str]) -> list[str]:
-    """The notes of a row when it was computed, and what is known of its model today."""
-    return list(dict.fromkeys((*then, *now_known)))
+def _bounds(row: Mapping[str, Any], known: Sequence[Note]) -> HazardRow:
+    """A stored row, with its notes when it was computed, and what is known of its model today."""
+    notes = (*map(Note.read, row.get("notes", ())), *known)
+    return HazardRow.from_dict({**row, "notes": tuple(dict.fromkeys(notes))})
 
 
 def _write_map(file: FilePath, layers: Sequence[MapLayer]) -> None:

@@ -15,12 +15,12 @@ from avahazard.hazard.rows import Scenario, path_rows
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.notes import Note, placed
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import Hazard, HazardRow, failed_document
 from avahazard.store.results import BOUNDS, read_run
 from avahazard.store.session import reading
-from avahazard.workflow.hazard_notes import RowNotes, model_notes
 from avahazard.workflow.requests import HazardRequest
 from avahazard.workflow.stored.by_path import (
     PathAnswer,
@@ -31,6 +31,7 @@ from avahazard.workflow.stored.by_path import (
     went_on,
 )
 from avahazard.workflow.stored.model import load_for_paths
+from avahazard.workflow.stored.notes import hazard_notes
 from avahazard.workflow.stored.own_effects import own_effects
 
 DEFAULT_RETURN_PERIOD = 100.0
@@ -43,7 +44,7 @@ class HazardRun:
     database: str
     stored: PathRun
     n_rows: int
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     failed: dict[str, str]
 
     def rows(self) -> Iterator[HazardRow]:
@@ -57,7 +58,7 @@ class HazardRun:
         with reading(self.database) as session:
             for found in read_run(session, self.stored.run):
                 if found.failed is None:
-                    yield from found.documents
+                    yield from (HazardRow.from_dict(row).to_dict() for row in found.documents)
                 else:
                     yield failed_document(found.path_id, found.failed)
 
@@ -87,27 +88,29 @@ def run_hazard(
     """
     work, of_model = hazard_work(database, name, request)
     run = run_paths(database, work, report)
-    told = RowNotes(of_model)
+    beyond: list[Note] = []
     failed: dict[str, str] = {}
-    beyond: list[str] = []
-    n_rows = 0
+    where: dict[Note, dict[str, None]] = {}
+    n_paths = n_rows = 0
     with reading(database) as session:
         for found in read_run(session, run.run):
-            beyond += found.notes
+            beyond += [Note.read(note) for note in found.notes]
             if found.failed is not None:
                 failed[found.path_id] = found.failed
+            n_paths += found.failed is None
             n_rows += len(found.documents)
-            for row in found.documents:
-                told.add(row)
-    notes = [*of_model, *beyond, *(f"left out: {reason}" for reason in failed.values())]
+            for note in (Note.read(n) for row in found.documents for n in row["notes"]):
+                where.setdefault(note, {})[found.path_id] = None
+    notes = [*of_model, *beyond, *(Note("left_out", reason=why) for why in failed.values())]
     if run.n_before:
         notes.insert(0, went_on(run))
-    return HazardRun(database, run, n_rows, (*notes, *told.in_short()), failed)
+    notes += placed({n: paths for n, paths in where.items() if n not in of_model}, n_paths)
+    return HazardRun(database, run, n_rows, tuple(notes), failed)
 
 
 def hazard_work(
     database: str, name: str, request: HazardRequest
-) -> tuple[PathWork, tuple[str, ...]]:
+) -> tuple[PathWork, tuple[Note, ...]]:
     """What is done on each path, and the notes on the model. Raises as `run_hazard`."""
     periods, sizes = tuple(request.return_periods), tuple(request.volumes)
     if not periods and not sizes:
@@ -116,7 +119,7 @@ def hazard_work(
     own = own_effects(database, name, request.effect_files)
     model, survey = load_for_paths(database, name, own)
     path_ids = survey.paths_to_run(request.paths)
-    notes = tuple(model_notes(model))
+    notes = hazard_notes(model)
     answer = partial(
         hazard_of_path,
         model,
@@ -143,7 +146,7 @@ def hazard_of_path(
     frequencies: Frequencies | None,
     return_periods: Sequence[float],
     volumes: Sequence[float],
-    notes: Sequence[str],
+    notes: Sequence[Note],
     task: PathTask,
     *,
     n_draws: int,
@@ -164,15 +167,15 @@ def hazard_of_path(
     rate = _rate(scenarios, frequencies, needs_volume)
     at = [scenario.any_volume_m3 for scenario in scenarios]
     path = path_hazard(model, task.records, path_id, rate, at, seed=seed)
-    beyond: dict[float | None, list[str]] = {}
+    beyond: dict[float | None, list[Note]] = {}
     if needs_volume:
         asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
-        beyond = {v: extrapolation(model, path_id, v).sentences() for v in asked}
+        beyond = {v: extrapolation(model, path_id, v).notes() for v in asked}
     rows = [
         replace(row, notes=(*row.notes, *beyond.get(row.volume_m3, ()), *notes))
         for row in path_rows(path, scenarios, n_draws, seed)
     ]
-    return PathAnswer(rows, tuple(f"left out: {error.message}" for error in refused))
+    return PathAnswer(rows, tuple(Note("left_out", reason=error.message) for error in refused))
 
 
 def _scenarios(

@@ -11,6 +11,7 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
+from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
@@ -116,11 +117,11 @@ def _dwarfing_volumes(new: Records, stored: Records) -> list[str]:
     ]
 
 
-def _written_twice(new: Records, stored: Records) -> list[str]:
+def _written_twice(new: Records, stored: Records) -> list[Note]:
     """Name new events that may be one avalanche, or one that is stored."""
     written = {event.event_id for event in new.events}
     events = [*(e for e in stored.events if e.event_id not in written), *new.events]
-    return repeated_notes([ids for ids in repeated(events) if written.intersection(ids)])
+    return repeated_notes(ids for ids in repeated(events) if written.intersection(ids))
 
 
 def _drawn(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, silent
@@ -63,7 +64,7 @@ def ladder(
             try:
                 known[model.name] = compare(database, model.name, report=report)
             except AvahazardError as error:
-                told[model.name] += (f"{model.name} is not compared. {error.message}",)
+                told[model.name] += (Note("not_comparable", model=model.name, why=error.message),)
     rows = ladder_rows(models, known, told)
     if plot is not None:
         from avahazard.report.score_pictures import draw_ladder  # noqa: PLC0415 (slow)
@@ -75,7 +76,7 @@ def ladder(
 def ladder_rows(
     models: Sequence[StoredModel],
     comparisons: Mapping[str, Comparison | None],
-    notes: Mapping[str, tuple[str, ...]],
+    notes: Mapping[str, tuple[Note, ...]],
 ) -> Rows[Rung]:
     """A rung for each model, with its notes; its scores are None where there is no comparison."""
     effects = {model.name: effects_of(model) for model in models}

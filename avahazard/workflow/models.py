@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import datetime as dt
+from dataclasses import replace
 
-from avahazard.hazard.notes import unconverged_words
 from avahazard.results.base import Rows
 from avahazard.results.calibration import Calibration
 from avahazard.results.catalogue import ModelSummary
@@ -50,10 +50,10 @@ def show_model(database: str, name: str) -> Calibration:
         created = load_model(session, name).created
         result = latest_calibration(session, name).result
         known = notes_of(session, name, load_records(session))
-    # Those of the calibration and those of today; not converged is told in figures there.
-    notes = [n for n in known if n != unconverged_words(name) and n not in result["notes"]]
-    told = {"notes": [*result["notes"], *notes], "created": _utc(created)}
-    return Calibration.from_dict({**result, **told})
+    found = Calibration.from_dict(result)
+    # Those of the calibration and those of today; the former have not converged in figures.
+    notes = [n for n in known if n.key != "unconverged" and n not in found.notes]
+    return replace(found, notes=(*found.notes, *notes), created=_utc(created))
 
 
 def _utc(time: dt.datetime) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import release_place, stop_place
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.physics.ground_spline import block_length
 from avahazard.physics.point_error import point_error
 from avahazard.physics.smooth_profile import (
@@ -29,19 +30,6 @@ from avahazard.store.session import reading
 
 CONTRADICTED = 2.0
 """A given error is contradicted by points that scatter this many times as far."""
-
-ASSUMED = message(
-    "{n} points do not tell their error: {sigma} m was assumed. Give elevation_sigma_m."
-)
-SCATTERED = message(
-    "The points scatter by {scatter} m about smooth ground, more than their elevation_sigma_m of "
-    "{sigma} m: the block runs over bumps that may be errors."
-)
-RISES = message("The path rises at {places}.")
-SHARP = message(
-    "The radius of curvature is below the length of the flow ({length} m) at {places}: the block "
-    "is a poor picture there."
-)
 
 
 def view_path(database: str, path_id: str, plot: FilePath | None = None) -> PathCheck:
@@ -125,31 +113,24 @@ def stretches(x: Floats, holds: NDArray[np.bool_]) -> Rows[Stretch]:
     return Rows(Stretch(float(x[i]), float(x[j - 1])) for i, j in pairs)
 
 
-def _notes(check: PathCheck) -> list[str]:
+def _notes(check: PathCheck) -> list[Note]:
     notes = []
     fit = check.fit
-    estimate = fit.sigma_estimate_m
+    sigma, estimate = fit.elevation_sigma_m, fit.sigma_estimate_m
     if fit.sigma_from == "assumed":
-        notes.append(ASSUMED.format(n=check.n_points, sigma=f"{fit.elevation_sigma_m:g}"))
-    elif (
-        fit.sigma_from == "given"
-        and estimate is not None
-        and estimate > CONTRADICTED * fit.elevation_sigma_m
-    ):
-        notes.append(
-            SCATTERED.format(scatter=f"{estimate:.1f}", sigma=f"{fit.elevation_sigma_m:.1f}")
-        )
+        notes.append(Note("error_assumed", n=check.n_points, sigma=sigma))
+    elif fit.sigma_from == "given" and estimate is not None and estimate > CONTRADICTED * sigma:
+        notes.append(Note("points_scatter", scatter=estimate, sigma=sigma))
     if not check.monotone:
-        places = "; ".join(_written(part) for part in check.rises)
-        notes.append(RISES.format(places=places))
+        notes.append(Note("path_rises", places=_stretches(check.rises)))
     if check.sharp_bends:
-        places = "; ".join(_written(part) for part in check.sharp_bends)
-        notes.append(SHARP.format(length=f"{check.flow_length_m:.0f}", places=places))
+        places = _stretches(check.sharp_bends)
+        notes.append(Note("sharp_bends", length=check.flow_length_m, places=places))
     return notes
 
 
-def _written(part: Stretch) -> str:
-    return f"x = {part.from_x_m:.0f}–{part.to_x_m:.0f} m"
+def _stretches(parts: Sequence[Stretch]) -> list[Note]:
+    return [Note("stretch", first=part.from_x_m, last=part.to_x_m) for part in parts]
 
 
 def _release(smooth: SmoothProfile, path: Path, event: Event | None = None) -> float:

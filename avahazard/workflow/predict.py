@@ -20,6 +20,7 @@ from avahazard.inference.prediction.extrapolation import extrapolation
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.prediction.stops import predict_stops, stops_over_releases, told
 from avahazard.inference.seeds import generator
+from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
@@ -73,15 +74,12 @@ def predict(
         )
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
-        of_all.append(
-            f"{share:.2%} of the draws of friction are 0 or less (normal distribution) and leave "
-            "any profile"
-        )
+        of_all.append(Note("friction_not_positive", share=share))
     notes = [*_of_largest(stored, new.events), *of_all]
     if model.observations.in_ratio:
-        notes.append("events without a profile, of which H/L alone is known, have H/L")
+        notes.append(Note("in_ratio"))
     elif np.any(model.observations.kind == LENGTH):
-        notes.append("events without a profile have runout lengths, not elevations")
+        notes.append(Note("in_lengths"))
     measured = tuple(e for e in new.events if _has_runout(e))
     scores = None
     if measured:
@@ -102,7 +100,7 @@ def _new_events(file: Path, records: Records) -> Records:
         raise
 
 
-def _of_largest(stored: FittedModel, events: Sequence[Event]) -> list[str]:
+def _of_largest(stored: FittedModel, events: Sequence[Event]) -> list[Note]:
     """Notes on the largest volume of each path, which is farthest beyond the records."""
     largest: dict[str | None, float] = {}
     for event in events:
@@ -112,11 +110,12 @@ def _of_largest(stored: FittedModel, events: Sequence[Event]) -> list[str]:
     return [note for path, volume in largest.items() for note in _of_volume(stored, path, volume)]
 
 
-def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None) -> list[str]:
+def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None) -> list[Note]:
     """Notes on a volume beyond the records, or with a friction that no avalanche has."""
     if volume_m3 is None or model.ignores_volume:
         return []
-    return extrapolation(model, path_id, volume_m3).notes()
+    of = () if path_id is None else (path_id,)
+    return extrapolation(model, path_id, volume_m3).notes(*of)
 
 
 def _has_runout(event: Event) -> bool:
@@ -130,7 +129,7 @@ def _has_runout(event: Event) -> bool:
 
 
 def _row(
-    event: Event, values: Floats, left: NDArray[np.bool_], notes: tuple[str, ...]
+    event: Event, values: Floats, left: NDArray[np.bool_], notes: tuple[Note, ...]
 ) -> PredictedEvent:
     q05, q50, q95 = np.quantile(values, [0.05, 0.5, 0.95])
     return PredictedEvent(

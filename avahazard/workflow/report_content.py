@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.records.lookup import only_paths
 from avahazard.records.plain import plain
 from avahazard.report.html.content import Cover, ReportContent
@@ -37,26 +37,6 @@ from avahazard.workflow.requests import ReportRequest
 from avahazard.workflow.stored.model import load_parameter_draws, load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
 from avahazard.workflow.stored.own_effects import own_effects
-
-NO_PROFILES = message(
-    "No path has a profile, so there are no lines to draw: import paths.csv and profiles.csv."
-)
-NO_BOUNDS = message("No bounds were computed. Make them: avahazard hazard {model}")
-ONE_SCATTER = message(
-    "A model by method metropolis holds all errors in one scatter, and cannot be set against "
-    "them. Calibrate with --method marginal to compare."
-)
-NOT_COMPARED = message(
-    "The model was not compared with held-out records. Do it: avahazard compare {model}"
-)
-CANNOT_BE_ASKED = message(
-    "A model by method {method} cannot be asked for missing effects. Calibrate with --method "
-    "marginal to ask."
-)
-NOT_DIAGNOSED = message(
-    "Nobody asked yet which effect is missing. Do it: avahazard diagnose {model}"
-)
-NO_ZONES = message("Pressures and zones were not computed. Make them: avahazard zones {model}")
 
 
 def gather(
@@ -146,22 +126,22 @@ def _lacking(
     diagnosis: bool,
     rows: bool,
     zones: bool,
-) -> Mapping[str, str]:
+) -> Mapping[str, Note]:
     """By key, what the report lacks and the command that makes it."""
     name = stored.name
     lacking = {}
     if not profiles:
-        lacking["paths"] = lacking["rows"] = NO_PROFILES
+        lacking["paths"] = lacking["rows"] = Note("no_profiles")
     elif not rows:
-        lacking["rows"] = NO_BOUNDS.format(model=name)
+        lacking["rows"] = Note("no_bounds", model=name)
     if stored.sigma_m is not None:
-        lacking["comparison"] = ONE_SCATTER
+        lacking["comparison"] = Note("one_scatter")
     elif not comparison:
-        lacking["comparison"] = NOT_COMPARED.format(model=name)
+        lacking["comparison"] = Note("not_compared", model=name)
     if not stored.knows_errors:
-        lacking["diagnosis"] = CANNOT_BE_ASKED.format(method=stored.method)
+        lacking["diagnosis"] = Note("cannot_diagnose", method=stored.method)
     elif not diagnosis:
-        lacking["diagnosis"] = NOT_DIAGNOSED.format(model=name)
+        lacking["diagnosis"] = Note("not_diagnosed", model=name)
     if profiles and not zones:
-        lacking["zones"] = NO_ZONES.format(model=name)
+        lacking["zones"] = Note("no_zones", model=name)
     return lacking

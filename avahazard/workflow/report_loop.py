@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from avahazard.effects.effect import Definition
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import LoopView, StateView, SweepView
@@ -19,9 +19,6 @@ from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.own_effects import effects_of
 
 MOST_MODELS, MOST_SWEEPS = 8, 2
-TOO_MANY = message("more than {n} models")
-NOT_GIVEN = message("its own effects were not given")
-OTHER_RECORDS = message("calibrated on other records")
 
 
 def loop_view(
@@ -43,7 +40,7 @@ def loop_view(
     shown: list[StateView] = []
     swept: list[StateView] = []
     sweeps: list[SweepView] = []
-    left_out: dict[str, str] = {}
+    left_out: dict[str, Note] = {}
     if stored.sigma_m is None:
         future = [to_come(records, path_id, volumes) for path_id in paths]
         for fit in _others(database, stored, lineage, models, known, left_out):
@@ -90,7 +87,7 @@ def _others(
     lineage: Sequence[str],
     models: Sequence[StoredModel],
     known: Mapping[str, Comparison],
-    left_out: dict[str, str],
+    left_out: dict[str, Note],
 ) -> list[FittedModel]:
     """The models to switch between, oldest first: the lineage, then those of least error."""
     error = {name: found.held_out.runout.crps_m for name, found in known.items()}
@@ -102,19 +99,19 @@ def _others(
             found.append(stored)
             continue
         if len(found) >= MOST_MODELS:
-            left_out[name] = TOO_MANY.format(n=MOST_MODELS)
+            left_out[name] = Note("too_many_models", n=MOST_MODELS)
             continue
         try:
             fit, _ = load_stored(database, name, _own_of(name, stored.definitions, models))
         except AvahazardError:
-            left_out[name] = NOT_GIVEN
+            left_out[name] = Note("effects_not_given")
             continue
         if (
             fit.calibration.data_fingerprint != stored.calibration.data_fingerprint
             or fit.records_changed
             or fit.paths != stored.paths
         ):
-            left_out[name] = OTHER_RECORDS
+            left_out[name] = Note("other_records")
             continue
         found.append(fit)
     order = {model.name: k for k, model in enumerate(models)}

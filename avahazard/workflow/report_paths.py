@@ -12,6 +12,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.site import release_place
 from avahazard.hazard.future_events import classes_of
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -84,7 +85,7 @@ def _of(path: Path, rows: Rows) -> list[Mapping[str, Any]]:
 
 def _notes(
     path: Path, profile: Profile | None, smooth: SmoothProfile | None, events: list[Event]
-) -> list[str]:
+) -> list[Note]:
     if profile is None or smooth is None:
         return []
     return list(describe_path(path, profile, smooth, events).notes)

@@ -15,7 +15,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.priors import GIVEN
 from avahazard.inference.model.specification import Specification
-from avahazard.message import counted
+from avahazard.notes import counted
 from avahazard.records.conventions import Conventions
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths

@@ -100,7 +100,7 @@ def run_model(
     resistance = model.resistance(site, model.layout.effect_values(model.draws.mean(axis=0)))
     notes = list(notes_of_fit(model))
     if volume_m3 is not None and not model.ignores_volume:
-        notes += extrapolation(model, path_id, volume_m3).notes()
+        notes += extrapolation(model, path_id, volume_m3).notes(path_id)
     found = replace(
         run_site(site, mu, resistance),
         model=name,

@@ -13,6 +13,7 @@ from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits, read_limits
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path, find_profile
@@ -54,7 +55,7 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
     with reading(database) as session:
         found = list(read_run(session, run.run))
     entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
-    notes = [f"left out: {one.failed}" for one in found if one.failed is not None]
+    notes = [Note("left_out", reason=one.failed) for one in found if one.failed is not None]
     if run.n_before:
         notes.insert(0, went_on(run))
     if plot is not None:
@@ -64,7 +65,9 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
     return Zones(Rows(entries), (*notes, *of_paths, *of_all))
 
 
-def zones_work(database: str, name: str, request: ZonesRequest) -> tuple[PathWork, tuple[str, ...]]:
+def zones_work(
+    database: str, name: str, request: ZonesRequest
+) -> tuple[PathWork, tuple[Note, ...]]:
     """What is done on each path, and the notes that go with all. Raises as `zones`."""
     wanted = load_limits(request.limits)
     own = own_effects(database, name, request.effect_files)
@@ -76,7 +79,7 @@ def zones_work(database: str, name: str, request: ZonesRequest) -> tuple[PathWor
         )
     seed, source = request.seed, request.source
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
-    notes = (*wanted.notes, *_notes(model))
+    notes = (*map(Note.ready, wanted.notes), *_notes(model))
     answer = partial(
         zones_of_path,
         model,
@@ -106,7 +109,7 @@ def zones_of_path(
     limits: Limits,
     periods: Sequence[float],
     density: Density,
-    notes: Sequence[str],
+    notes: Sequence[Note],
     task: PathTask,
     *,
     seed: int,
@@ -154,14 +157,9 @@ def load_limits(limits: str) -> Limits:
     return read_limits(file.name, text)
 
 
-def _notes(model: FittedModel) -> list[str]:
+def _notes(model: FittedModel) -> tuple[Note, ...]:
     """What goes with the zones of every path by a model."""
-    notes = []
-    if not any(entry.limits_speed for entry in model.definitions):
-        mend = " or ".join(e.key for e in catalogue().values() if e.limits_speed)
-        notes.append(
-            f"{model.name} has no drag: nothing but friction limits its speeds, so that they and "
-            "the pressures are too high where the path is steep and long. Measured speeds, and "
-            f"the effect {mend}, would mend it."
-        )
-    return [*notes, *notes_of_fit(model)]
+    if any(entry.limits_speed for entry in model.definitions):
+        return notes_of_fit(model)
+    remedies = " or ".join(e.key for e in catalogue().values() if e.limits_speed)
+    return (Note("no_drag", model=model.name, effects=remedies), *notes_of_fit(model))

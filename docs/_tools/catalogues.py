@@ -22,8 +22,10 @@ from avahazard.effects.catalogue import catalogue
 from avahazard.effects.covariate import covariate
 from avahazard.hazard.alpha_beta import BY_NAME
 from avahazard.hazard.zones.limits import PRESETS
+from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import LAWS
-from avahazard.report.language import EFFECT, LANGUAGES, TOLD
+from avahazard.notes import SENTENCES
+from avahazard.report.language import EFFECT, LANGUAGES
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "avahazard"
@@ -46,29 +48,25 @@ def messages() -> Catalog:
     """All sentences, as a catalogue without translations."""
     found = Catalog()
     for file in sorted(PACKAGE.rglob("*.py")):
-        name = str(file.relative_to(ROOT))
-        for keywords, context in (
-            ({"say": None, "plural": (1, 2)}, None),
-            ({"message": None}, TOLD),
-        ):
-            for _, text, _, _ in extract_from_file("python", file, keywords):
-                found.add(text, context=context, locations=[(name, None)])
+        for _, text, _, _ in extract_from_file("python", file, {"say": None, "plural": (1, 2)}):
+            found.add(text, locations=[(str(file.relative_to(ROOT)), None)])
     for _, text, _, _ in extract_from_file(
         "jinja2.ext:babel_extract", TEMPLATE, {"_": None}, options=JINJA
     ):
         found.add(text, locations=[(str(TEMPLATE.relative_to(ROOT)), None)])
-    for text in _told():
-        found.add(text, context=TOLD)
+    for text in (*SENTENCES.values(), *_said_of_itself()):
+        found.add(text)
     for key in (*catalogue(), covariate("{column}").key):
         found.add(key, context=EFFECT)
     return found
 
 
-def _told() -> Iterator[str]:
+def _said_of_itself() -> Iterator[str]:
     """What the effects, laws and limits say of themselves."""
     for entry in (*catalogue().values(), covariate("{column}")):
         yield entry.meaning
     yield from (law.words for law in LAWS.values())
+    yield from (method.words for method in METHODS.values())
     for limits in PRESETS.values():
         yield limits.name
         yield from (zone.name for zone in limits.zones)
@@ -100,7 +98,7 @@ def renew(code: str) -> int:
 def write(catalogue: Catalog, code: str) -> None:
     """Write a catalogue without dates and names: equal sentences give equal files."""
     text = BytesIO()
-    write_po(text, catalogue, 100, omit_header=True, sort_output=True, include_lineno=False)
+    write_po(text, catalogue, 100, no_location=True, omit_header=True, sort_output=True)
     file = catalogue_file(code)
     file.parent.mkdir(parents=True, exist_ok=True)
     header = HEADER.format(code=code, plural=catalogue.plural_forms)

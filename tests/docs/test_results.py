@@ -15,6 +15,9 @@ from typer.testing import CliRunner
 
 from avahazard.cli.main import COMMANDS, app
 from avahazard.records.plain import plain
+from avahazard.results.comparison import Comparison
+from avahazard.results.hazard import HazardRow
+from avahazard.results.zones import ZonedPath
 from avahazard.store.results import BOUNDS, COMPARISON, ZONES, latest_documents, latest_result
 from avahazard.store.session import reading
 from tests.criticism.lengths import as_csv, lengths
@@ -110,9 +113,9 @@ def test_a_path_and_its_bounds(report_database: str, tmp_path: Path, on: Any) ->
     assert rows
     assert zones
     assert any("design" in row for row in rows)
-    check("hazard", rows)
-    check("zones", zones)
-    check("compare", compared)
+    check("hazard", [HazardRow.from_dict(row) for row in rows])
+    check("zones", [ZonedPath.from_dict(entry) for entry in zones])
+    check("compare", Comparison.from_dict(compared))
     check("runout", on(file, "runout", "scey", "--mu", "0.4"))
     check("runout", on(file, "runout", "scey", "--model", "m", "--volume", "20000", "--table"))
     for name in ("scey", "saugy", "nants"):

@@ -38,4 +38,4 @@ def test_paths_with_forest_are_named() -> None:
 def test_paths_are_named_by_their_section() -> None:
     table = columns({"A": "open", "B": "channelled", "C": "open"})
     seen = PATH_SECTION.seen_in(table, [])
-    assert seen == "section is a matter of the path: A and C: open; B: channelled."
+    assert seen == "section differs by path: A and C: open; B: channelled."

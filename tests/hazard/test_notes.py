@@ -1,4 +1,4 @@
-"""What a reader of a row must know."""
+"""What a reader of a row must know, and what its intervals hold."""
 
 from __future__ import annotations
 
@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.avalanches import one_volume
-from avahazard.hazard.notes import row_notes
-from avahazard.hazard.path_hazard import PathHazard, RisingFriction, path_hazard
+from avahazard.hazard.notes import (
+    design_interval,
+    natural_interval,
+    parameters_interval,
+    row_interval,
+    row_notes,
+)
+from avahazard.hazard.path_hazard import PathHazard, RisingFriction, Varying, path_hazard
 from avahazard.hazard.rows import Scenario, path_rows
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
@@ -44,9 +50,9 @@ def test_each_note(plain: PathHazard) -> None:
     assert "were not over 0" in told(plain, n_nonpositive_friction=3)
     assert "no design runout" in told(replace(plain, rate_known=False))
     beyond = replace(DESIGN_RUNOUT, p_beyond=0.2)
-    assert "part of what the 100-year runout may be lies past" in told(plain, design=beyond)
+    assert "part of the interval of the 100-year" in told(plain, design=beyond)
     wholly = replace(DESIGN_RUNOUT, p_beyond=1.0)
-    assert "the 100-year runout lies past the end of the profile" in told(plain, design=wholly)
+    assert "the 100-year runout is beyond the end of the profile" in told(plain, design=wholly)
 
 
 @pytest.mark.parametrize(("share", "law"), [(0.25, "exponential"), (1.0, "power"), (0.0, "power")])
@@ -72,6 +78,50 @@ def test_larger_avalanches_that_stop_earlier_are_told_with_their_probability(
     (row,) = path_rows(given, [Scenario("p", 1e4, 100.0)], 500, 0)
     words = f"in {share:.0%} of the draws larger avalanches stop earlier"
     assert (words in " ".join(row.notes)) == (share > 0.0)
-    assert ("2000 to 300000 m3" in " ".join(row.notes)) == (share > 0.0)
+    assert ("2,000 to 300,000 m3" in " ".join(row.notes)) == (share > 0.0)
     assert row.design.n_records == 3
     assert row.design.farthest_record.runout_x_m == 1500.0
+
+
+@pytest.fixture(scope="module")
+def two() -> PathHazard:
+    return path(draws(0.1, 2), None)
+
+
+def test_what_varies_is_named_and_nothing_else(two: PathHazard) -> None:
+    text = row_interval(two, return_period=False)
+    assert "friction (lognormal)" in text
+    for part in ("Student t", "release", "columns", "without records"):
+        assert part not in text
+    more = replace(two, varying=Varying(release=True, columns=True), offset_unknown=True)
+    text = row_interval(more, return_period=False)
+    for part in ("the release", "columns of the event", "path without records"):
+        assert part in text
+    # What is not known of the path does not vary from avalanche to avalanche.
+    assert "without records" not in natural_interval(more)
+    assert "without records" in parameters_interval(more, return_period=False)
+
+
+def test_the_family_of_the_scatter() -> None:
+    student = path(draws(0.1, 2), None, specification=Specification(tails="student"))
+    assert "Student t" in natural_interval(student)
+    normal = path(draws(0.1, 2), None, specification=Specification(distribution="normal"))
+    assert "(normal)" in natural_interval(normal)
+    metres = path(draws(40.0, 2), None, metres=True)
+    assert "sigma metres of elevation" in natural_interval(metres)
+
+
+def test_a_volume_that_does_not_matter_has_no_error(two: PathHazard) -> None:
+    without = replace(two, varying=Varying(volume=False))
+    assert "does not matter" in row_interval(without, return_period=True)
+    assert "volume" not in design_interval(without)
+    assert "all volumes" in design_interval(two)
+    assert "error of the volume" not in parameters_interval(without, return_period=True)
+    assert "error of the volume" in parameters_interval(two, return_period=True)
+
+
+def test_the_offset_of_a_path_is_unknown_where_paths_differ_and_it_has_no_records(
+    two: PathHazard,
+) -> None:
+    assert not two.offset_unknown
+    assert np.all(two.draws.shift(np.random.default_rng(0)) == 0.0)

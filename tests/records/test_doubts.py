@@ -1,4 +1,4 @@
-"""Avalanches that may be written down twice."""
+"""Avalanches that may be recorded twice."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from avahazard.notes import grouped
 from avahazard.records.collection import Records
 from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.event import Event
@@ -43,13 +44,12 @@ def test_what_is_one_avalanche_twice(event: Event, other: dict[str, object], ali
     assert repeated([event, third, again]) == ([("a", "b")] if alike else [])
 
 
-def test_a_few_are_shown() -> None:
+def test_each_group_has_a_note() -> None:
     assert repeated_notes([]) == []
     (note,) = repeated_notes([("a", "b", "c")])
-    assert note.startswith("events a = b = c are alike")
-    pairs = [(f"a{k}", f"b{k}") for k in range(6)]
-    assert repeated_notes(pairs)[-1] == "3 more avalanches may be written down twice."
-    assert repeated_notes(pairs[:4])[-1] == "1 more avalanche may be written down twice."
+    assert note.startswith("a = b = c: alike in path, day and stop")
+    (one,) = grouped(repeated_notes((f"a{k}", f"b{k}") for k in range(6)))
+    assert one.startswith("a0 = b0, a1 = b1, a2 = b2 and 3 more: alike")
 
 
 USUAL = [1e3, 2e4, 1e5, 3e5, 8e5]

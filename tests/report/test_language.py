@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from avahazard.criticism.diagnosis.measurements import UNLINKED
-from avahazard.hazard.notes import RISING, stale_words
-from avahazard.hazard.words import ALL_VOLUMES, EXCEEDED, PARAMETERS, RATE_ERROR
-from avahazard.inference.prediction.extrapolation import OUT_OF_BOUNDS
+from avahazard.notes import Note, grouped
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html import words
 from avahazard.report.language import ENGLISH, LANGUAGES, language_of
@@ -38,7 +35,7 @@ def test_numbers_and_dates_have_the_form_of_the_language(
 
 def test_english_is_as_results_say_it() -> None:
     assert language_of("en") is ENGLISH
-    assert ENGLISH.told(stale_words("m")) == stale_words("m")
+    assert ENGLISH.note(Note("stale", model="m")) == Note("stale", model="m")
     assert ENGLISH.effect("forest-drag") == "forest-drag"
     assert ENGLISH.date("1950-02-13") == "1950-02-13"
 
@@ -58,46 +55,50 @@ def test_numbers_of_things_follow_the_language() -> None:
     ]  # fmt: skip
 
 
-def test_a_sentence_of_a_result_is_found_by_its_places() -> None:
-    german = language_of("de")
-    told = german.told(RISING.format(share="12%", smallest="500", largest="120000"))
-    assert told.startswith("In 12 % der Ziehungen")
-    assert "(500 bis 120.000 m³)" in told
-
-
-def test_a_volume_and_a_share_that_follow_each_other_are_told_apart() -> None:
-    told = OUT_OF_BOUNDS.format(
-        volume="1e+07 m3", share="97%", side="under", limit="0.1", median="0.02"
+def test_a_note_is_said_in_the_language_with_its_numbers() -> None:
+    note = Note("rising_friction", share=0.12, smallest=500.0, largest=120000.0)
+    said = language_of("de").note(note)
+    assert said.startswith("In 12\u00a0% der Ziehungen")
+    assert "(500 bis 120.000 m³)" in said
+    assert (
+        language_of("de")
+        .note(note.about("P1", "P2", "P3", "P4"))
+        .startswith("P1, P2, P3 und 1 weitere: In 12")
     )
-    assert "für 10.000.000 m³ liegen 97 % der" in language_of("de").told(told).replace(
-        "\u00a0", " "
+    assert f"(500 to 120{S}000 m³)" in ENGLISH.note(note)
+
+
+def test_notes_within_a_note_are_said_in_the_language_too() -> None:
+    parts = [Note("of_parameters"), Note("of_rate_error")]
+    said = language_of("it").note(
+        Note("interval_design", parts=parts, mixed=[Note("of_all_volumes")])
     )
-
-
-def test_lists_in_a_sentence_are_translated_item_by_item() -> None:
-    parts = f"{PARAMETERS}, {RATE_ERROR}"
-    told = language_of("it").told(EXCEEDED.format(parts=parts, mixed=ALL_VOLUMES))
     for item in ("incertezza dei parametri calibrati", "errore della frequenza", "tutti i volumi"):
-        assert item in told
-
-
-def test_a_sentence_within_a_sentence_is_translated_too() -> None:
+        assert item in said
     spread = PathSpread(sd=0.123, evidence=9.0, n_paths=20, effect="path-effect")
-    told = language_of("fr").told(spread.note("base"))
-    assert "0,12" in told
-    assert "plus de 1000 contre 1" in told
-    assert "avahazard add base path-effect --as NEW" in told
+    said = language_of("fr").note(spread.note("base"))
+    assert "0,12" in said
+    assert "+9 nats" in said
+    assert "avahazard add base path-effect --as NEW" in said
 
 
-def test_effects_have_names_where_they_are_told_and_keys_in_commands() -> None:
-    told = language_of("de").told(UNLINKED.format(n=20, one="season", other="covariate:wind"))
-    assert "Jahreszeit und Spalte wind" in told
+def test_effects_have_names_where_they_are_meant_and_keys_in_commands() -> None:
+    note = Note("measure_unlinked", n=20, one="season", other="covariate:wind")
+    assert "Jahreszeit und Spalte wind" in language_of("de").note(note)
+
+
+def test_ranges_and_counts_are_said_in_the_language() -> None:
+    notes = [Note("misses_points", f"P{k}", away=10.0 + k, x=1234.0) for k in range(2)]
+    (one,) = grouped(notes)
+    assert "um 10 bis 11 m" in language_of("de").note(one)
+    few = Note("few_events", model="m", n=1)
+    assert language_of("it").note(few) == "m poggia solo su 1 evento."
 
 
 @pytest.mark.parametrize("code", LANGUAGES)
 def test_names_and_unknown_sentences_are_left_as_they_are(code: str) -> None:
     language = language_of(code)
     for text in ("Val d'Arly", "<img src=x>", "{model}", "Nobody ever said this, red or not."):
-        assert language.told(text) == text
+        assert language.note(text) == text
     assert language.effect("my-own") == "my-own"
     assert "wind_{x}" in language.effect("covariate:wind_{x}")

@@ -55,7 +55,7 @@ def test_a_picture_that_fails_leaves_no_file_and_the_old_one(
 
 
 DRAWN = [
-    (COMPARISON, "volume: above 80 000 m3 (9)"),
+    (COMPARISON, "volume: above 80,000 m3 (9)"),
     (DIAGNOSIS, "base is adequate"),
     (Ladder(Rows([RUNG])), "42 m"),
     (FRICTIONS, "all (3)"),

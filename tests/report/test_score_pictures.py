@@ -35,7 +35,7 @@ def test_panels(tmp_path: Path, rows: list[Any], force: list[Any] | None) -> Non
     measured = None if force is None else Rows(force)
     draw_comparison(file, replace(COMPARISON, where_it_fails=Rows(rows), measured_force=measured))
     text = file.read_text(encoding="utf-8")
-    assert ("volume: above 80 000 m3 (9)" in text) == bool(rows)
+    assert ("volume: above 80,000 m3 (9)" in text) == bool(rows)
     assert ("Coulomb friction" in text) == bool(force)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from avahazard.notes import Note
 from avahazard.results.base import Rows
 from avahazard.results.calibration import Calibration, Convergence
 from avahazard.results.comparison import (
@@ -18,7 +19,7 @@ from avahazard.results.hazard import HazardRow, Spread
 from avahazard.results.ladder import Rung, Standing
 
 RUNOUT = RunoutScores(9, 70.0, 1.0, 40.0, 0.5, 0.9, 12.0, 7.0, (1,) * 9 + (0,))
-FAILURE = Failure("volume", "above 80 000 m3", 9, 63.0, 0.002)
+FAILURE = Failure("volume", Note("above", edge=8e4, form=",.0f", unit=" m3"), 9, 63.0, 0.002)
 FORCE = MeasuredForce("e1", 100.0, 12.0, 4.0, 0.5, 30.0)
 COMPARISON = Comparison(
     model="base",

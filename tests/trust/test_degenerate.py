@@ -18,9 +18,9 @@ def slow(*given: str) -> ParameterSet:
 @pytest.mark.parametrize(
     ("name", "note"),
     [
-        ("one event", "m stands on 1 event only."),
-        slow("all left the profile", "the records say little of log sigma"),
-        slow("all volumes equal", "the records say little of n"),
+        ("one event", "m is based on 1 event only."),
+        slow("all left the profile", "log sigma is weakly identified"),
+        slow("all volumes equal", "n is weakly identified"),
     ],
 )
 def test_commands_bear_them_and_say_so(name: str, note: str, database: str, tmp_path: Path) -> None:

@@ -34,9 +34,14 @@ def test_the_prior_is_called_what_it_is(database: str) -> None:
     told = found.prior_dominated or {}
     assert prior <= set(told)
     for name in prior:
-        assert any(f"little of {name}: in m the prior speaks" in note for note in found.notes)
+        assert any(
+            f"{name} is weakly identified: in m it is prior-dominated" in note
+            for note in found.notes
+        )
     for row in hazard(database, "m", HazardRequest(volumes=[2e4], draws=500)).rows:
-        assert prior <= {k for k in told if any(f"little of {k}:" in note for note in row.notes)}
+        assert prior <= {
+            k for k in told if any(f"{k} is weakly identified" in note for note in row.notes)
+        }
 
 
 def test_least_squares_of_equal_volumes_say_so(database: str) -> None:

@@ -59,7 +59,7 @@ def test_it_stays_with_the_model(database: str) -> None:
     calibrate(database, "told", CalibrateRequest(prior=numbers, chains=2, draws=60, paths=["scey"]))
     stored, _ = load_stored(database, "told")
     # The report shows the notes of the calibration.
-    note = "the prior of a in told is 0.5 ± 0.02, as it was given."
+    note = "the prior of a in told is 0.5 ± 0.02, as given."
     assert (
         stored.calibration.notes.count(note) == show_model(database, "told").notes.count(note) == 1
     )
@@ -72,8 +72,8 @@ def test_it_stays_with_the_model(database: str) -> None:
     with reading(database) as session:
         notes = notes_of(session, "told", load_records(session))
     assert note in notes
-    # So narrow, the prior speaks; the note of it knows the numbers, not the weak prior.
-    assert any("records say little of log sigma" in note for note in notes)
+    # So narrow, the prior dominates; the note of it knows the numbers, not the weak prior.
+    assert any("log sigma is weakly identified" in note for note in notes)
 
 
 @pytest.mark.usefixtures("drawn_little")
@@ -120,7 +120,7 @@ def test_what_is_sampled_by_its_log_and_a_slope_of_scatter(database: str) -> Non
         assert found.parameters[name].mean == pytest.approx(mean, abs=1.5 * sd), name
         assert found.parameters[name].sd == pytest.approx(sd, rel=0.4), name
     assert set(found.given_priors or {}) == set(numbers)
-    assert "the prior of wrong_share in told is 0.1 ± 0.005, as it was given." in found.notes
+    assert "the prior of wrong_share in told is 0.1 ± 0.005, as given." in found.notes
     assert {"log wrong share", "sigma_n"} <= set(found.prior_dominated or {})
 
 

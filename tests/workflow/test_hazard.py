@@ -76,7 +76,7 @@ def test_hundred_years_for_every_path_by_default(mine: str) -> None:
         if middle is not None:
             assert crossing == pytest.approx(middle, abs=60.0)
     with reading(mine) as session:
-        assert latest_documents(session, BOUNDS, "gibbs") == plain(rows)
+        assert latest_documents(session, BOUNDS, "gibbs") == plain(rows, keyed=True)
 
 
 def check_apart(row: HazardRow) -> None:

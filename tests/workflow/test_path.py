@@ -91,7 +91,7 @@ def test_a_stated_error_that_the_points_contradict_is_told() -> None:
 
 def test_few_points_are_told() -> None:
     x = np.linspace(0.0, 1900.0, 8)
-    assert "8 points do not tell their error" in _of_points(x, height(x)).notes[0]
+    assert "8 points do not give their error" in _of_points(x, height(x)).notes[0]
 
 
 def test_stretches_equal_the_slow_twin() -> None:

@@ -15,7 +15,7 @@ from avahazard.effects.effect import FrictionEffect, of_kind
 from avahazard.inference.model.layout import TRACK_SCATTER
 from avahazard.inference.model.observations import ELEVATION, Observations, track_spread
 from avahazard.inference.seeds import generator
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.physics.cells import build_cells
 from avahazard.physics.speed import speeds_along
 from avahazard.results.base import Rows
@@ -27,12 +27,6 @@ N_EVENTS = 50
 SPEED_SIGMA_M_S = 1.5
 N_SIMULATIONS = 50
 
-RUNOUTS = message("runouts of {n} more events on paths like these")
-MID_TRACK = message("speeds at mid-track on {n} events")
-WHOLE_TRACK = message("speeds along the whole track of {n} events")
-FURTHER_PATH = message("{n} events on a further path, like the one where they part most")
-UNLINKED = message("{n} events in which what {one} and {other} go by do not go together")
-
 
 def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measurement]:
     """Measurements that part two fits, best first, each with its expected gain (nats).
@@ -40,15 +34,16 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measur
     Without profiles only further events can be measured.
     """
     gain = record_gain(first, second)
-    text = RUNOUTS.format(n=N_EVENTS)
-    found = {text: N_EVENTS * float(np.mean(gain))}
+    found = {Note("measure_runouts", n=N_EVENTS): N_EVENTS * float(np.mean(gain))}
     if first.posterior.observations.sites:
         groups = first.posterior.observations.columns.path_index
         best = max(float(np.mean(gain[groups == k])) for k in np.unique(groups))
         found |= {
-            MID_TRACK.format(n=N_MIDDLES): speed_gain(first, second, N_MIDDLES, 1, seed),
-            WHOLE_TRACK.format(n=N_TRACKS): speed_gain(first, second, N_TRACKS, N_PLACES, seed),
-            FURTHER_PATH.format(n=N_EVENTS): N_EVENTS * best,
+            Note("measure_mid_track", n=N_MIDDLES): speed_gain(first, second, N_MIDDLES, 1, seed),
+            Note("measure_whole_track", n=N_TRACKS): speed_gain(
+                first, second, N_TRACKS, N_PLACES, seed
+            ),
+            Note("measure_further_path", n=N_EVENTS): N_EVENTS * best,
         }
     shifts = _column_shifts(first, second)
     if len(shifts) == 2:
@@ -56,10 +51,9 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measur
         total = friction_variance(first).total
         # The weaker must be missed: its rival then gives it up.
         apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / float(np.median(total))
-        text = UNLINKED.format(n=N_EVENTS, one=a, other=b)
-        found[text] = N_EVENTS * apart
+        found[Note("measure_unlinked", n=N_EVENTS, one=a, other=b)] = N_EVENTS * apart
     ranked = sorted(found.items(), key=lambda item: -item[1])
-    return Rows(Measurement(text, float(value)) for text, value in ranked)
+    return Rows(Measurement(note, float(value)) for note, value in ranked)
 
 
 def record_gain(first: Refit, second: Refit) -> Floats:

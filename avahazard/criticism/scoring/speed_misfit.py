@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtr
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.where_it_fails import holm, terciles
+from avahazard.criticism.scoring.where_it_fails import Levels, holm, terciles
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
@@ -18,6 +18,7 @@ from avahazard.inference.likelihood.speed_errors import drawn_speeds
 from avahazard.inference.model.friction_scatter import below, log_density
 from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.notes import Note
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_curve import MU, between, located, steps_of
 from avahazard.results.base import Rows
@@ -162,7 +163,7 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[Spe
             rows.append(
                 SpeedMisfit(
                     axis=axis,
-                    level=str(level),
+                    level=Note.read(level),
                     n=int(np.sum(mine)),
                     bias_m_s=float(np.mean(error[mine])),
                     rmse_m_s=float(np.sqrt(np.mean(error[mine] ** 2))),
@@ -185,7 +186,7 @@ def _by_track(error: Floats, event: NDArray[np.int64]) -> float | None:
     return float(2.0 * stdtr(n - 1, -t))
 
 
-def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, NDArray[np.str_]]:
+def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, Levels]:
     share = np.empty(len(matched.x))
     for event in np.unique(matched.event):
         mine = matched.event == event
@@ -193,9 +194,9 @@ def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, 
         span = site.smooth.x_max - site.smooth.x_min
         share[mine] = (matched.x[mine] - site.smooth.x_min) / span
     return {
-        "place_along_path": terciles(share, lambda v: f"{v:.0%}"),
+        "place_along_path": terciles(share, ".0%"),
         # The predicted speed: the measured one would be high where its error is.
-        "predicted_speed_m_s": terciles(matched.draws.mean(axis=1), lambda v: f"{v:.1f} m/s"),
+        "predicted_speed_m_s": terciles(matched.draws.mean(axis=1), ".1f", " m/s"),
     }
 
 

@@ -7,21 +7,24 @@ stopped high would otherwise be found to have stopped higher than predicted.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.inference.model.observations import Observations
+from avahazard.notes import Note
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
 
 MIN_EVENTS = 5
 MIN_PATHS = 5
 PIT_EDGE = 1e-6
-Levels = NDArray[np.str_]
+Levels = NDArray[Any]
+"""Names or notes `[n_events]`."""
 
 MONTHS = ("January", "February", "March", "April", "May", "June", "July", "August", "September",
           "October", "November", "December")  # fmt: skip
@@ -58,7 +61,7 @@ def where_it_fails(
         for name, n in zip(names, counts, strict=True):
             if n >= MIN_EVENTS and str(name) in p_of:
                 bias = float(np.mean(error[levels == name]))
-                rows.append(Failure(axis, str(name), int(n), bias, p_of[str(name)]))
+                rows.append(Failure(axis, Note.read(name), int(n), bias, p_of[str(name)]))
     levels_of = Counter(row.axis for row in rows)
     corrected = holm([row.p_value for row in rows], [1.0 / levels_of[row.axis] for row in rows])
     rows = [replace(row, p_value=p) for row, p in zip(rows, corrected, strict=True)]
@@ -172,10 +175,10 @@ def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Lev
     names = np.array([*columns.paths, ""])
     axes: dict[str, Levels] = {
         "path": names[columns.path_index],
-        "volume": terciles(np.exp(columns.log_volume), _volume),
-        "year": terciles(columns.year, lambda v: f"{v:.0f}"),
+        "volume": terciles(np.exp(columns.log_volume), ",.0f", " m3", leading=2),
+        "year": terciles(columns.year, ".0f"),
         "month": _months(observations),
-        "release_elevation_m": terciles(columns.release_elevation, _metres),
+        "release_elevation_m": terciles(columns.release_elevation, ".0f", " m"),
         "section": columns.section,
         "orientation": _path_words(
             observations, [s.path.orientation or "" for s in observations.sites]
@@ -186,7 +189,7 @@ def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Lev
         axes.setdefault(name, _number_levels(values))
     for name, texts in columns.texts.items():
         axes.setdefault(name, texts)
-    return {name: np.asarray(levels, dtype=np.str_) for name, levels in axes.items()}
+    return {name: np.asarray(levels, dtype=np.object_) for name, levels in axes.items()}
 
 
 def _at_the_stop(observations: Observations, x: Floats) -> dict[str, Levels]:
@@ -205,30 +208,35 @@ def _at_the_stop(observations: Observations, x: Floats) -> dict[str, Levels]:
             point = np.searchsorted(site.profile_x, at, side="right") - 1
             cover[mine] = np.asarray(site.land_cover)[np.clip(point, 0, len(site.profile_x) - 1)]
     return {
-        "predicted_stop_elevation_m": terciles(height, _metres),
-        "slope_at_predicted_stop": terciles(slope, lambda v: f"{v:.0f}°"),
-        "place_along_path": terciles(share, lambda v: f"{v:.0%}"),
-        "land_cover_at_predicted_stop": cover.astype(np.str_),
+        "predicted_stop_elevation_m": terciles(height, ".0f", " m"),
+        "slope_at_predicted_stop": terciles(slope, ".0f", "°"),
+        "place_along_path": terciles(share, ".0%"),
+        "land_cover_at_predicted_stop": cover,
     }
 
 
-def terciles(values: Floats, write: Callable[[float], str]) -> Levels:
-    """Lower, middle and upper third, named by their edges; '' where nan."""
+def terciles(values: Floats, form: str, unit: str = "", leading: int | None = None) -> Levels:
+    """Lower, middle and upper third, notes on their edges; '' where nan.
+
+    Edges are written in that form and unit, of so many leading digits.
+    """
     known = np.isfinite(values)
     levels = np.full(len(values), "", dtype=object)
     if np.any(known) and np.ptp(values[known]) > 0.0:
         low, high = np.quantile(values[known], [1 / 3, 2 / 3])
-        levels[known & (values <= low)] = f"up to {write(low)}"
-        levels[known & (values > low) & (values <= high)] = f"{write(low)} to {write(high)}"
-        levels[known & (values > high)] = f"above {write(high)}"
-    return levels.astype(np.str_)
+        a, b = (float(v if leading is None else f"{v:.{leading}g}") for v in (low, high))
+        how = {"form": form, "unit": unit}
+        levels[known & (values <= low)] = Note("up_to", edge=a, **how)
+        levels[known & (values > low) & (values <= high)] = Note("from_to", low=a, high=b, **how)
+        levels[known & (values > high)] = Note("above", edge=b, **how)
+    return levels
 
 
 def _number_levels(values: Floats) -> Levels:
     """A column of numbers: few different ones are levels, others are cut at their terciles."""
     if len(np.unique(values[np.isfinite(values)])) <= MAX_LEVELS_OF_NUMBERS:
-        return np.array([f"{v:g}" if np.isfinite(v) else "" for v in values], dtype=np.str_)
-    return terciles(values, lambda v: f"{v:.4g}")
+        return np.array([f"{v:g}" if np.isfinite(v) else "" for v in values], dtype=np.object_)
+    return terciles(values, ".4g")
 
 
 def _months(observations: Observations) -> Levels:
@@ -241,18 +249,8 @@ def _months(observations: Observations) -> Levels:
         else MONTHS[int((start + int(d)).astype("datetime64[M]").astype(int) % 12)]
         for d in day
     ]
-    return np.array(months, dtype=np.str_)
+    return np.array(months, dtype=np.object_)
 
 
 def _path_words(observations: Observations, words: list[str]) -> Levels:
-    return np.array([*words, ""])[observations.columns.path_index]
-
-
-def _volume(value: float) -> str:
-    """Two leading digits and a thin gap for thousands: 80 000 m3."""
-    digits = max(0, int(np.floor(np.log10(max(value, 1.0)))) - 1)
-    return f"{round(value, -digits):,.0f} m3".replace(",", " ")
-
-
-def _metres(value: float) -> str:
-    return f"{value:.0f} m"
+    return np.array([*words, ""], dtype=np.object_)[observations.columns.path_index]

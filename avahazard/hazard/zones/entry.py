@@ -10,14 +10,13 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.hazard.avalanches import Avalanches
 from avahazard.hazard.exceedance import Reach, exceeded_runout, reach
-from avahazard.hazard.notes import RELEASE_HINT
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.rows import design_of
 from avahazard.hazard.runout_bounds import QUANTILES, spread
 from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
 from avahazard.hazard.zones.limits import Limits, Rule
 from avahazard.inference.seeds import generator
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.results.base import Rows
 from avahazard.results.hazard import Quantiles
 from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, Zone, ZonedPath
@@ -110,17 +109,6 @@ def _farthest(rule: Rule, x: Floats, exceeded: Exceeded) -> Floats:
 N_PLACES = 81
 HELD_WORTH_A_NOTE = 0.05
 """Share of avalanches that stop at their release from which it is said."""
-FAR = message(
-    "T = {periods} is past twice the observed years, or past the table of volumes: an "
-    "extrapolation."
-)
-HELD = message(
-    "{share} of the avalanches stop at their release, where the slope is under the friction. {hint}"
-)
-INTERVAL = message(
-    "speed and pressure that a year exceeds with chance 1/T, all volumes and frictions mixed: 5, "
-    "50 and 95 % over the uncertainty of the parameters, of the frequency and of the density"
-)
 
 
 def path_zones(
@@ -156,7 +144,7 @@ def path_zones(
         density_kg_m3=density,
         release_x_m=float(chances.x[0]),
         end_x_m=float(chances.x[-1]),
-        interval=INTERVAL,
+        interval=Note("interval_zones"),
         designs=Rows(
             PeriodDesign(period, found.extrapolated, design_of(path, found.runout_x))
             for period, found in exceeded.items()
@@ -190,11 +178,11 @@ def _held(avalanches: Avalanches, chances: Reach) -> float:
     return float(np.clip(1.0 - started / np.median(avalanches.volumes.rate), 0.0, 1.0))
 
 
-def _notes(path_id: str, held: float, extrapolated: Sequence[float]) -> tuple[str, ...]:
+def _notes(path_id: str, held: float, extrapolated: Sequence[float]) -> tuple[Note, ...]:
     notes = []
     if extrapolated:
         far = ", ".join(f"{period:g}" for period in extrapolated)
-        notes.append(f"{path_id}: {FAR.format(periods=far)}")
+        notes.append(Note("periods_extrapolated", path_id, periods=far))
     if held > HELD_WORTH_A_NOTE:
-        notes.append(f"{path_id}: {HELD.format(share=f'{held:.0%}', hint=RELEASE_HINT)}")
+        notes.append(Note("held_at_release", path_id, share=held, hint=Note("check_release")))
     return tuple(notes)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
-from avahazard.message import message
-
 ScatterName = Literal["constant", "volume"]
 DistributionName = Literal["lognormal", "normal"]
 TailsName = Literal["normal", "student"]
@@ -30,13 +28,13 @@ class Method(NamedTuple):
 # The draws of the marginal method are nearly independent.
 METHODS: Mapping[str, Method] = {
     "marginal": Method(
-        message("the marginal likelihood, which knows the errors of the records"),
+        "the marginal likelihood, which knows the errors of the records",
         n_draws=1000,
         knows_errors=True,
     ),
     "metropolis": Method(
-        message("the Metropolis-Hastings sampler of Ancey (2005)"), n_draws=5000, in_metres=True
+        "the Metropolis-Hastings sampler of Ancey (2005)", n_draws=5000, in_metres=True
     ),
-    "gibbs": Method(message("the Gibbs sampler of Ancey (2005)"), n_draws=5000),
+    "gibbs": Method("the Gibbs sampler of Ancey (2005)", n_draws=5000),
 }
 DEFAULT_METHOD: MethodName = "marginal"

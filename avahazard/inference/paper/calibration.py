@@ -22,7 +22,7 @@ from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis
 from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model, in_slots
 from avahazard.inference.samplers.chains import Chains
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
 from avahazard.records.errors import AvahazardError
 
@@ -32,9 +32,6 @@ LARGEST = 1e100
 BASE = Specification()
 FORMS = {"metropolis": ("line", "bend"), "gibbs": ("line",)}
 """The forms of law that each can do."""
-
-LEFT_OUT = message("method {method} leaves out {n} of {total} events: {reasons}.")
-NO_SPEEDS = message("method {method} does not use measured speeds.")
 
 
 def check_method(method: MethodName, specification: Specification) -> None:
@@ -113,7 +110,8 @@ def calibrate_paper(
     if left_out:
         reasons = ", ".join(f"{n} {reason}" for reason, n in left_out.items())
         notes.append(
-            LEFT_OUT.format(
+            Note(
+                "events_left_out",
                 method=method,
                 n=sum(left_out.values()),
                 total=observations.n_events,
@@ -121,7 +119,7 @@ def calibrate_paper(
             )
         )
     if observations.speeds:
-        notes.append(NO_SPEEDS.format(method=method))
+        notes.append(Note("no_speeds", method=method))
     posterior = assemble(observations, specification, {})
     slots = (*chosen.coordinates, "log sigma")
     draws = in_slots(posterior.layout, slots, _coordinates(chosen, chains))

@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
-from avahazard.message import message
+from avahazard.notes import Note
 
 LEAST_FRICTION, MOST_FRICTION = 0.1, 1.5
 """What Coulomb friction of avalanches may be.
@@ -22,24 +22,6 @@ RARE = 0.01
 """A share of draws outside that is not worth a word."""
 BEYOND = 1.001
 """A volume this many times the largest recorded is beyond it."""
-UNDER, OVER = message("under"), message("over")
-ON_PATH = "{path}: {note}"
-OVER_BOTH = message(
-    "a volume of {volume} is {times_path} times the largest recorded on this path "
-    "({largest_of_path}) and {times} times that of all paths ({largest}): an extrapolation."
-)
-OVER_ITS_PATH = message(
-    "a volume of {volume} is {times_path} times the largest recorded on this path "
-    "({largest_of_path}): an extrapolation."
-)
-OVER_ALL = message(
-    "a volume of {volume} is {times} times the largest recorded ({largest}): an extrapolation."
-)
-OUT_OF_BOUNDS = message(
-    "FRICTION OUT OF BOUNDS: for {volume}, {share} of the frictions drawn are {side} {limit} "
-    "(median {median}), as no avalanche has. Do not use this runout; --law asymptotic keeps "
-    "friction bounded."
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,43 +51,28 @@ class Extrapolation:
         """The volume over the largest of all paths; None where it is not beyond it."""
         return _times(self.volume_m3, self.largest_m3)
 
-    def notes(self) -> list[str]:
-        """What a reader must know, each with the name of the path (`sentences`)."""
-        sentences = self.sentences()
-        if not self.path_id:
-            return sentences
-        return [ON_PATH.format(path=self.path_id, note=note) for note in sentences]
-
-    def sentences(self) -> list[str]:
-        """What a reader must know, a sentence each; none where nothing is extrapolated."""
-        volume = f"{self.volume_m3:.3g} m3"
-        told = {
-            "volume": volume,
-            "times_path": _rounded(self.times_path or 0.0),
-            "largest_of_path": f"{self.largest_of_path_m3 or 0.0:.3g} m3",
-            "times": _rounded(self.times_all or 0.0),
-            "largest": f"{self.largest_m3:.3g} m3",
+    def notes(self, *of: str) -> list[Note]:
+        """What a reader must know where something is extrapolated; `of` is the path, if said."""
+        values = {
+            "volume": _rounded(self.volume_m3, 3),
+            "times_path": _times_rounded(self.times_path),
+            "largest_of_path": _rounded(self.largest_of_path_m3, 3),
+            "times": _times_rounded(self.times_all),
+            "largest": _rounded(self.largest_m3, 3),
         }
         notes = []
         if self.times_path is not None:
-            beyond_all = self.times_all is not None
-            notes.append((OVER_BOTH if beyond_all else OVER_ITS_PATH).format(**told))
+            key = "beyond_path" if self.times_all is None else "beyond_both"
+            notes.append(Note(key, of, **values))
         elif self.times_all is not None:
-            notes.append(OVER_ALL.format(**told))
-        for share, side, limit in (
-            (self.too_low, UNDER, LEAST_FRICTION),
-            (self.too_high, OVER, MOST_FRICTION),
+            notes.append(Note("beyond_all", of, **values))
+        for key, share, limit in (
+            ("friction_too_low", self.too_low, LEAST_FRICTION),
+            ("friction_too_high", self.too_high, MOST_FRICTION),
         ):
             if share > RARE:
-                notes.append(
-                    OUT_OF_BOUNDS.format(
-                        volume=volume,
-                        share=f"{share:.0%}",
-                        side=side,
-                        limit=f"{limit:g}",
-                        median=f"{self.median:.2g}",
-                    )
-                )
+                drawn = {"share": share, "limit": limit, "median": self.median}
+                notes.append(Note(key, of, volume=values["volume"], **drawn))
         return notes
 
 
@@ -153,9 +120,15 @@ def _largest(volume: Floats) -> float | None:
     return float(known.max()) if len(known) else None
 
 
-def _rounded(times: float) -> str:
+def _times_rounded(times: float | None) -> float:
     """Two digits, as 1.4 or 140; three below 1.1, and no less than 1.01: it is never once."""
-    return f"{max(times, 1.01):.3g}" if times < 1.1 else f"{float(f'{times:.2g}'):g}"
+    if times is None:
+        return 0.0
+    return _rounded(max(times, 1.01), 3 if times < 1.1 else 2)
+
+
+def _rounded(value: float | None, digits: int) -> float:
+    return float(f"{value or 0.0:.{digits}g}")
 
 
 def _times(volume: float, largest: float | None) -> float | None:

@@ -21,6 +21,7 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes
 from avahazard.inference.samplers.chains import Chains
+from avahazard.notes import Note
 from avahazard.physics.resistance import Resistance
 from avahazard.results.calibration import Calibration
 
@@ -56,7 +57,7 @@ class FittedModel:
     likelihood: Posterior | None = None
     sampled: Chains | None = None
     left_out: Mapping[str, int] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     stored: Calibration | None = None
     paths: tuple[str, ...] = ()
     version: str | None = None

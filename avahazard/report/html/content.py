@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from avahazard.arrays import Floats
+from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.language import ENGLISH, Language
@@ -95,7 +96,7 @@ class PathView:
     release_x: float | None
     events: tuple[EventView, ...]
     rows: Sequence[Document]
-    notes: Sequence[str] = ()
+    notes: Sequence[Note] = ()
     speeds: Sequence[SpeedLine] = ()
     alpha_beta: Sequence[Document] = ()
     zones: Document | None = None
@@ -171,7 +172,7 @@ class LoopView:
     lineage: tuple[str, ...]
     comparisons: Mapping[str, Comparison]
     diagnoses: Mapping[str, Diagnosis]
-    left_out: Mapping[str, str]
+    left_out: Mapping[str, Note]
     volumes: Floats
     mu: Floats
 
@@ -210,13 +211,13 @@ class ReportContent:
     diagnosis: Diagnosis | None
     rows: Sequence[Document]
     records_changed: bool
-    of_model: tuple[str, ...]
+    of_model: tuple[Note, ...]
     calibrated_paths: Sequence[str]
     effect_sha256: str | None
     physics: Mapping[str, str]
     speed_limited: bool
     versions: Mapping[str, str]
-    lacking: Mapping[str, str]
+    lacking: Mapping[str, Note]
     loop: LoopView
     cover: Cover = Cover()
     language: Language = ENGLISH

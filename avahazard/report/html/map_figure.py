@@ -143,7 +143,7 @@ def map_figure(k: int, view: PathView, language: Language = ENGLISH) -> Figure |
             {
                 "type": "scatter",
                 "mode": "lines",
-                "name": label(say("zone: {zone}", zone=language.told(zone["zone"]))),
+                "name": label(say("zone: {zone}", zone=say(zone["zone"]))),
                 "x": east,
                 "y": north,
                 "line": {"color": zone["color"], "width": 12},

@@ -128,7 +128,7 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Html
             error_text(c.error_before_m, diagnosis.coordinate, language),
             error_text(c.error_after_m, diagnosis.coordinate, language),
             ", ".join(language.effect(key) for key in c.confounded_with) or "–",
-            language.told(c.physics),
+            language.say(c.physics),
         ]
         for c in diagnosis.candidates
     ]
@@ -152,7 +152,7 @@ def measure_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> HtmlTab
     """What to measure next; None where nothing is proposed."""
     say = language.say
     rows = [
-        [language.told(step.measurement), likelier(step.expected_gain, language)]
+        [language.note(step.measurement), likelier(step.expected_gain, language)]
         for step in diagnosis.measure_next
     ]
     if not rows:

@@ -233,7 +233,7 @@ def alpha_beta_table(views: Sequence[PathView], language: Language = ENGLISH) ->
     rows = [
         [
             view.name,
-            language.told(row["coefficients"]),
+            say(row["coefficients"]),
             say("no β-point") if row["beta_deg"] is None else _degrees(row["beta_deg"], language),
             "–" if row["alpha_deg"] is None else _degrees(row["alpha_deg"], language),
             *(
@@ -264,8 +264,8 @@ def zones_table(views: Sequence[PathView], language: Language = ENGLISH) -> Html
     rows = [
         [
             view.name,
-            language.told(str(view.zones["limits"])),
-            language.told(str(zone["zone"])),
+            say(str(view.zones["limits"])),
+            say(str(zone["zone"])),
             metres(zone["from_x_m"], language),
             beyond(language) if zone["beyond"] else metres(zone["to_x_m"], language),
             interval({"q05": zone["to_x_q05_m"], "q95": zone["to_x_q95_m"]}, language),

@@ -310,7 +310,7 @@ def _alpha_beta(
             {
                 "type": "scatter",
                 "mode": "markers",
-                "name": say("α-β, {coefficients}", coefficients=language.told(row["coefficients"])),
+                "name": say("α-β, {coefficients}", coefficients=say(row["coefficients"])),
                 "x": [place],
                 "y": [float(smooth.height(place)) - (1.0 + number) * below],
                 "error_x": {
@@ -323,7 +323,7 @@ def _alpha_beta(
                 "marker": {"symbol": "star", "size": 12, "color": color},
                 "hovertemplate": say(
                     "α-β, {coefficients}: x {x} m ({low} to {high})",
-                    coefficients=language.told(row["coefficients"]),
+                    coefficients=say(row["coefficients"]),
                     x="%{x:.0f}",
                     low=integer(low, language),
                     high=integer(high, language),
@@ -340,11 +340,11 @@ def _zones(zones: Mapping[str, Any], foot: float, drop: float, language: Languag
         {
             "type": "scatter",
             "mode": "lines",
-            "name": label(language.say("zone: {zone}", zone=language.told(zone["zone"]))),
+            "name": label(language.say("zone: {zone}", zone=language.say(zone["zone"]))),
             "x": [zone["from_x_m"], zone["to_x_m"]],
             "y": [foot + 0.03 * drop] * 2,
             "line": {"color": zone["color"], "width": 10},
-            "hovertemplate": label(language.told(zone["zone"])) + ": x %{x:.0f} m<extra></extra>",
+            "hovertemplate": label(language.say(zone["zone"])) + ": x %{x:.0f} m<extra></extra>",
         }
         for zone in zones["zones"]
         if zone["to_x_m"] > zone["from_x_m"]

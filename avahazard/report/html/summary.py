@@ -39,19 +39,19 @@ def model_words(content: ReportContent) -> list[str]:
     words = [
         say(
             "The avalanche is a block that slides down the path; its friction μ {law}.",
-            law=language.told(law(model.law).words),
+            law=say(law(model.law).words),
         ),
         say(
             "The model was calibrated on {events} on {paths}, by {method}.",
             events=events(model.n_events, language),
             paths=paths(n_paths, language),
-            method=language.told(METHODS[model.method].words),
+            method=say(METHODS[model.method].words),
         )
         if n_paths
         else say(
             "The model was calibrated on {events}, without profiles, by {method}.",
             events=events(model.n_events, language),
-            method=language.told(METHODS[model.method].words),
+            method=say(METHODS[model.method].words),
         ),
     ]
     if METHODS[model.method].in_metres:
@@ -340,7 +340,7 @@ def diagnosis_sentences(found: Diagnosis, language: Language = ENGLISH) -> list[
             asked=asked,
             missing=", ".join(language.effect(key) for key in found.missing),
         )
-    return [words, *(language.told(where) for where in found.where)]
+    return [words, *(language.note(where) for where in found.where)]
 
 
 def _evidence(candidate: Candidate, found: Diagnosis, language: Language) -> str:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from avahazard.hazard.notes import stale_words, unconverged_words
 from avahazard.inference.model.choices import METHODS
+from avahazard.notes import Note, grouped, placed
 from avahazard.report.html.content import Document, PathView, ReportContent
 from avahazard.report.html.front import shown_period
-from avahazard.report.language import Language
 from avahazard.report.verdict_words import verdict_words
 
 FEW_EVENTS = 5
@@ -48,7 +45,7 @@ def cannot_tell(content: ReportContent) -> list[str]:
                 "{paths} has fewer than {few} records: the bounds there stand on the other paths.",
                 "{paths} have fewer than {few} records: the bounds there stand on the other paths.",
                 len(bare),
-                paths=_named(bare, language),
+                paths=language.few(bare),
                 few=FEW_EVENTS,
             )
         )
@@ -56,38 +53,33 @@ def cannot_tell(content: ReportContent) -> list[str]:
 
 
 def _of_bounds(content: ReportContent) -> list[str]:
+    """The notes on single paths, then those on the model."""
     names = {view.path.path_id: view.name for view in content.paths}
-    language = content.language
+    language, model = content.language, content.model.model
 
-    def where(rows: Sequence[Document]) -> str:
-        found = [names.get(i, i) for i in dict.fromkeys(r["path_id"] for r in rows)]
-        return _named(found, language)
+    def named(row: Document) -> str:
+        return names.get(str(row["path_id"])) or str(row["path_id"])
 
-    # What the summary says of the model as it is now goes without saying twice.
-    known = (stale_words(content.model.model), unconverged_words(content.model.model))
-    noted: dict[str, list[Document]] = {}
+    # What is said above needs no second sentence.
+    said = (Note("stale", model=model), Note("unconverged", model=model))
+    where: dict[Note, dict[str, None]] = {}
     for row in content.rows:
-        for note in row.get("notes", ()):
-            if note not in known:
-                noted.setdefault(note, []).append(row)
-    words = [f"{where(rows)}: {language.told(note)}" for note, rows in noted.items()]
-    pooled = [row for row in content.rows if row.get("pooled")]
+        for note in map(Note.read, row.get("notes", ())):
+            if note not in (*said, *content.of_model):
+                where.setdefault(note, {})[named(row)] = None
+    notes = placed(where, len({row["path_id"] for row in content.rows}))
+    notes += [note for note in content.of_model if note not in said]
+    words = [language.note(note) for note in grouped(notes)]
+    pooled = [named(row) for row in content.rows if row.get("pooled")]
     if pooled:
         words.append(
             language.say(
                 "{paths}: too few yearly volumes of its own; the spread of volumes is that of all "
                 "paths together.",
-                paths=where(pooled),
+                paths=language.few(list(dict.fromkeys(pooled))),
             )
         )
     return words
-
-
-def _named(names: Sequence[str], language: Language) -> str:
-    """Names in a row, the first few of many."""
-    if len(names) > 8:
-        return language.say("{names} and {n} more", names=", ".join(names[:7]), n=len(names) - 7)
-    return ", ".join(names)
 
 
 def unknown_words(content: ReportContent) -> list[str]:
@@ -173,11 +165,11 @@ def assumptions(content: ReportContent) -> list[str]:
             say(
                 "The design runout of a return period mixes avalanches of all volumes, as often "
                 "as they come. Its interval: {interval}.",
-                interval=language.told(design["interval"]),
+                interval=language.note(design["interval"]),
             )
         )
     if content.rows:
-        each = dict.fromkeys(language.told(row["interval"]) for row in content.rows)
+        each = dict.fromkeys(language.note(row["interval"]) for row in content.rows)
         words.append(
             say(
                 "The runout of a volume lets friction vary. Its interval: {interval}.",
@@ -232,17 +224,17 @@ def zone_words(content: ReportContent) -> list[str]:
         language.say(
             "Zones by the limits “{limits}”. Pressure is ρu², with a density of {mean} ± {sd} "
             "kg/m³. Speeds and pressures: {interval}.",
-            limits=language.told(zones[0]["limits"]),
+            limits=language.say(zones[0]["limits"]),
             mean=f"{density['mean']:.0f}",
             sd=f"{density['sd']:.0f}",
-            interval=language.told(zones[0]["interval"]),
+            interval=language.note(zones[0]["interval"]),
         )
     ]
 
 
 def baseline_words(content: ReportContent) -> list[str]:
     """On which paths α-β and the model disagree, and what that means; where it has no answer."""
-    say, told = content.language.say, content.language.told
+    say = content.language.say
     period = shown_period(content)
     shorter: list[str] = []
     farther: list[str] = []
@@ -251,7 +243,7 @@ def baseline_words(content: ReportContent) -> list[str]:
         for row in view.alpha_beta if design is not None else ():
             side = _side(row, design or {})
             if side:
-                named = f"{view.name} ({told(row['coefficients'])})"
+                named = f"{view.name} ({say(row['coefficients'])})"
                 (shorter if side < 0 else farther).append(named)
     words = []
     if shorter:

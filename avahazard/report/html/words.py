@@ -157,17 +157,9 @@ def axis_words(axis: str, language: Language = ENGLISH) -> str:
 
 def level_words(level: str, language: Language = ENGLISH) -> str:
     """A level of an axis: a third of its numbers by the edges, a month, or a name as it is."""
-    if level.startswith("up to "):
-        edge = language.told(level.removeprefix("up to "))
-        return language.say("up to {edge}", edge=edge)
-    if level.startswith("above "):
-        return language.say("above {edge}", edge=language.told(level.removeprefix("above ")))
-    low, mark, high = level.partition(" to ")
-    if mark and low.lstrip("-")[:1].isdigit():
-        return between(language.told(low), language.told(high), language)
     say = language.say
     known = {"channelled": say("channelled"), "open": say("open"), "forest": say("forest")}
-    return known.get(level) or language.told(level)
+    return known.get(level) or language.note(level)
 
 
 def listed(names: Sequence[str], language: Language = ENGLISH) -> str:

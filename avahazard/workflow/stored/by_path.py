@@ -11,6 +11,7 @@ from importlib.metadata import version
 from typing import Any
 
 from avahazard.engine import spread_map
+from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
@@ -57,7 +58,7 @@ class PathAnswer:
     """The documents of a path, and notes for people that are in none of them."""
 
     documents: Sequence[object]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 Answer = Callable[[PathTask], PathAnswer]
@@ -89,9 +90,9 @@ class PathRun:
     n_before: int
 
 
-def went_on(run: PathRun) -> str:
+def went_on(run: PathRun) -> Note:
     """That a run took up an interrupted one."""
-    return f"went on where it was interrupted: {run.n_before} of {run.n_paths} paths were done."
+    return Note("went_on", n=run.n_before, total=run.n_paths)
 
 
 def path_tasks(
@@ -153,7 +154,7 @@ def _settings(work: PathWork) -> tuple[str, dict[str, Any]]:
         "data_fingerprint": work.survey.fingerprint,
         "avahazard": version("avahazard"),
     }
-    whole = {**told, "paths": work.path_ids, "model": plain(work.model)}
+    whole = {**told, "paths": work.path_ids, "model": plain(work.model, keyed=True)}
     text = json.dumps(whole, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest(), told
 
@@ -193,5 +194,6 @@ def path_answer(shared: tuple[Answer, tuple[Event, ...]], task: PathTask) -> Pat
     except FAILURES as error:
         reason = f"{type(error).__name__} on path {task.path_id}: {error}"
         return PathResult(task.position, task.path_id, failed=reason)
-    documents = tuple(plain(document) for document in found.documents)
-    return PathResult(task.position, task.path_id, documents, found.notes)
+    notes = tuple(note.stored() for note in found.notes)
+    documents = tuple(plain(document, keyed=True) for document in found.documents)
+    return PathResult(task.position, task.path_id, documents, notes)

@@ -14,7 +14,7 @@ from avahazard.criticism.diagnosis.nuisances import (
     paths_differ,
 )
 from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.message import message
+from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results.calibration import (
@@ -28,9 +28,7 @@ from avahazard.results.calibration import (
     PriorDominated,
     PriorTold,
 )
-from avahazard.workflow.stored.notes import prior_notes
-from avahazard.workflow.stored.record_notes import record_notes
-from avahazard.workflow.stored.volume_notes import volume_notes
+from avahazard.workflow.stored.notes import prior_notes, record_notes, volume_notes
 
 KDE_DRAWS, KDE_POINTS = 4000, 401
 NARROWEST = 1e-9
@@ -38,11 +36,6 @@ NARROWEST = 1e-9
 STILL_PRIOR = 0.75
 """Posterior over prior standard deviation where the records tell less than the prior (with
 independent normals they tell as much at 0.71)."""
-
-NOT_CONVERGED = message(
-    "the chains have not converged (R-hat {rhat}, smallest effective sample size {ess}): the model "
-    "is stored as such. More --draws may help."
-)
 
 
 def calibration_result(
@@ -52,14 +45,11 @@ def calibration_result(
     specification, chains = found.specification, found.chains
     n_chains, n_draws = chains.draws.shape[:2]
     checks = chains.diagnostics
+    rhat_max = float(checks.rhat_max) if np.isfinite(checks.rhat_max) else None
     notes = list(found.notes)
     if not checks.converged:
-        notes.append(
-            NOT_CONVERGED.format(
-                rhat=f"{checks.rhat_max:.3f}",
-                ess=f"{min(checks.ess_bulk_min, checks.ess_tail_min):.0f}",
-            )
-        )
+        ess = min(checks.ess_bulk_min, checks.ess_tail_min)
+        notes.append(Note("not_converged", rhat=rhat_max, ess=ess))
     dominated = prior_dominated(found)
     given, prior = _given_told(found), _prior_told(found)
     notes += prior_notes(name, given, prior, dominated)
@@ -85,7 +75,7 @@ def calibration_result(
         left_out=dict(found.left_out),
         parameters={key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
         diagnostics=Convergence(
-            rhat_max=float(checks.rhat_max) if np.isfinite(checks.rhat_max) else None,
+            rhat_max=rhat_max,
             ess_bulk_min=checks.ess_bulk_min,
             ess_tail_min=checks.ess_tail_min,
             acceptance=checks.acceptance,

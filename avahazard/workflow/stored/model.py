@@ -29,6 +29,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths, unknown_path
+from avahazard.records.plain import plain
 from avahazard.results.calibration import Calibration
 from avahazard.store.models import StoredModel, load_model, save_model
 from avahazard.store.records import load_records, load_without_profiles
@@ -55,7 +56,7 @@ def save_calibrated(
     user's effects. Raises `AvahazardError` for a taken name or a
     parent that is not there.
     """
-    name, document = result.model, result.to_dict()
+    name, document = result.model, plain(result, keyed=True)
     chains = model.chains
     by_chain = chains.draws.shape[:2]
     slots = [slot.name for slot in model.layout.slots]

@@ -178,7 +178,7 @@ def test_an_avalanche_in_two_lists_is_noted_once_both_are_there(
     head = "event_id,fall_height_m,runout_length_m,volume_m3\n"
     rows = "".join(f"e{i},500,{900 + i},{2e4 + i}\n" for i in range(3))
     done = avahazard("import", str(write("first.csv", f"{head}{rows}")))
-    assert "written down twice" not in " ".join(done.stderr.split())
+    assert "recorded twice" not in " ".join(done.stderr.split())
     done = avahazard("import", str(write("second.csv", f"{head}f1,500,901,20001\n")))
     assert done.exit_code == 0
-    assert "events e1 = f1 are alike" in " ".join(done.stderr.split())
+    assert "e1 = f1: alike in path" in " ".join(done.stderr.split())

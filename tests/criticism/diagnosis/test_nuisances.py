@@ -76,7 +76,7 @@ def test_the_gain_of_heavy_tails_is_about_that_of_the_full_fits(n_wrong: int) ->
     for note in told:
         assert note in model_notes(result, False, None)
         for code in ("de", "fr", "it"):
-            assert "heavier" not in language_of(code).told(note)
+            assert "heavier" not in language_of(code).note(note)
 
 
 def test_a_model_with_heavy_tails_has_no_note() -> None:
@@ -111,7 +111,7 @@ def test_the_evidence_for_paths_is_about_that_of_the_full_fits(seed: int, streng
     if strength:
         assert found.sd == pytest.approx(0.15, rel=0.7)
         assert result.path_spread is not None
-        assert f"paths differ by sd {found.sd:.2f}" in result.notes[0]
+        assert f"paths differ by a standard deviation of {found.sd:.2f}" in result.notes[0]
         assert "avahazard add m path-effect" in result.notes[0]
     else:
         assert result.path_spread is None

@@ -41,7 +41,7 @@ def test_how_far_beyond_the_path_and_all_paths() -> None:
     between = extrapolation(model, path, 0.5 * (largest + all_paths))
     assert between.times_path == pytest.approx(0.5 * (1.0 + all_paths / largest))
     assert between.times_all is None
-    (note,) = between.notes()
+    (note,) = between.notes(path)
     assert note.startswith(f"{path}: ")
     assert "all paths" not in note
     beyond = extrapolation(model, path, 3.0 * all_paths)

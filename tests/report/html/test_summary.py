@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from avahazard.hazard.notes import stale_words, unconverged_words
+from avahazard.notes import Note
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import model_words, sure_words, why_words
 from avahazard.report.html.unknowns import assumptions, cannot_tell, unknown_words, zone_words
+from avahazard.report.language import ENGLISH
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
 from tests.report.html.world import NAMES
@@ -75,11 +76,17 @@ def test_what_it_cannot_tell_comes_from_the_results(content: ReportContent) -> N
     assert "provisional" in said(content, model=replace(content.model, diagnostics=checks))
     row = dict(content.rows[0])
     name = NAMES[row["path_id"]]
-    told = {**row, "notes": ["part of it.", stale_words("m"), unconverged_words("m")]}
-    text = said(content, rows=[told])
-    assert f"{name}: part of it." in text
-    assert f"{name}: {stale_words('m')}" not in text  # said once, of the model as it is now
-    assert f"{name}: {unconverged_words('m')}" not in text
+    stale, unconverged = Note("stale", model="m"), Note("unconverged", model="m")
+    twice = Note("recorded_twice", "e1 = e2")
+    own = [{"key": "extrapolated", "values": {"period": 500.0}}, "as it was said before."]
+    noted = {**row, "notes": [*own, stale, unconverged.stored(), twice.stored()]}
+    text = said(content, rows=[noted], of_model=(twice,))
+    assert f"{name}: 500 years are over twice the observed years" in text
+    assert f"{name}: as it was said before." in text
+    assert "since m was calibrated" not in text  # said once, of the model as it is now
+    assert "chains of m" not in text
+    assert f"{name}: e1 = e2" not in text  # of the model: on no path more than on another
+    assert text.count("e1 = e2: alike in path, day and stop") == 1
     few = replace(content.paths[0], events=())
     assert "fewer than 5" in said(content, paths=(few, *content.paths[1:]))
 
@@ -93,8 +100,8 @@ def test_what_is_not_known_is_counted(content: ReportContent) -> None:
 
 def test_the_limits_name_what_the_report_holds(content: ReportContent) -> None:
     text = " ".join(assumptions(content))
-    assert content.rows[0]["interval"] in text
-    assert content.rows[0]["design"]["interval"] in text
+    assert ENGLISH.note(content.rows[0]["interval"]) in text
+    assert ENGLISH.note(content.rows[0]["design"]["interval"]) in text
     assert "no drag" in text
     assert "kg/m³" in " ".join(zone_words(content))
     assert "no drag" not in " ".join(assumptions(replace(content, speed_limited=True)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from avahazard.notes import Note
 from avahazard.report.html import words
 from avahazard.report.html.content import EventView
 from avahazard.report.language import language_of
@@ -60,9 +61,12 @@ def test_a_gain_is_a_ratio_in_words() -> None:
 
 def test_levels_have_the_words_and_signs_of_the_language() -> None:
     german = language_of("de")
-    assert words.level_words("up to 42 000 m3", german) == "bis 42.000 m³"
-    assert words.level_words("-7.13 to -4.5", german) == "−7,13 bis −4,5"
-    assert words.level_words("above 37%", german) == "über 37 %"
+    volume = Note("up_to", edge=4.2e4, form=",.0f", unit=" m3")
+    column = Note("from_to", low=-7.13, high=-4.5, form=".4g", unit="")
+    share = Note("above", edge=0.37, form=".0%", unit="")
+    assert words.level_words(volume, german) == "bis 42.000 m³"
+    assert words.level_words(column, german) == "−7,13 bis −4,5"
+    assert words.level_words(share, german) == "über 37\u00a0%"
     assert words.level_words("March", german) == "März"
     assert words.level_words("channelled", german) == "kanalisiert"
     assert words.level_words("P01", german) == "P01"

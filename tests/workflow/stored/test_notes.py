@@ -6,15 +6,27 @@ import csv
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path as FilePath
 
+import numpy as np
 import pytest
 from sqlalchemy import text
 
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.volume_shape import VolumeShape
+from avahazard.inference.model.volumes import VolumeNodes, bounded, rescaled
+from avahazard.inference.prediction.fitted_model import FittedModel, exact_volumes, fitted_model
+from avahazard.notes import grouped
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
+from avahazard.report.language import language_of
+from avahazard.store.records import save_records
 from avahazard.store.results import document_checksum
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import CalibrationTable
 from avahazard.store.upkeep import check_database
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
@@ -24,20 +36,28 @@ from avahazard.workflow.ladder import ladder
 from avahazard.workflow.models import show_model
 from avahazard.workflow.predict import predict
 from avahazard.workflow.report import write_report
-from avahazard.workflow.requests import DiagnoseRequest, HazardRequest, ReportRequest, ZonesRequest
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    DiagnoseRequest,
+    HazardRequest,
+    ReportRequest,
+    ZonesRequest,
+)
 from avahazard.workflow.runout import run_model
 from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.notes import model_notes
+from avahazard.workflow.stored.notes import model_notes, record_notes, volume_notes
 from avahazard.workflow.zones import zones
+from tests.inference import studies
+from tests.workflow.worlds import bowl, height, known_stops
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
 
 STALE = "the records have changed since base was calibrated."
 UNCONVERGED = "the chains of base have not converged."
-FEW = "base stands on 7 events only."
+FEW = "base is based on 7 events only."
 OTHER = "base was made with version 0.0.1 of this program"
-PRIOR = "the records say little of log a: in base the prior speaks"
-SPREAD = "paths differ by sd 0.20"
+PRIOR = "log a is weakly identified: in base it is prior-dominated"
+SPREAD = "paths differ by a standard deviation of 0.20"
 RECORDS = "records contradict themselves: e1."
 ALL = (STALE, UNCONVERGED, FEW, OTHER, PRIOR, SPREAD, RECORDS)
 
@@ -82,7 +102,9 @@ def test_the_error_of_speeds_of_an_earlier_version_is_told(snow_database: str) -
 
 
 @pytest.mark.slow
-def test_every_command_says_all_of_a_model(poor: str, snow_world: Path, tmp_path: Path) -> None:
+def test_every_command_says_all_of_a_model(
+    poor: str, snow_world: FilePath, tmp_path: FilePath
+) -> None:
     events = snow_world / "world" / "events.csv"
     path_id = hazard(poor, "base", HazardRequest(draws=200)).rows[0].path_id
     commands: dict[str, Callable[[], tuple[str, ...]]] = {
@@ -103,7 +125,7 @@ def test_every_command_says_all_of_a_model(poor: str, snow_world: Path, tmp_path
 
 
 def test_bounds_that_became_stale_since_are_exported_with_a_word(
-    snow_database: str, tmp_path: Path
+    snow_database: str, tmp_path: FilePath
 ) -> None:
     hazard(snow_database, "base", HazardRequest(draws=200))
     assert STALE not in in_words(export(snow_database, "base", tmp_path / "a.csv").notes)
@@ -114,7 +136,7 @@ def test_bounds_that_became_stale_since_are_exported_with_a_word(
 
 
 @pytest.mark.slow
-def test_the_long_commands_say_it_too(snow_database: str, tmp_path: Path) -> None:
+def test_the_long_commands_say_it_too(snow_database: str, tmp_path: FilePath) -> None:
     told_of(snow_database)
     fresh = [note for note in ALL if note != STALE]
     hazard(snow_database, "base", HazardRequest(draws=200))
@@ -128,3 +150,147 @@ def test_the_long_commands_say_it_too(snow_database: str, tmp_path: Path) -> Non
     write_report(snow_database, "base", tmp_path / "base.html", ReportRequest())
     page = (tmp_path / "base.html").read_text(encoding="utf-8")
     assert "7 events only" in page
+
+
+def events() -> tuple[Event, ...]:
+    return known_stops(volume_m3=3e4)
+
+
+def notes(records: Records) -> tuple[str, ...]:
+    return record_notes(records, build_observations(records).sites)
+
+
+def cliff(depth_m: float) -> Records:
+    """The bowl with a step of that depth on 20 m, and points that are said to be exact."""
+    x = np.linspace(0.0, 1900.0, 96)
+    y = height(x) + depth_m * (x < 500.0)
+    profile = Profile("B", x, y, elevation_sigma_m=np.full(len(x), 0.5))
+    return Records((Path("B"),), (profile,), events())
+
+
+def test_right_records_need_no_note() -> None:
+    assert notes(bowl(events=events())) == ()
+
+
+def test_a_path_that_misses_its_terrain_is_told_with_the_place() -> None:
+    (note,) = notes(cliff(120.0))
+    assert note.startswith(
+        "B: the path that the block runs on misses the points of its profile by "
+    )
+    place = float(note.split("at x = ")[1].split(" m")[0])
+    assert 400.0 < place < 600.0
+
+
+def test_an_error_of_the_points_is_no_misfit() -> None:
+    rough = cliff(0.0)
+    noise = np.random.default_rng(1).normal(0.0, 5.0, 96)
+    (profile,) = rough.profiles
+    told = replace(profile, y_m=profile.y_m + noise, elevation_sigma_m=np.full(len(noise), 5.0))
+    assert notes(replace(rough, profiles=(told,))) == ()
+
+
+def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
+    wrong = Event(
+        "wrong",
+        "B",
+        runout_x_m=900.0,
+        volume_m3=1e6,
+        volume_rel_sigma=0.1,
+        deposit_length_m=10.0,
+        deposit_width_m=10.0,
+        deposit_thickness_m=2.0,
+    )
+    before = Event("before", "B", runout_x_m=900.0, left_profile=True, volume_m3=1e4)
+    records = bowl(events=(*events(), wrong, before))
+    note, of_place = notes(records)
+    assert note.startswith(
+        "wrong: the record of this event contradicts itself: volume_m3 is 1e+06; "
+    )
+    assert "accepted would be about 100" in note
+    assert "before: the record of this event contradicts itself: runout_x_m is 900" in of_place
+    for code in ("de", "fr", "it"):
+        told = language_of(code).note(note)
+        assert "accepted" not in told
+        assert "half of length" not in told
+        assert "left_profile 0, or" not in language_of(code).note(of_place)
+        assert "wrong" in told
+    five = tuple(replace(wrong, event_id=f"w{k}", date=f"195{k}") for k in range(5))
+    many = notes(replace(records, events=five))
+    assert len(many) == 5
+    (one,) = grouped(many)
+    assert one.startswith("w0, w1, w2 and 2 more: the record of this event contradicts itself")
+    # It is stored with the model, and everything that shows the model says it.
+    with writing(database) as session:
+        save_records(session, records)
+    assert note in calibrate(database, "m", CalibrateRequest(chains=2, draws=50)).notes
+    assert show_model(database, "m").notes.count(note) == 1
+
+
+def test_stops_over_the_limit_of_sight_are_told_but_not_those_across_the_valley() -> None:
+    x = np.linspace(0.0, 2000.0, 101)
+    valley = Profile("V", x, 500.0 + np.abs(x - 1400.0) * np.where(x < 1400.0, 0.5, 0.3))
+    (path,) = (Path("V", observed_below_m=600.0),)
+
+    def told(*events: Event) -> tuple[str, ...]:
+        return record_notes(Records((path,), (valley,), events), ())
+
+    seen = Event("seen", "V", runout_x_m=1300.0, runout_sigma_m=10.0, volume_m3=1e4)
+    across = Event("across", "V", runout_x_m=1900.0, runout_sigma_m=10.0, volume_m3=1e4)
+    barely = Event("barely", "V", runout_x_m=1180.0, runout_sigma_m=10.0, volume_m3=1e4)
+    high = Event("high", "V", runout_x_m=900.0, runout_sigma_m=10.0, volume_m3=1e4)
+    assert told(seen, across, barely) == ()
+    (note,) = told(seen, high, across)
+    assert note.startswith("V: 1 record stops above observed_below_m (600 m)")
+    assert "event high, at 735 m" in note
+    for code in ("de", "fr", "it"):
+        assert language_of(code).note(note) != note
+
+
+def test_an_avalanche_that_is_there_twice_is_told() -> None:
+    first, *others = events()
+    again = replace(first, event_id="again")
+    (note,) = notes(bowl(events=(first, *others, again)))
+    assert note.startswith(f"{first.event_id} = again: alike in path, day and stop")
+    for code in ("de", "fr", "it"):
+        told = language_of(code).note(note)
+        assert "again" in told
+        assert "alike" not in told
+
+
+SHAPE = VolumeShape(np.linspace(-3.0, 3.0, 25), -np.abs(np.linspace(-3.0, 3.0, 25)))
+
+
+def _model(volumes: VolumeNodes, law: str = "exponential") -> FittedModel:
+    observations = replace(studies.observations(), volumes=volumes)
+    posterior = studies.posterior(observations, law=law)
+    return fitted_model(posterior, studies.near(posterior)[None], {})
+
+
+def _shaped(volumes: VolumeNodes) -> VolumeNodes:
+    """The same with a population of that shape."""
+    return rescaled(replace(volumes, population=replace(volumes.population, shape=SHAPE)), 1.5)
+
+
+def test_of_lognormal_volumes_nothing_is_said() -> None:
+    assert volume_notes(_model(studies.observations().volumes), "m") == ()
+
+
+def test_the_largest_volume_is_told() -> None:
+    (note,) = volume_notes(_model(bounded(studies.observations().volumes, 812345.0)), "m")
+    assert note.startswith("m takes no true volume to be larger than 810,000 m3")
+
+
+def test_a_shape_of_its_own_is_told() -> None:
+    (note,) = volume_notes(_model(_shaped(studies.observations().volumes)), "m")
+    assert note.startswith("m does not take true volumes to be lognormal")
+
+
+@pytest.mark.parametrize("change", [_shaped, lambda volumes: bounded(volumes, 1e6)])
+def test_where_volumes_do_not_count_or_have_no_error_nothing_is_said(change) -> None:  # type: ignore[no-untyped-def]
+    volumes = change(studies.observations().volumes)
+    assert volume_notes(_model(volumes, "constant"), "m") == ()
+    observations = studies.observations()
+    all_known = np.nan_to_num(observations.columns.log_volume, nan=10.0)
+    columns = replace(observations.columns, log_volume=all_known)
+    known = replace(observations, columns=columns, volumes=volumes)
+    assert volume_notes(_model(exact_volumes(known)), "m") == ()
