@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avahazard.criticism.scoring.error_budget import UNEXPLAINED
-from avahazard.criticism.screening.levels import LEVEL
+from avahazard.criticism.screening.significance import LEVEL
 from avahazard.report.html.words import coordinate_words
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.picture import figure, picture

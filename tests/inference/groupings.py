@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.criticism.screening.group_spreads import GroupSpreads
+from avahazard.criticism.screening.parametric_bootstrap import GroupSpreads
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.friction_model import OffsetPlan, offset_plan
 from avahazard.inference.model.observations import Observations

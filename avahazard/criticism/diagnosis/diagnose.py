@@ -40,9 +40,8 @@ from avahazard.criticism.diagnosis.together import Together, masked_pair, needed
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
-from avahazard.criticism.screening.levels import LEVEL
 from avahazard.criticism.screening.screen import screen
-from avahazard.criticism.screening.significance import Screened, Screening
+from avahazard.criticism.screening.significance import LEVEL, Screened, Screening
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations

@@ -10,7 +10,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
-from avahazard.criticism.screening.group_spreads import GroupSpreads, group_spreads
+from avahazard.criticism.screening.parametric_bootstrap import GroupSpreads, group_spreads
 from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition, Facts
 from avahazard.engine import spread_map

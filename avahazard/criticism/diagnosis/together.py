@@ -12,8 +12,8 @@ from avahazard.criticism.diagnosis.naming import MARGIN, least_evidence
 from avahazard.criticism.diagnosis.record_faults import explained_by_record_faults
 from avahazard.criticism.diagnosis.refits import Question, Refit, refit_each, without_groups
 from avahazard.criticism.screening.candidates import candidate_definitions
-from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL
 from avahazard.criticism.screening.screen import gains_beside
+from avahazard.criticism.screening.significance import LEVEL, PAIR_LEVEL
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 

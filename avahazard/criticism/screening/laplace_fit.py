@@ -3,7 +3,7 @@
 Newton steps on coefficients, offsets and scatter at once (penalised iteratively re-weighted
 least squares, Breslow and Clayton 1993), the spread of the offsets by Fisher's scoring, and the
 log likelihood with the offsets integrated out by Laplace's method. Events that left the
-profile and the chance to be seen are in it.
+profile and the chance of detection are in it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.criticism.screening.laplace_terms import laplace_terms
 from avahazard.inference.likelihood.offset_system import (
     by_offset,
     log_determinant,
@@ -23,15 +22,28 @@ from avahazard.inference.likelihood.offset_system import (
     solved,
     variances,
 )
+from avahazard.inference.model.friction_scatter import (
+    HALF_LOG_2PI,
+    LOG_STUDENT_PEAK,
+    STUDENT_INFORMATION,
+    STUDENT_PULL,
+    log_normal_below,
+    log_student_below,
+    student_shape,
+)
 from avahazard.kernels import kernel
 
 STEPS = 12
 CONVERGED = 1e-4
 """Rise of the log likelihood (nats) from one step to the next after which there are no more."""
+NO_ODDS = 40.0
+"""Nats by which a record is likelier right than wrong from which on no digit tells of the wrong."""
+SCATTER_MEAN, SCATTER_SD = math.log(0.15), 1.0
+LEAST_SPREAD, LARGEST_SPREAD = 1e-3, 1.0
 
 
 class Design(NamedTuple):
-    """What stays alike between made worlds: columns `x` `[n_events, n_columns]`, `constant`.
+    """What stays alike between simulated datasets: columns `x` `[n_events, n_columns]`, `constant`.
 
     Coefficients have normal priors `prior_mean`, `prior_precision` `[n_columns]`; `of`, `places`
     (the `index`), `alone`, `rest` are those of an `OffsetPlan`, and `spread_scale` `[n_groupings]`
@@ -55,16 +67,16 @@ class Design(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """Probabilities by one edge each, `[n_events]`: of leaving, and of being seen.
+    """Probabilities by one edge each, `[n_events]`: of leaving, and of detection.
 
-    The event leaves where ν < `leave`, blurred by `leave_sd`; it is seen where ν < `seen`,
-    blurred by `seen_sd` (`has_limit` False: always).
+    The event leaves where ν < `leave`, blurred by `leave_sd`; it is detected where ν < `detected`,
+    blurred by `detected_sd` (`has_limit` False: always).
     """
 
     leave: Floats
     leave_sd: Floats
-    seen: Floats
-    seen_sd: Floats
+    detected: Floats
+    detected_sd: Floats
     has_limit: NDArray[np.bool_]
 
 
@@ -78,10 +90,6 @@ class LaplaceFit(NamedTuple):
     coefficients: Floats
     log_scatter: float
     tau: Floats
-
-
-SCATTER_MEAN, SCATTER_SD = math.log(0.15), 1.0
-LEAST_SPREAD, LARGEST_SPREAD = 1e-3, 1.0
 
 
 @kernel
@@ -99,7 +107,7 @@ def laplace_fit(record_moments, left, edges, design, start, log_scatter, first_t
     for _ in range(STEPS):
         sigma = math.exp(log_scatter)
         lone = _own_offsets(design, tau)
-        value = laplace_terms(
+        value = _terms(
             record_moments, left, edges, design, beta, offsets, sigma, lone, student, g, h, dv, iv
         )
         own = (sigma * design.multiplier) ** 2
@@ -195,3 +203,80 @@ def _newton(design, g, h, bend, cross, root, pull, beta):  # type: ignore[no-unt
     for c in range(p):
         pull -= joint[c] * step[c]
     return step, solved(design.rest, bend, cross, root, pull)
+
+
+@kernel(inner=True)
+def _terms(  # type: ignore[no-untyped-def]
+    record_moments, left, edges, design, beta, offsets, sigma, lone, student, g, h, dv, iv
+):
+    """Sum of log likelihoods; fills score g and curvature h in m.
+
+    For any part d of an event's variance, d `dv` `[n_events]` is the derivative of its log
+    likelihood in half of log d, and d² `iv` the expected curvature.
+    """
+    n, p = design.x.shape
+    value = 0.0
+    for i in range(n):
+        m = design.constant[i]
+        for c in range(p):
+            m += design.x[i, c] * beta[c]
+        for a in range(len(design.places)):
+            if design.places[a, i] >= 0:
+                m += offsets[design.places[a, i]]
+        own = (sigma * design.multiplier[i]) ** 2 + lone[i]
+        gone = left[i] and record_moments.variance[i] == 0.0
+        if gone:
+            spread = math.sqrt(own + edges.leave_sd[i] ** 2 + design.extra[i])
+            z = (edges.leave[i] - m) / spread
+            here, ratio = log_normal_below(z)
+            g[i] = -ratio / spread
+            h[i] = ratio * (ratio + z) / (spread * spread)
+            dv[i] = -z * ratio / (spread * spread)
+            iv[i] = 0.5 * dv[i] ** 2
+        else:
+            s = own + record_moments.variance[i] + design.extra[i]
+            e = record_moments.mean[i] - m
+            if student:
+                shape = student_shape(e * e / s)
+                here = LOG_STUDENT_PEAK + math.log(shape * shape * math.sqrt(shape / s))
+                pull = STUDENT_PULL * shape / s
+                g[i], h[i] = pull * e, pull
+                dv[i] = (pull * e * e - 1.0) / s
+                iv[i] = STUDENT_INFORMATION / (s * s)
+            else:
+                here = -HALF_LOG_2PI - 0.5 * math.log(s) - 0.5 * e * e / s
+                g[i] = e / s
+                h[i] = 1.0 / s
+                dv[i] = (e * e / s - 1.0) / s
+                iv[i] = 2.0 / (s * s)
+            here += record_moments.log_mass[i]
+        if edges.has_limit[i]:
+            # Never less blurred than the record: else far from both the chance of detection falls
+            # faster than the record's density, and their ratio has no bound.
+            blur = max(edges.detected_sd[i] ** 2, record_moments.variance[i])
+            s = own + blur + design.extra[i]
+            spread = math.sqrt(s)
+            z = (edges.detected[i] - m) / spread
+            log_p, ratio = log_student_below(z) if student else log_normal_below(z)
+            # How the density falls at the edge: of the shape of the scatter, as the record's does.
+            fall = STUDENT_PULL * z * student_shape(z * z) if student else z
+            here -= log_p
+            g[i] += ratio / spread
+            h[i] = max(h[i] - ratio * (ratio + fall) / s, 0.1 * h[i])
+            dv[i] += z * ratio / s
+        if student and not gone:
+            here, right = _or_wrong(here, design.log_wrong[i])
+            for part in (g, h, dv, iv):
+                part[i] *= right
+        value += here
+    return value
+
+
+@kernel(inner=True)
+def _or_wrong(here, wrong):  # type: ignore[no-untyped-def]
+    """Log density of a record that is right or grossly `wrong`, and the chance that it is right."""
+    if wrong < here - NO_ODDS:
+        return here, 1.0
+    odds = math.exp(-abs(here - wrong))
+    right = (1.0 if here > wrong else odds) / (1.0 + odds)
+    return max(here, wrong) + math.log1p(odds), right

@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.criticism.screening.stop_moments import REACH, STRETCH, within_reach
 from avahazard.kernels import kernel
 
+REACH = 6.0
+"""Errors of the record that a friction's stop may lie from it to count."""
+STRETCH = 16
+"""Cells of the grid of frictions whose records are looked at only if one can be near."""
 SPEED_PIECES = 4
 """Parts of a cell of frictions where speeds tell them apart."""
 DEPTH = 20.0
@@ -39,7 +42,7 @@ class SpeedGrid(NamedTuple):
 
 
 class Tracks(NamedTuple):
-    """The speeds (m/s) that were measured in one world, `[n_rows, n_places]`.
+    """The speeds (m/s) that were measured in one dataset, `[n_rows, n_places]`.
 
     `places` `[n_rows]` says at how many places, the first: those that the avalanche came to.
     `spread` `[n_rows, n_places, n_places]` as in `SpeedRecord`, by where it stopped.
@@ -229,3 +232,18 @@ def _least(bend):  # type: ignore[no-untyped-def]
     a, b, c = bend
     t = min(max(-0.5 * b / c, 0.0), 1.0) if c > 0.0 else (1.0 if b < 0.0 else 0.0)
     return a + t * (b + t * c)
+
+
+@kernel(inner=True)
+def within_reach(z0, z1, seen):  # type: ignore[no-untyped-def]
+    """The part of a cell, from z0 to z1 standard deviations, that is within reach; 0 to 0 if none.
+
+    It ends at the share `seen` of the cell.
+    """
+    if (z0 > REACH and z1 > REACH) or (z0 < -REACH and z1 < -REACH):
+        return 0.0, 0.0
+    if z0 == z1:
+        return 0.0, min(1.0, seen)
+    ta = (-REACH - z0) / (z1 - z0)
+    tb = (REACH - z0) / (z1 - z0)
+    return max(0.0, min(ta, tb)), min(1.0, seen, max(ta, tb))

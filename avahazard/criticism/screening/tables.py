@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.laplace_fit import Edges
-from avahazard.criticism.screening.speed_points import SpeedGrid
-from avahazard.criticism.screening.stop_moments import record_bounds
-from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.criticism.screening.speed_points import STRETCH, SpeedGrid
+from avahazard.effects.effect import Effect
+from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
+from avahazard.inference.likelihood.predicted import Predicted, predict_records
+from avahazard.inference.likelihood.record_parts import EVENTS_AT_ONCE, in_parts
 from avahazard.inference.likelihood.sight import hidden_from
 from avahazard.inference.likelihood.speed_nodes import squares
-from avahazard.inference.model.observations import LENGTH, Observations
+from avahazard.inference.likelihood.stops_asked import stops_asked
+from avahazard.inference.model.observations import LENGTH, Observations, part_of, whole_paths
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 
 LOG_MU = np.log(MU)
 SPEED_STRIDE = 4
+COLUMNS = ("record", "bounds", "last_left", "hidden_from", "about", "height", "sigma")
+"""Columns of `Tables` that have a row for each event."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,20 +66,22 @@ def make_tables(
     leave = np.where(last_left >= 0, middle[np.clip(last_left, 0, len(middle) - 1)], -9.0)
     edge = hidden_from(observations, predicted)
     declared = np.isfinite(edge)
-    seen, seen_sd = np.where(declared, edge, 9.0), np.zeros(n)
+    detected, detected_sd = np.where(declared, edge, 9.0), np.zeros(n)
     estimated = np.isfinite(limit) & np.isnan(observations.limit)
     has_limit = declared | (estimated & np.isfinite(predicted.elevation).all(axis=1))
     for i in np.flatnonzero(has_limit & estimated):
         chance = ndtr((limit[i] - predicted.elevation[i]) / predicted.sigma[i])
-        # What goes further than a stop that is seen is seen, up the other side of a valley too.
+        # What goes further than a detected stop is detected, up the other side of a valley too.
         chance = np.maximum.accumulate(np.where(left[i], 1.0, chance)[::-1])[::-1]
         drop = -np.diff(chance)
         total = float(np.sum(drop))
         if total < 1e-6:
             has_limit[i] = False
             continue
-        seen[i] = float(np.sum(drop * middle)) / total
-        seen_sd[i] = np.sqrt(max(float(np.sum(drop * (middle - seen[i]) ** 2)) / total, 0.0))
+        detected[i] = float(np.sum(drop * middle)) / total
+        detected_sd[i] = np.sqrt(
+            max(float(np.sum(drop * (middle - detected[i]) ** 2)) / total, 0.0)
+        )
     # Without any profile nobody looks a record up.
     looked_up = predicted.record if observations.sites else np.zeros((n, 1))
     record = looked_up.astype(np.float32)
@@ -85,7 +93,7 @@ def make_tables(
         about=np.full(n, np.nan) if about is None else about,
         height=np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
         sigma=predicted.sigma,
-        edges=Edges(leave, predicted.leaving_sigma, seen, seen_sd, has_limit),
+        edges=Edges(leave, predicted.leaving_sigma, detected, detected_sd, has_limit),
         speeds=_speed_grid(observations, predicted, track_scatter),
     )
 
@@ -93,6 +101,15 @@ def make_tables(
 def with_scatter(tables: Tables, track_scatter: float) -> Tables:
     """The same with another scatter of friction along tracks; arrays are shared."""
     return replace(tables, speeds=tables.speeds._replace(scatter=float(track_scatter)))
+
+
+def record_bounds(record: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Lowest and highest record of each stretch of frictions, `[n_events, n_stretches, 2]`."""
+    starts = np.arange(0, max(record.shape[1] - 1, 1), STRETCH)
+    low, high = np.minimum.reduceat(record, starts, 1), np.maximum.reduceat(record, starts, 1)
+    # A cell reaches to the first point of the next stretch.
+    after = record[:, np.minimum(starts + STRETCH, record.shape[1] - 1)]
+    return np.stack([np.minimum(low, after), np.maximum(high, after)], axis=2)
 
 
 def _speed_grid(observations: Observations, predicted: Predicted, scatter: float) -> SpeedGrid:
@@ -110,3 +127,70 @@ def _speed_grid(observations: Observations, predicted: Predicted, scatter: float
         cell[r] = predicted.jumped[r].cell
         jumped[r, :k] = predicted.jumped[r].square
     return SpeedGrid(row, coarse, SPEED_STRIDE, cell, jumped, sigma, float(scatter))
+
+
+def model_tables(
+    observations: Observations,
+    effects: tuple[Effect, ...],
+    values: Values,
+    curvature: float,
+    limit: Floats,
+    track_scatter: float,
+    about: Floats,
+    runs: BlockRuns | None = None,
+    near: bool = False,
+) -> Tables:
+    """Tables of these effects at their values; `limit`, `about` `[n_events]` as in `make_tables`.
+
+    `curvature` and `runs` are those of `predict_records`; without runs blocks are run, `near` the
+    records alone or all over. They are made some paths at a time: what the block would leave as
+    records takes ten times the memory of the tables made of it.
+    """
+
+    def of(part: Observations, events: Ints, runs: BlockRuns | None) -> Tables:
+        if runs is None:
+            asked = stops_asked(part, effects, values) if near else None
+            runs = run_blocks(part, effects, values, curvature, asked)
+        predicted = predict_records(part, effects, values, curvature, runs)
+        return make_tables(part, predicted, limit[events], track_scatter, about[events])
+
+    everyone = np.arange(observations.n_events)
+    if not in_parts(observations) or np.any(observations.columns.path_index < 0):
+        return of(observations, everyone, runs)
+    whole: Tables | None = None
+    for events in whole_paths(observations, EVENTS_AT_ONCE):
+        part = part_of(observations, events)
+        own = None if runs is None else _runs_of(observations, events, runs)
+        made = of(part, events, own)
+        whole = _room(made, observations.n_events) if whole is None else whole
+        _put(whole, made, events)
+    assert whole is not None
+    return whole
+
+
+def _runs_of(observations: Observations, events: Ints, runs: BlockRuns) -> BlockRuns:
+    """The runs on the sites of these events."""
+    path = observations.columns.path_index[events]
+    return BlockRuns(tuple(runs.tables[k] for k in np.unique(path[path >= 0])), (), ())
+
+
+def _room(part: Tables, n_events: int) -> Tables:
+    """Tables as long as all events, of the kind of a part's."""
+
+    def room(column: Any) -> Any:
+        return np.empty((n_events, *column.shape[1:]), dtype=column.dtype)
+
+    return replace(
+        part,
+        **{name: room(getattr(part, name)) for name in COLUMNS},
+        edges=Edges(*map(room, part.edges)),
+        speeds=part.speeds._replace(row=np.full(n_events, -1)),
+    )
+
+
+def _put(whole: Tables, part: Tables, events: Ints) -> None:
+    """Put a part's rows where its events are."""
+    for name in COLUMNS:
+        getattr(whole, name)[events] = getattr(part, name)
+    for column, rows in zip(whole.edges, part.edges, strict=True):
+        column[events] = rows

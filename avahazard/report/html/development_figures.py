@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from avahazard.criticism.screening.levels import LEVEL
+from avahazard.criticism.screening.significance import LEVEL
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import BLUE, ORANGE, VERMILION, Figure, Trace, axis, label, layout
 from avahazard.report.html.words import amount, chance, coordinate_words, likelier

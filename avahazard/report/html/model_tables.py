@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from avahazard.criticism.screening.levels import LEVEL
+from avahazard.criticism.screening.significance import LEVEL
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.summary import SIGNIFICANT, failing
 from avahazard.report.html.words import (

@@ -9,10 +9,9 @@ import pytest
 from scipy import stats
 
 from avahazard.criticism.screening.laplace_fit import laplace_fit
-from avahazard.criticism.screening.parametric_bootstrap import make_world
+from avahazard.criticism.screening.parametric_bootstrap import draw_below, simulate
 from avahazard.criticism.screening.screen import screen
-from avahazard.criticism.screening.seen_friction import draw_below
-from avahazard.criticism.screening.tested_model import tested_model as model_at_mode
+from avahazard.criticism.screening.screen import tested_model as model_at_mode
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import ELEVATION, Observations
 from avahazard.inference.seeds import generator
@@ -71,7 +70,7 @@ def test_fits_of_the_model_itself_go_on_until_they_stay(monkeypatch: pytest.Monk
         rises = []
         for k in range(30):
             rng = generator(5, "few seen", k)
-            world = make_world(posterior, model.predicted, u, groups.plan, tau, 0.0, rng)
+            world = simulate(posterior, model.predicted, u, groups.plan, tau, 0.0, rng)
             moments, first = gains.reference(world)
             fit = first
             for _ in range(6):

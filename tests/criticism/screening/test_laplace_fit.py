@@ -72,11 +72,11 @@ def log_density(theta, moments, left, edges, design, student):  # type: ignore[n
     gone = np.sqrt((own + design.extra)[left])
     value += stats.norm.logcdf((edges.leave[left] - m[left]) / gone).sum()
     near = edges.has_limit
-    never_sharper = np.maximum(edges.seen_sd**2, moments.variance)
+    never_sharper = np.maximum(edges.detected_sd**2, moments.variance)
     blur = np.sqrt((own + never_sharper + design.extra)[near])
     shape = stats.t(4) if student else stats.norm
     seen = np.zeros(N)
-    seen[near] = shape.logcdf((edges.seen[near] - m[near]) / blur)
+    seen[near] = shape.logcdf((edges.detected[near] - m[near]) / blur)
     e = (moments.mean - m)[~left]
     s = s[~left]
     if student:
@@ -117,7 +117,7 @@ def test_it_reaches_the_optimum_of_a_plain_optimiser(case: str) -> None:
         edges = edges._replace(leave=np.full(N, -0.9))
     if case.endswith("limit"):
         edges = edges._replace(
-            seen=np.full(N, -0.6), seen_sd=np.full(N, 0.03), has_limit=np.arange(N) % 2 == 0
+            detected=np.full(N, -0.6), detected_sd=np.full(N, 0.03), has_limit=np.arange(N) % 2 == 0
         )
         keep = (moments.mean < -0.6) | ~edges.has_limit
         edges = edges._replace(has_limit=edges.has_limit & keep)
@@ -134,7 +134,7 @@ def test_no_friction_is_likely_because_it_is_never_seen() -> None:
     """Student's tails fall slower than a normal chance to be seen: from far off that would win."""
     moments, design = moments_and_design(0, student=True)
     edges = no_edges()._replace(
-        seen=np.full(N, np.max(moments.mean)), has_limit=np.ones(N, dtype=bool)
+        detected=np.full(N, np.max(moments.mean)), has_limit=np.ones(N, dtype=bool)
     )
     far = laplace_fit(
         *(moments, np.zeros(N, dtype=bool), edges, design, np.array([50.0, 0.0, 0.0])),

@@ -5,9 +5,9 @@ import pytest
 
 from avahazard.criticism.screening.parametric_bootstrap import (
     BootstrapRecords,
+    actual_records,
     at_friction,
-    make_world,
-    real_world,
+    simulate,
 )
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import LEFT, PLACE
@@ -26,7 +26,7 @@ def many(
     predicted = model.nodes.predicted_at(u)
     plan = plan_of(model.observations, "path-effect")
     return [
-        make_world(model, predicted, u, plan, np.array([tau]), track_scatter, generator(1, b))
+        simulate(model, predicted, u, plan, np.array([tau]), track_scatter, generator(1, b))
         for b in range(N_WORLDS)
     ]
 
@@ -40,7 +40,7 @@ def test_squares_at_a_friction_are_those_of_numpy(friction: float) -> None:
 
 def test_the_real_world_is_the_records() -> None:
     observations = studies.observations()
-    found = real_world(studies.posterior(observations))
+    found = actual_records(studies.posterior(observations))
     stopped = observations.kind != LEFT
     assert np.array_equal(found.left, ~stopped)
     assert np.array_equal(found.observed[stopped], observations.observed[stopped])
@@ -129,7 +129,7 @@ def test_equal_seeds_make_equal_worlds() -> None:
     plan = plan_of(model.observations, "path-effect")
 
     def one(seed: int) -> BootstrapRecords:
-        return make_world(model, predicted, u, plan, np.array([0.1]), 0.05, generator(seed, "a"))
+        return simulate(model, predicted, u, plan, np.array([0.1]), 0.05, generator(seed, "a"))
 
     a, b, c = one(1), one(1), one(2)
     assert np.array_equal(a.observed, b.observed)

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.refits import refit, without_groups
-from avahazard.criticism.screening.candidates import candidate_definitions
-from avahazard.criticism.screening.held_alternatives import HeldAlternatives
-from avahazard.criticism.screening.moments_of_worlds import estimated_limits, sight_edges
-from avahazard.criticism.screening.parametric_bootstrap import real_world
+from avahazard.criticism.screening.candidates import HeldAlternatives, candidate_definitions
+from avahazard.criticism.screening.parametric_bootstrap import actual_records
+from avahazard.criticism.screening.record_moments import detection_edges, estimated_limits
 from avahazard.criticism.screening.screen import screen
 from avahazard.criticism.screening.significance import Screening
 from avahazard.criticism.screening.tables import make_tables
@@ -61,7 +60,7 @@ def test_tables_that_find_no_room_change_nothing(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("avahazard.criticism.screening.screen.BATCH", 2)
     held = on_paths(n_worlds=5)
     nothing = partial(HeldAlternatives, most_bytes=0)
-    monkeypatch.setattr("avahazard.criticism.screening.tested_model.HeldAlternatives", nothing)
+    monkeypatch.setattr("avahazard.criticism.screening.screen.HeldAlternatives", nothing)
     made_anew = on_paths(n_worlds=5)
     assert made_anew.candidates == held.candidates
     assert made_anew.groups == held.groups
@@ -134,10 +133,10 @@ def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
     model = studies.posterior(observations)
     predicted = predict_records(observations, (), {})
     tables = make_tables(observations, predicted, observations.limit, 0.0)
-    measured = real_world(model)
+    measured = actual_records(model)
     seen = {}
     for margin in (0.0, 100.0):
-        seen[margin] = sight_edges(tables, margin, measured, observations)
+        seen[margin] = detection_edges(tables, margin, measured, observations)
     assert np.all(seen[0.0].has_limit == (observations.columns.path_index >= 0))
     free = seen[0.0].has_limit & np.isnan(observations.limit)
     # Higher stops need more friction.
@@ -150,7 +149,7 @@ def test_limits_are_those_of_each_path_and_kind_of_record() -> None:
     n = observations.n_events
     kind = rng.choice([PLACE, ELEVATION, LEFT], n)
     declared = np.where(rng.random(n) < 0.2, 1500.0, np.nan)
-    measured = real_world(studies.posterior(observations))
+    measured = actual_records(studies.posterior(observations))
     observations = replace(observations, kind=kind, limit=declared)
     stops = rng.normal(1000.0, 100.0, n)
     measured = replace(measured, observed=stops, left=rng.random(n) < 0.3)

@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 from scipy.stats import gamma
 
-from avahazard.criticism.screening.levels import LEVEL, PAIR_LEVEL, SIGHT_LEVEL, group_level
-from avahazard.criticism.screening.significance import Screened, judge
+from avahazard.criticism.screening.significance import (
+    DETECTION_LEVEL,
+    LEVEL,
+    PAIR_LEVEL,
+    Screened,
+    group_level,
+    judge,
+)
 from avahazard.effects.catalogue import catalogue, definition
 
 ENTRIES = [entry for entry in catalogue().values() if not entry.in_base][:8]
@@ -71,7 +77,7 @@ def test_what_is_seen_is_tested_by_itself() -> None:
     found = judge(entries, np.vstack([real, null]), np.zeros(200), (), none)
     sight = next(c for c in found.candidates if c.key == "observation-limit")
     rank = (1.0 + np.sum(null[:, -1] >= 20.0)) / 200.0
-    assert sight.p_family == pytest.approx(rank * LEVEL / SIGHT_LEVEL)
+    assert sight.p_family == pytest.approx(rank * LEVEL / DETECTION_LEVEL)
     assert sight.p_single == pytest.approx(gamma.sf(20.0, 9.0), rel=0.9)
     # Two of 200 are enough.
     assert sight.p_family <= LEVEL
@@ -94,7 +100,7 @@ def test_what_a_limit_gains_by_chance_counts_by_half() -> None:
     left = null[:, 0] - 0.5 * chance
     for limit, sight in found.items():
         rank = (1.0 + np.sum(left >= 14.0 - 0.5 * limit)) / 200.0
-        assert sight.p_family == pytest.approx(min(rank * LEVEL / SIGHT_LEVEL, 1.0))
+        assert sight.p_family == pytest.approx(min(rank * LEVEL / DETECTION_LEVEL, 1.0))
         assert sight.gain == 14.0
         assert sight.null_mean == pytest.approx(float(np.mean(null)))
     assert found[3.0].p_family <= LEVEL < found[14.0].p_family
@@ -103,7 +109,7 @@ def test_what_a_limit_gains_by_chance_counts_by_half() -> None:
 def test_the_levels_of_all_that_is_tested_add_up_to_five_percent() -> None:
     groups = [entry for entry in catalogue().values() if entry.nuisance is not None]
     lasting = [entry.key == "path-effect" for entry in groups]
-    levels = [LEVEL, SIGHT_LEVEL, PAIR_LEVEL, *(group_level(lasts) for lasts in lasting)]
+    levels = [LEVEL, DETECTION_LEVEL, PAIR_LEVEL, *(group_level(lasts) for lasts in lasting)]
     assert sum(levels) == pytest.approx(0.05)
 
 

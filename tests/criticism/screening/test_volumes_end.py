@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.refits import refit, without_groups
-from avahazard.criticism.screening.chance_gains import gains_by_chance
-from avahazard.criticism.screening.tested_model import tested_model as model_of
+from avahazard.criticism.screening.screen import gains_by_chance
+from avahazard.criticism.screening.screen import tested_model as model_of
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification

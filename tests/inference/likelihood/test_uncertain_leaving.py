@@ -13,7 +13,7 @@ import pytest
 from scipy import stats
 
 from avahazard.criticism.scoring.expected import expected_records
-from avahazard.criticism.screening.parametric_bootstrap import make_world
+from avahazard.criticism.screening.parametric_bootstrap import simulate
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
@@ -97,5 +97,5 @@ def test_records_and_worlds_are_drawn_as_often_beyond_the_end() -> None:
     assert drawn.left.mean() == pytest.approx(chance, abs=error)
     tables = model.nodes.predicted_at(u)
     none = np.zeros(0)
-    worlds = [make_world(model, tables, u, model.plan, none, 0.0, rng).left for _ in range(30)]
+    worlds = [simulate(model, tables, u, model.plan, none, 0.0, rng).left for _ in range(30)]
     assert np.mean(worlds) == pytest.approx(chance, abs=4.0 * np.sqrt(chance / (30 * n)))

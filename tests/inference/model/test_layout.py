@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.criticism.screening.group_spreads import scale_of
+from avahazard.criticism.screening.parametric_bootstrap import scale_of
 from avahazard.effects.groups import SPREAD
 from avahazard.inference.fitting.evidence import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from avahazard.criticism.screening.parametric_bootstrap import make_world
+from avahazard.criticism.screening.parametric_bootstrap import simulate
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.rows import volume_bounds
 from avahazard.inference.likelihood.posterior import Posterior
@@ -126,9 +126,7 @@ def test_no_draw_stops_within_a_jump(kind: str) -> None:
         predicted = posterior.nodes.predicted_at(u)
         x = np.array(
             [
-                make_world(posterior, predicted, u, posterior.plan, np.empty(0), 0.0, rng).observed[
-                    0
-                ]
+                simulate(posterior, predicted, u, posterior.plan, np.empty(0), 0.0, rng).observed[0]
                 for _ in range(N)
             ]
         )

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avahazard.criticism.screening import model_tables as module
-from avahazard.criticism.screening.model_tables import COLUMNS, model_tables
+from avahazard.criticism.screening import tables as module
+from avahazard.criticism.screening.tables import COLUMNS, model_tables
 from avahazard.effects.effect import Effect, LimitEffect, MotionEffect
 from avahazard.inference.likelihood import record_parts
 from avahazard.inference.likelihood.assemble import find_definition
