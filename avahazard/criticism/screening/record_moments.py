@@ -13,6 +13,7 @@ expected, and the window is taken out of them (a step of expectation propagation
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -301,23 +302,13 @@ def detection_edges(
 ) -> Edges:
     """Edges where stops `margin` (m) above the highest of each path are not detected."""
     limit = estimated_limits(observations, measured, margin)
-    nobody = np.zeros(len(limit), dtype=np.bool_)
-    silent = tables.speeds._replace(row=np.full(len(limit), -1, dtype=np.int64))
-    place = record_moments(
-        tables.record,
-        tables.bounds,
-        tables.last_left,
-        np.full(len(limit), np.inf),
-        np.full(len(limit), np.nan),
-        tables.height,
-        np.nan_to_num(limit),
-        tables.sigma,
-        nobody,
-        LOG_MU,
-        silent,
-        measured.tracks,
-        NOTHING,
+    n = len(limit)
+    silent = tables.speeds._replace(row=np.full(n, -1, dtype=np.int64))
+    anywhere = replace(
+        tables, hidden_from=np.full(n, np.inf), about=np.full(n, np.nan), speeds=silent
     )
+    at_limit = replace(measured, observed=np.nan_to_num(limit), left=np.zeros(n, dtype=np.bool_))
+    place = moments_of(anywhere, at_limit)
     known = tables.edges
     declared = np.isfinite(observations.limit)
     estimated = np.isfinite(limit) & ~declared & (observations.columns.path_index >= 0)
