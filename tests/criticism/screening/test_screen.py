@@ -128,19 +128,19 @@ def test_the_gain_of_paths_tells_whether_paths_differ() -> None:
     assert found[120.0].groups[0].p_value < 0.05
 
 
-def test_sight_moves_with_the_highest_stop_of_each_path() -> None:
+def test_detection_moves_with_the_highest_stop_of_each_path() -> None:
     observations = studies.observations(speeds=False)
     model = studies.posterior(observations)
     predicted = predict_records(observations, (), {})
     tables = make_tables(observations, predicted, observations.limit, 0.0)
     measured = actual_records(model)
-    seen = {}
+    edges = {}
     for margin in (0.0, 100.0):
-        seen[margin] = detection_edges(tables, margin, measured, observations)
-    assert np.all(seen[0.0].has_limit == (observations.columns.path_index >= 0))
-    free = seen[0.0].has_limit & np.isnan(observations.limit)
+        edges[margin] = detection_edges(tables, margin, measured, observations)
+    assert np.all(edges[0.0].has_limit == (observations.columns.path_index >= 0))
+    free = edges[0.0].has_limit & np.isnan(observations.limit)
     # Higher stops need more friction.
-    assert np.all(seen[100.0].seen[free] > seen[0.0].seen[free])
+    assert np.all(edges[100.0].detected[free] > edges[0.0].detected[free])
 
 
 def test_limits_are_those_of_each_path_and_kind_of_record() -> None:
