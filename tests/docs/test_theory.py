@@ -34,7 +34,7 @@ CONSTANTS = [
     (
         "likelihood",
         "100\\,\\mathrm{m}",
-        "inference.model.speed_record",
+        "inference.model.observations",
         "FRICTION_CORRELATION_M",
         100.0,
     ),
