@@ -20,12 +20,12 @@ from avahazard.inference.model.choices import (
 )
 from avahazard.request import many
 from avahazard.results.base import Rows
-from avahazard.results.catalogue import EffectEntry, ModelSummary
 from avahazard.results.database import Import
 from avahazard.results.friction import Fits, Frictions
+from avahazard.results.hazard import Volumes
 from avahazard.results.ladder import Ladder
+from avahazard.results.models import EffectEntry, ModelSummary
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
-from avahazard.results.volumes import Volumes
 from avahazard.workflow.requests import RECORDS, CalibrateRequest, VolumesRequest
 
 

@@ -22,7 +22,7 @@ from avahazard.cli.options import EffectFiles, StoredModel, picture
 from avahazard.cli.output import emit, settings, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.records.plain import plain
-from avahazard.results.amounts import RATIO, amount, bare, unit_of
+from avahazard.results.base import RATIO, amount, bare, unit_of
 from avahazard.results.diagnosis import Candidate, Diagnosis
 from avahazard.workflow.requests import DiagnoseRequest
 

@@ -14,7 +14,7 @@ from avahazard.cli.options import CalibratedModel
 from avahazard.cli.output import emit, emit_rows, settings, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.notes import grouped
-from avahazard.results.volumes import PathVolumes
+from avahazard.results.hazard import PathVolumes
 from avahazard.workflow.requests import HazardRequest, VolumesRequest, ZonesRequest
 
 

@@ -12,7 +12,7 @@ from avahazard.cli.output import number, table
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.priors import GIVEN
 from avahazard.notes import counted
-from avahazard.results.amounts import RATIO, amount, bare, unit_of
+from avahazard.results.base import RATIO, amount, bare, unit_of
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, HeldOutScores, Scores
 from avahazard.results.ladder import BeforeAndAfter

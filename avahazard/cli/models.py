@@ -12,7 +12,7 @@ from avahazard.cli.model_tables import fall_of_error, show_calibration
 from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, number, settings, table, warn
 from avahazard.cli.progress import show_progress
-from avahazard.results.catalogue import EffectDetails, WrittenTemplate
+from avahazard.results.models import EffectDetails, WrittenTemplate
 from avahazard.workflow.requests import CalibrateRequest
 
 

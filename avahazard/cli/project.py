@@ -19,8 +19,7 @@ from avahazard.cli.output import emit, settings, table, warn
 from avahazard.cli.progress import show_progress
 from avahazard.report.verdict_words import verdict_words
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.made import Demo, HiddenEffect
-from avahazard.results.project import ProjectRun
+from avahazard.results.made import Demo, HiddenEffect, ProjectRun
 
 
 def run(

@@ -41,7 +41,7 @@ from avahazard.records.event import Event
 from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.records.lookup import of_path
 from avahazard.records.path import Path
-from avahazard.results.volumes import ReturnLevel
+from avahazard.results.hazard import ReturnLevel
 
 ENOUGH_MAXIMA = 30
 """Maxima, or excesses over the threshold, from which a path stands alone."""

@@ -48,12 +48,12 @@ from avahazard.results.hazard import (
     HazardRow,
     PlaceQuantiles,
     ReachChance,
+    ReturnLevel,
     RunoutInterval,
     Spread,
     VolumeInterval,
     YearlyChances,
 )
-from avahazard.results.volumes import ReturnLevel
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from array import array
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
+from dataclasses import fields, replace
+from itertools import pairwise
 from pathlib import Path as FilePath
+from sys import intern
+from typing import Any
 
+import numpy as np
+
+from avahazard.arrays import Floats
+from avahazard.records import defaults
 from avahazard.records.collection import Records
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.crosscheck import check_one_scale, check_places, check_references
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
-from avahazard.records.forms import Kind, read_forms
-from avahazard.records.gather import gather_events, gather_paths, gather_profiles, gather_speeds
-from avahazard.records.intake import Drawn, Intake
-from avahazard.records.path import Path, Profile
+from avahazard.records.event import Event, Speed
+from avahazard.records.forms import Kind, column_kinds, read_covariates, read_forms
+from avahazard.records.intake import Drawn, Intake, speed_key
+from avahazard.records.path import Covariate, Path, Profile
+from avahazard.records.rows import (
+    EventRow,
+    PathRow,
+    ProfileRow,
+    Row,
+    StraightRow,
+    VelocityRow,
+    check_rows,
+)
 from avahazard.records.table import Table, read_tables
 
 TABLES = (".csv", ".tsv", ".xlsx", ".xlsm")
@@ -151,3 +168,297 @@ def read_files(
 
 def _ids(column: str, tables: Iterable[Table]) -> set[str]:
     return {text for table in tables for block in table.blocks(column) for text in block if text}
+
+
+MIN_POINTS = 5
+
+
+def build_path(row: PathRow, covariates: Mapping[str, Covariate]) -> Path:
+    """Make a path of its row."""
+    return Path(**row.model_dump(), covariates=covariates)
+
+
+def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]) -> Event:
+    """Make an event of its row: default errors, and the volume of its deposit."""
+    values = row.__dict__.copy()  # the model's own iteration takes four times as long
+    sides = (row.deposit_length_m, row.deposit_width_m, row.deposit_thickness_m)
+    if row.volume_m3 is None and None not in sides:
+        values["volume_m3"] = defaults.deposit_volume_m3(*(s for s in sides if s is not None))
+    if row.runout_sigma_m is None:
+        values["runout_sigma_m"] = defaults.runout_sigma_m(
+            int(row.date[:4]) if row.date is not None else None
+        )
+    if row.volume_rel_sigma is None:
+        values["volume_rel_sigma"] = defaults.VOLUME_REL_SIGMA
+    if isinstance(row, StraightRow):
+        values["fall_height_m"], values["runout_length_m"] = row.height_and_reach
+        if values["fall_height_m"] is not None:
+            values["h_over_l"] = None
+        values["runout_elevation_m"] = None
+    values["left_profile"] = isinstance(row, EventRow) and row.left_profile
+    return Event(**values, covariates=covariates)
+
+
+def build_speed(row: VelocityRow) -> Speed:
+    """Make a speed of its row; where both are given the distance decides, not the elevation."""
+    sigma = row.speed_sigma_m_s
+    return Speed(
+        event_id=row.event_id,
+        speed_m_s=row.speed_m_s,
+        speed_sigma_m_s=defaults.speed_sigma_m_s(row.speed_m_s) if sigma is None else sigma,
+        x_m=row.x_m,
+        elevation_m=row.elevation_m if row.x_m is None else None,
+    )
+
+
+def build_profile(
+    file: str, points: Sequence[tuple[int, ProfileRow]], problems: list[RowProblem]
+) -> Profile | None:
+    """Make a profile of its rows `(line, row)`; None after adding to `problems` what is wrong."""
+    before = len(problems)
+    line, first = points[0]
+    if len(points) < MIN_POINTS:
+        problems.append(
+            RowProblem(file, line, "path_id", first.path_id, f"at least {MIN_POINTS} points a path")
+        )
+    for (_, left), (line, right) in pairwise(points):
+        if right.x_m <= left.x_m:
+            accepted = f"more than {left.x_m:g}, the x_m of the point before it"
+            problems.append(RowProblem(file, line, "x_m", f"{right.x_m:g}", accepted))
+    line, last = points[-1]
+    if len(problems) == before and last.y_m >= first.y_m:
+        accepted = f"less than {first.y_m:g}, because x_m runs from the top of the path"
+        problems.append(RowProblem(file, line, "y_m", f"{last.y_m:g}", accepted))
+    for name in ("land_cover", "easting_m", "lon", "elevation_sigma_m"):
+        _all_or_none(file, points, name, problems)
+    for line, row in points:
+        if row.crs != first.crs:
+            accepted = f"{first.crs or 'empty'}, as at the first point of the path"
+            problems.append(RowProblem(file, line, "crs", row.crs or "", accepted))
+    if len(problems) > before:
+        return None
+    rows = [row for _, row in points]
+    cover = tuple(intern(row.land_cover) for row in rows if row.land_cover is not None)
+    return Profile(
+        path_id=first.path_id,
+        x_m=np.array([row.x_m for row in rows]),
+        y_m=np.array([row.y_m for row in rows]),
+        land_cover=cover or None,
+        easting_m=_optional([row.easting_m for row in rows]),
+        northing_m=_optional([row.northing_m for row in rows]),
+        crs=first.crs,
+        lon=_optional([row.lon for row in rows]),
+        lat=_optional([row.lat for row in rows]),
+        elevation_sigma_m=_optional([row.elevation_sigma_m for row in rows]),
+    )
+
+
+def _all_or_none(
+    file: str, points: Sequence[tuple[int, ProfileRow]], name: str, problems: list[RowProblem]
+) -> None:
+    empty = [line for line, row in points if getattr(row, name) is None]
+    if len(empty) < len(points):
+        for line in empty:
+            accepted = f"a {name} at every point of the path, or at none"
+            problems.append(RowProblem(file, line, name, "", accepted))
+
+
+def _optional(values: list[float | None]) -> Floats | None:
+    return None if None in values else np.array(values, dtype=np.float64)
+
+
+ON_A_PATH = ("path_id", "runout_elevation_m", "runout_x_m", "left_profile")
+ON_A_LINE = ("fall_height_m", "runout_length_m", "h_over_l")
+COORDINATES = ("easting_m", "northing_m", "crs", "lon", "lat")
+
+
+def complete_path(new: Path, old: Path | None, header: Collection[str]) -> Path:
+    """Return `new` with the values of `old` in the columns that `header` lacks."""
+    return new if old is None else replace(new, **_kept(old, new, header))
+
+
+def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Event:
+    """Return `new` with the values of `old` in the columns that `header` lacks.
+
+    Defaults follow what they stand on: an error by the year, a volume by the deposit.
+    """
+    if old is None:
+        return new
+    kept = _kept(old, new, header)
+    # A row without a path gives its height and reach whole, in one way or another.
+    for name in (*ON_A_LINE, *(ON_A_PATH if new.path_id is None else ())):
+        kept.pop(name, None)
+    if old.runout_sigma_m == defaults.runout_sigma_m(old.year):
+        kept.pop("runout_sigma_m", None)
+    of_deposit = "volume_m3" in kept and old.volume_m3 == _deposit(old)
+    event: Event = replace(new, **kept)
+    if "runout_sigma_m" not in kept and "runout_sigma_m" not in header:
+        event = replace(event, runout_sigma_m=defaults.runout_sigma_m(event.year))
+    if of_deposit or event.volume_m3 is None:
+        event = replace(event, volume_m3=_deposit(event))
+    return event
+
+
+def complete_speed(new: Speed, old: Speed | None, header: Collection[str]) -> Speed:
+    """Return `new` with the error of `old` if `header` lacks it and it was no default."""
+    if old is None or "speed_sigma_m_s" in header:
+        return new
+    if old.speed_sigma_m_s == defaults.speed_sigma_m_s(old.speed_m_s):
+        return new
+    return replace(new, speed_sigma_m_s=old.speed_sigma_m_s)
+
+
+def complete_profile(
+    new: Profile, old: Profile | None, header: Collection[str]
+) -> tuple[Profile, list[str]]:
+    """Return `new` with what `header` lacks from `old`, and the columns that are lost.
+
+    Values of points are kept where the points lie at the same distances.
+    """
+    if old is None:
+        return new, []
+    lacking = [
+        name
+        for name in ("land_cover", "elevation_sigma_m", *COORDINATES)
+        if name not in header and getattr(old, name) is not None
+    ]
+    if any(name in header for name in COORDINATES):
+        lacking = [name for name in lacking if name not in COORDINATES]
+    if np.array_equal(new.x_m, old.x_m):
+        kept: dict[str, Any] = {name: getattr(old, name) for name in lacking}
+        return replace(new, **kept), []
+    return new, lacking
+
+
+def _kept(old: Path | Event, new: Path | Event, header: Collection[str]) -> dict[str, Any]:
+    names = [f.name for f in fields(old) if f.name != "covariates" and f.name not in header]
+    covariates = {c: v for c, v in old.covariates.items() if c not in header}
+    return {n: getattr(old, n) for n in names} | {"covariates": covariates | dict(new.covariates)}
+
+
+def _deposit(event: Event) -> float | None:
+    sides = (event.deposit_length_m, event.deposit_width_m, event.deposit_thickness_m)
+    known = [side for side in sides if side is not None]
+    return defaults.deposit_volume_m3(*known) if len(known) == 3 else None
+
+
+PLACES = frozenset({"runout_x_m", "runout_elevation_m", "left_profile"})
+
+
+def gather_paths(tables: Sequence[Table], known: Records, intake: Intake) -> list[Path]:
+    """Return the paths that have a row of their own."""
+    stored = column_kinds(path.covariates for path in known.paths)
+    columns = set(PathRow.model_fields)
+    covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
+    old = {path.path_id: path for path in known.paths}
+    paths = []
+    for table in tables:
+        rows = _each_once("path", "path_id", table, intake)
+        for line, row in check_rows(PathRow, table.file, rows, intake.problems):
+            path = build_path(row, covariates[table.file, line])
+            paths.append(complete_path(path, old.get(path.path_id), table.header))
+    return paths
+
+
+def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> list[Profile]:
+    """Return the profiles of which every point and the order of the points are right."""
+    old = {profile.path_id: profile for profile in known.profiles}
+    profiles = []
+    for table in tables:
+        _note_unused(table, ProfileRow, intake)
+        # Path by path: checked rows take many times the memory of their cells.
+        points: dict[str, array[int]] = {}
+        ids = (path_id for block in table.blocks("path_id") for path_id in block)
+        for k, path_id in enumerate(ids):
+            points.setdefault(path_id, array("q")).append(k)
+        for path_id, mine in points.items():
+            rows = list(check_rows(ProfileRow, table.file, table.at(mine), intake.problems))
+            if not path_id or not rows:
+                continue
+            if not intake.claim(("profile", path_id), (table.file, rows[0][0]), "path_id", path_id):
+                continue
+            whole = len(rows) == len(mine)
+            profile = build_profile(table.file, rows, intake.problems) if whole else None
+            if profile is None:
+                continue
+            profile, lost = complete_profile(profile, old.get(path_id), table.header)
+            if lost:
+                what = ", ".join(lost)
+                note = f"{table.file}: {path_id} has other points than before, and no {what}."
+                intake.notes.append(note)
+            profiles.append(profile)
+    return profiles
+
+
+def gather_events(
+    tables: Sequence[Table], known: Records, intake: Intake, need_runout: bool
+) -> list[Event]:
+    """Return the events, on a path where the row names one, else on their straight line.
+
+    What the file has no column for is that of the stored event of the same id; but where no runout
+    is needed the events are new ones, whatever they are called.
+    """
+    stored = column_kinds(event.covariates for event in known.events)
+    columns = EventRow.model_fields.keys() | StraightRow.model_fields.keys()
+    covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
+    old = {event.event_id: event for event in known.events} if need_runout else {}
+    events = []
+    for table in tables:
+        given = need_runout and bool(PLACES & set(table.header))
+        reach = bool({"fall_height_m", "runout_length_m", "h_over_l"} & set(table.header))
+        on_path: list[tuple[int, dict[str, str]]] = []
+        straight: list[tuple[int, dict[str, str]]] = []
+        for line, cells in _each_once("event", "event_id", table, intake):
+            (on_path if "path_id" in cells or not reach else straight).append((line, cells))
+        found: list[tuple[int, EventRow | StraightRow]] = [
+            *check_rows(
+                EventRow,
+                table.file,
+                iter(on_path),
+                intake.problems,
+                context={"need_runout": given},
+            ),
+            *check_rows(
+                StraightRow,
+                table.file,
+                iter(straight),
+                intake.problems,
+                context={"need_runout": need_runout},
+            ),
+        ]
+        for line, row in sorted(found, key=lambda item: item[0]):
+            event = build_event(row, covariates[table.file, line])
+            events.append(complete_event(event, old.get(event.event_id), table.header))
+    return events
+
+
+def gather_speeds(tables: Sequence[Table], known: Records, intake: Intake) -> list[Speed]:
+    """Return the speeds."""
+    old = {speed_key(speed): speed for speed in known.speeds}
+    speeds = []
+    for table in tables:
+        _note_unused(table, VelocityRow, intake)
+        for line, row in check_rows(VelocityRow, table.file, table.numbered(), intake.problems):
+            speed = build_speed(row)
+            column, place = (
+                ("x_m", speed.x_m) if speed.x_m is not None else ("elevation_m", speed.elevation_m)
+            )
+            if intake.claim(speed_key(speed), (table.file, line), column, f"{place:g}"):
+                speeds.append(complete_speed(speed, old.get(speed_key(speed)), table.header))
+    return speeds
+
+
+def _each_once(
+    kind: str, column: str, table: Table, intake: Intake
+) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the rows of `table`, without those whose id another row has taken."""
+    for line, cells in table.numbered():
+        name = cells.get(column)
+        if name is None or intake.claim((kind, name), (table.file, line), column, name):
+            yield line, cells
+
+
+def _note_unused(table: Table, form: type[Row], intake: Intake) -> None:
+    unused = [name for name in table.header if name not in form.model_fields]
+    if unused:
+        intake.notes.append(f"{table.file}: not used are the columns {', '.join(unused)}.")

@@ -15,7 +15,7 @@ from avahazard.report.html.content import FrictionView
 from avahazard.report.path_pictures import BOUNDS, STOPS
 from avahazard.report.picture import figure, picture
 from avahazard.results.friction import Fits, FrictionDensity, Frictions
-from avahazard.results.volumes import PathVolumes, ReturnLevel
+from avahazard.results.hazard import PathVolumes, ReturnLevel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ from avahazard.criticism.screening.significance import LEVEL
 from avahazard.report.html.words import coordinate_words
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.picture import figure, picture
-from avahazard.results.amounts import RATIO, amount, unit_of
+from avahazard.results.base import RATIO, amount, unit_of
 from avahazard.results.comparison import Comparison, Failure, MeasuredForce
 from avahazard.results.diagnosis import Candidate, Diagnosis
 from avahazard.results.ladder import Rung

@@ -1,4 +1,4 @@
-"""What all results share: JSON, pandas, pictures, and how a notebook shows them."""
+"""What all results share: JSON, pandas, pictures, how a notebook shows them, and units."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from avahazard.records.plain import key_of, plain
 if TYPE_CHECKING:
     import pandas as pd
 
+
 Row_co = TypeVar("Row_co", covariant=True)
 Draw = Callable[[Path, Any], None]
 Report = Callable[[str, float, float], None]
@@ -22,6 +23,23 @@ ABSENT = {"absent": True}
 """Metadata of a field that is left out of the JSON where it is None."""
 PICTURES: dict[type, Draw] = {}
 """How a result is drawn to a file, by its class; filled by `avahazard.report.picture`."""
+RATIO = "h_over_l"
+"""The coordinate of records of which H/L alone is known; keys that end in `_m` then hold H/L."""
+
+
+def unit_of(coordinate: str | None) -> str:
+    """The unit of scores in this coordinate of the records."""
+    return "H/L" if coordinate == RATIO else "m"
+
+
+def bare(value: float, coordinate: str | None, digits: int = 1) -> str:
+    """A number in the unit of the records, without it; `digits` after the point of metres."""
+    return f"{value:.4f}" if coordinate == RATIO else f"{value:.{digits}f}"
+
+
+def amount(value: float, coordinate: str | None, digits: int = 1) -> str:
+    """A number in the unit of the records, and the unit."""
+    return f"{bare(value, coordinate, digits)} {unit_of(coordinate)}"
 
 
 def silent(_what: str, _done: float, _total: float) -> None:

@@ -1,11 +1,11 @@
-"""What `synth` and `demo` make."""
+"""What `synth`, `demo`, `run` and `paper-figures` make."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from avahazard.results.base import Result, Rows
+from avahazard.results.base import ABSENT, Result, Rows
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import HeldOutScores
 from avahazard.results.diagnosis import Diagnosis
@@ -64,3 +64,39 @@ class Demo(Result):
     hazard: Rows[HazardRow]
     loop: HiddenEffect
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Step(Result):
+    """One step: `done` or `up to date`; `found` says in words what came of it."""
+
+    step: str
+    state: str
+    found: str
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectRun(Result):
+    """A project: its steps in order, the model that its answers are by, and the files written."""
+
+    project: str
+    database: str
+    model: str
+    steps: Rows[Step]
+    files: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PaperFigure(Result):
+    """One figure: its number(s) in the paper, what it `shows`, and the `file` it was drawn to.
+
+    `model` is the one that it belongs to, where it belongs to one. `file` is None where it could
+    not be drawn; then `notes` say why.
+    """
+
+    figure: str
+    shows: str
+    model: str | None
+    file: str | None
+    notes: tuple[str, ...] | None = field(default=None, metadata=ABSENT)

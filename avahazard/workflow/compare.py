@@ -47,8 +47,7 @@ from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
-from avahazard.results.amounts import RATIO
-from avahazard.results.base import Report, silent
+from avahazard.results.base import RATIO, Report, silent
 from avahazard.results.comparison import (
     Comparison,
     HeldOutScores,

@@ -22,8 +22,7 @@ from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
-from avahazard.results.amounts import RATIO
-from avahazard.results.base import Report, Rows, silent
+from avahazard.results.base import RATIO, Report, Rows, silent
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import (
     Candidate,

@@ -13,7 +13,7 @@ from avahazard.effects.own_file import TEMPLATE
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
-from avahazard.results.catalogue import (
+from avahazard.results.models import (
     EffectDetails,
     EffectEntry,
     EffectParameter,

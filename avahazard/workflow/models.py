@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from avahazard.results.base import Rows
 from avahazard.results.calibration import Calibration
-from avahazard.results.catalogue import ModelSummary
+from avahazard.results.models import ModelSummary
 from avahazard.store.models import list_models, load_model
 from avahazard.store.records import load_records
 from avahazard.store.results import latest_calibration

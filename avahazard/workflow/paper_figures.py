@@ -19,7 +19,7 @@ from avahazard.records.lookup import only_paths
 from avahazard.report.picture import FORMATS
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.friction import FrictionDensity
-from avahazard.results.paper import PaperFigure
+from avahazard.results.made import PaperFigure
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.fit import fit_laws_of

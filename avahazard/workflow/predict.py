@@ -25,8 +25,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
-from avahazard.results.amounts import RATIO
-from avahazard.results.base import Rows
+from avahazard.results.base import RATIO, Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import coordinate_name, require_comparable
 from avahazard.workflow.stored.model import load_stored, on_events

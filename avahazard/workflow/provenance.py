@@ -9,7 +9,7 @@ from pathlib import Path
 import avahazard
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
-from avahazard.results.provenance import Provenance, Surroundings
+from avahazard.results.models import Provenance, Surroundings
 from avahazard.store.models import load_model
 from avahazard.store.records import load_records
 from avahazard.store.results import latest_calibration

@@ -20,7 +20,7 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.event import Event
 from avahazard.report.html.content import EventView
-from avahazard.results.amounts import RATIO
+from avahazard.results.base import RATIO
 from avahazard.workflow.compare import COORDINATES
 from avahazard.workflow.model_friction import from_reference
 

@@ -13,7 +13,7 @@ from avahazard.inference.samplers.calibrate import calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, silent
-from avahazard.results.provenance import Difference, Rerun
+from avahazard.results.models import Difference, Rerun
 from avahazard.workflow.add import start_from
 from avahazard.workflow.provenance import show_provenance
 from avahazard.workflow.stored.model import load_parameter_draws, load_stored, require_unchanged

@@ -22,7 +22,7 @@ from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.project import ProjectRun, Step
+from avahazard.results.made import ProjectRun, Step
 from avahazard.store.models import list_models
 from avahazard.store.records import load_records
 from avahazard.store.results import (

@@ -17,7 +17,7 @@ from avahazard.hazard.frequency import (
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
 from avahazard.results.base import Rows
-from avahazard.results.volumes import PathVolumes, ReturnLevel, Volumes, YearlyMaximum
+from avahazard.results.hazard import PathVolumes, ReturnLevel, Volumes, YearlyMaximum
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.requests import VolumesRequest

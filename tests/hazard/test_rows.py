@@ -26,8 +26,14 @@ from avahazard.hazard.runout_bounds import RunoutBounds
 from avahazard.hazard.volume_region import VolumeRecord, region_of
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.results.hazard import Design, FarthestRecord, MapPoint, PlaceQuantiles, Spread
-from avahazard.results.volumes import ReturnLevel
+from avahazard.results.hazard import (
+    Design,
+    FarthestRecord,
+    MapPoint,
+    PlaceQuantiles,
+    ReturnLevel,
+    Spread,
+)
 from tests.hazard.parabola import draws, path, stop
 
 BOUNDS = RunoutBounds(

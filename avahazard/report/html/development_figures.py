@@ -10,7 +10,7 @@ from avahazard.report.html.figure import BLUE, ORANGE, VERMILION, Figure, Trace,
 from avahazard.report.html.words import amount, chance, coordinate_words, likelier
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.score_pictures import bars, part_words, parts_in_order
-from avahazard.results.amounts import RATIO, unit_of
+from avahazard.results.base import RATIO, unit_of
 from avahazard.results.diagnosis import Diagnosis
 
 

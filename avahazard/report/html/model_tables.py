@@ -22,7 +22,7 @@ from avahazard.report.html.words import (
     unit_words,
 )
 from avahazard.report.language import ENGLISH, Language
-from avahazard.results.amounts import RATIO, bare
+from avahazard.results.base import RATIO, bare
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis

@@ -24,7 +24,7 @@ from avahazard.report.html.figure import (
 )
 from avahazard.report.html.words import event_words
 from avahazard.report.language import ENGLISH, Language
-from avahazard.results.amounts import RATIO
+from avahazard.results.base import RATIO
 from avahazard.results.comparison import MeasuredForce
 
 KINDS = ("elevation", "x", "length", RATIO)

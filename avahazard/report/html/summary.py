@@ -24,7 +24,7 @@ from avahazard.report.html.words import (
     share,
 )
 from avahazard.report.language import ENGLISH, Language
-from avahazard.results.amounts import RATIO, bare, unit_of
+from avahazard.results.base import RATIO, bare, unit_of
 from avahazard.results.comparison import Comparison, Failure
 from avahazard.results.diagnosis import Candidate, Diagnosis
 

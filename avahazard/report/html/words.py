@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from avahazard.report.language import ENGLISH, NARROW, Language
-from avahazard.results import amounts
-from avahazard.results.amounts import RATIO
+from avahazard.results.base import RATIO, bare, unit_of
 
 if TYPE_CHECKING:
     from avahazard.report.html.content import EventView
@@ -39,7 +38,7 @@ def amount(
     value: float, coordinate: str | None, digits: int = 1, language: Language = ENGLISH
 ) -> str:
     """A number in the unit of the records, and the unit."""
-    return language.number(amounts.amount(value, coordinate, digits))
+    return language.number(f"{bare(value, coordinate, digits)} {unit_of(coordinate)}")
 
 
 def beyond(language: Language = ENGLISH) -> str:
