@@ -18,75 +18,77 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
+.PHONY: setup developer demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
 
+# What only developers need is installed when a target of theirs asks for it.
 setup: $(VENV)/.installed
+developer: $(VENV)/.developer
 
 demo: setup
 	$(VENV)/bin/avahazard demo
 
 # Work goes by whole files, in the order of tests/order.py; what both workers need is made and
 # compiled once (tests/once.py). Bytecode is kept: the tests start many processes.
-test: setup
+test: developer
 	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m pytest -m "not slow" -n 2 --dist loadfile --no-loadscope-reorder --durations 10
 
-lint: setup
+lint: developer
 	$(PYTHON) -m ruff check .
 	$(PYTHON) -m ruff format --check .
 	$(PYTHON) -m mypy
 	$(VENV)/bin/lint-imports
 	$(PYTHON) benchmarks/advisories.py
 
-test-slow: setup
+test-slow: developer
 	$(PYTHON) -m pytest -m slow --durations 10
 
 bench: $(BENCH)/.installed
 	$(BENCH)/bin/python benchmarks/run.py
 
-worlds: setup
+worlds: developer
 	$(PYTHON) benchmarks/worlds.py
 
-frozen: setup
+frozen: developer
 	$(PYTHON) benchmarks/frozen.py
 
-docs: setup
+docs: developer
 	NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict --quiet
 	@echo "Open site/index.html"
 
 # New sentences of the report go into its catalogues, which people translate.
-catalogues: setup
+catalogues: developer
 	$(PYTHON) docs/_tools/catalogues.py
 
-paper-tables: setup
+paper-tables: developer
 	$(PYTHON) -m benchmarks.paper_tables
 
 # Runs the tutorials' own commands; writes what they print, and their pictures.
-tutorial: setup
+tutorial: developer
 	$(PYTHON) docs/_tools/tutorials.py
 
-coverage: setup
+coverage: developer
 	$(PYTHON) -m benchmarks.coverage $(ARGS)
 
 # Kills, power cuts, bad disks, many users, upgrades, bad input: hours long.
-trust: setup
+trust: developer
 	$(PYTHON) -m benchmarks.trust
 
 # Mutation testing of what computes: MUTANTS of them, drawn by SEED.
 mutation: $(BENCH)/.installed
 	$(BENCH)/bin/python -m benchmarks.mutation --mutants $(or $(MUTANTS),60) --seed $(or $(SEED),1)
 
-avanodes: setup
+avanodes: developer
 	$(PYTHON) -m benchmarks.avanodes
 
-alpha-beta: setup
+alpha-beta: developer
 	$(PYTHON) -m benchmarks.alpha_beta
 
-real-data: setup
+real-data: developer
 	$(PYTHON) -m benchmarks.real_data
 
-# $(1): environment, $(2): lock. The lock is whole, so nothing is resolved: pip 23 would take a newer
+# $(1): environment, $(2): lock. The locks are whole, so nothing is resolved: pip 23 would take a newer
 # release for a package asked for with an extra (coverage[toml]) and refuse it as not pinned. The
-# package comes last, and `pip check` holds that the lock was whole.
+# package comes last, and `pip check` holds that they were whole.
 define install
 @set -e; \
 if ! $(1)/bin/python -c 'import pip' >/dev/null 2>&1; then \
@@ -104,20 +106,28 @@ endef
 $(VENV)/.installed: requirements.lock pyproject.toml
 	$(call install,$(VENV),requirements.lock)
 
+$(VENV)/.developer: requirements-dev.lock $(VENV)/.installed
+	$(call install,$(VENV),requirements-dev.lock)
+
 # The rivals that we measure against stay out of the users' environment.
 $(BENCH)/.installed: requirements-bench.lock pyproject.toml
 	$(call install,$(BENCH),requirements-bench.lock)
 
-# Needs uv on the PATH. Versions already locked stay unless pyproject.toml rules them out.
+# Needs uv on the PATH. Versions already locked stay unless pyproject.toml rules them out. What users
+# have is left out of the developers' lock, which is installed on top of theirs.
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
   --no-emit-find-links --no-header
 lock:
-	$(COMPILE) --extra dev --extra gis --extra cluster --extra parquet --extra docs \
+	$(COMPILE) --group build --extra gis --extra cluster --extra parquet \
 	  --output-file requirements.lock pyproject.toml
-	$(COMPILE) --extra dev --constraint requirements.lock \
+	$(COMPILE) --extra dev --extra docs --constraint requirements.lock \
+	  $$(sed -n '/sys_platform/!s/^\([a-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements.lock) \
+	  --output-file requirements-dev.lock pyproject.toml
+	$(COMPILE) --group build --extra dev \
+	  --constraint requirements.lock --constraint requirements-dev.lock \
 	  --output-file requirements-bench.lock pyproject.toml benchmarks/requirements.in
 
 # What was locked anew is held against the advisories of a clone of github.com/pypa/advisory-database.
-advisories: setup
+advisories: developer
 	@test -n "$(DATABASE)" || { echo "Say where the clone is: make advisories DATABASE=FOLDER" >&2; exit 1; }
 	$(PYTHON) benchmarks/advisories.py --database "$(DATABASE)"
