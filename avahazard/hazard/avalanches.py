@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.block_runs import Values
+from avahazard.inference.likelihood.predicted import Values
 from avahazard.inference.model.friction_scatter import below
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import RunoutCurve

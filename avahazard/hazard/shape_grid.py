@@ -15,7 +15,7 @@ from scipy.special import gamma, logsumexp
 
 from avahazard.arrays import Floats
 from avahazard.hazard.frequency_draws import Gev
-from avahazard.inference.likelihood.exponentials import exp_memory, exponentials, logarithms
+from avahazard.inference.likelihood.density_sums import exp_memory, exponentials, logarithms
 from avahazard.kernels import kernel
 
 LOG_SCALES = np.array([-2.6 + 0.07 * k for k in range(61)])

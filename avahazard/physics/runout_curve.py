@@ -10,7 +10,7 @@ smooth F, however steep, change by less than that factor from one cell to the ne
 out from both (two of one size side by side do not). The rule goes by x, since elevation hardly
 changes where a flat reach is jumped over, and turns round on a counter-slope.
 
-The likelihood alone (`inference.likelihood.record_density`) looks nothing up: it spreads records
+The likelihood alone (`inference.likelihood.record_nodes`) looks nothing up: it spreads records
 evenly over a jump, on purpose, since real terrain and real avalanches have no such gaps.
 """
 

@@ -22,7 +22,7 @@ CONSTANTS = [
     ("motion", "more than 0.05 rad", "physics.terrain", "MAX_TURN", 0.05),
     ("motion", "by 0.0025", "physics.runout_curve", "MU_STEP", 0.0025),
     ("motion", "more than 5 times as far", "physics.runout_curve", "JUMP_FACTOR", 5.0),
-    ("likelihood", "10 for each event", "inference.likelihood.panels", "N_NODES", 10),
+    ("likelihood", "10 for each event", "inference.likelihood.quadrature", "N_NODES", 10),
     (
         "likelihood",
         "log 0.02 ± 1, cut to 0.001 to 0.4",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from avahazard.inference.likelihood.speed_errors import squared
+from avahazard.inference.likelihood.track_nodes import squared
 from avahazard.inference.model.observations import SpeedRecord
 
 PER_CELL = 60

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from avahazard.engine import EngineName, set_engine
-from avahazard.inference.likelihood import side_by_side
+from avahazard.inference.likelihood import posterior
 from avahazard.inference.model import observations
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
@@ -72,7 +72,7 @@ def test_a_calibration_is_the_same_by_threads_and_with_grounds_of_other_processe
     world: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(observations, "MANY_PATHS", 1)
-    monkeypatch.setattr(side_by_side, "WORTH_SHARING", 0)
+    monkeypatch.setattr(posterior, "WORTH_SHARING", 0)
     made = []
     for engine, workers in (("local", 1), ("local", 2), ("local", 7), ("processes", 2)):
         file = str(shutil.copy(world, tmp_path / f"{engine}-{workers}.db"))

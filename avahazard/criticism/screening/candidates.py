@@ -32,8 +32,8 @@ from avahazard.effects.effect import (
     Parameter,
     VolumeErrorEffect,
 )
-from avahazard.inference.likelihood.block_runs import BlockRuns
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import BlockRuns
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification

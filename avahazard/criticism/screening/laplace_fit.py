@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.offset_system import (
+from avahazard.inference.likelihood.offsets import (
     by_offset,
     log_determinant,
     offset_system,

@@ -12,12 +12,11 @@ from scipy.special import log_ndtr, ndtri_exp, stdtr, stdtrit
 
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.speed_points import Tracks
+from avahazard.inference.likelihood.nodes import wrong_ranges
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.sight import hidden_from
-from avahazard.inference.likelihood.speed_errors import drawn_speeds
-from avahazard.inference.likelihood.speed_nodes import squares
-from avahazard.inference.likelihood.wrong_records import wrong_ranges
+from avahazard.inference.likelihood.record_nodes import hidden_from
+from avahazard.inference.likelihood.track_nodes import drawn_speeds, squares
 from avahazard.inference.model.friction_model import OffsetPlan
 from avahazard.inference.model.friction_scatter import DEGREES, friction
 from avahazard.inference.model.layout import Slot

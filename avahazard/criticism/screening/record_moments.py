@@ -29,9 +29,9 @@ from avahazard.criticism.screening.speed_points import (
     within_reach,
 )
 from avahazard.criticism.screening.tables import LOG_MU, Tables
-from avahazard.inference.likelihood.exponentials import ExpMemory, exp_memory, exponentials
-from avahazard.inference.likelihood.speed_errors import whitening
-from avahazard.inference.likelihood.straight_density import straight_points
+from avahazard.inference.likelihood.density_sums import ExpMemory, exp_memory, exponentials
+from avahazard.inference.likelihood.record_nodes import straight_points
+from avahazard.inference.likelihood.track_nodes import whitening
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.inference.model.observations import PLACE, Observations
 from avahazard.kernels import kernel

@@ -13,12 +13,17 @@ from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.speed_points import STRETCH, SpeedGrid
 from avahazard.effects.effect import Effect
-from avahazard.inference.likelihood.block_runs import BlockRuns, Values, run_blocks
-from avahazard.inference.likelihood.predicted import Predicted, predict_records
+from avahazard.inference.likelihood.kept_runs import stops_asked
+from avahazard.inference.likelihood.predicted import (
+    BlockRuns,
+    Predicted,
+    Values,
+    predict_records,
+    run_blocks,
+)
+from avahazard.inference.likelihood.record_nodes import hidden_from
 from avahazard.inference.likelihood.record_parts import EVENTS_AT_ONCE, in_parts
-from avahazard.inference.likelihood.sight import hidden_from
-from avahazard.inference.likelihood.speed_nodes import squares
-from avahazard.inference.likelihood.stops_asked import stops_asked
+from avahazard.inference.likelihood.track_nodes import squares
 from avahazard.inference.model.observations import LENGTH, Observations, part_of, whole_paths
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU

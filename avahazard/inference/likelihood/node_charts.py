@@ -27,17 +27,12 @@ from avahazard.effects.effect import (
     RecordErrorEffect,
     of_kind,
 )
-from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.interpolation import Line, along, line_weights
-from avahazard.inference.likelihood.keeping import make_room, within
-from avahazard.inference.likelihood.kept_runs import KeptRuns
-from avahazard.inference.likelihood.nodes import Nodes, record_nodes, with_tracks
-from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.kept_runs import KeptRuns, make_room, sight_is_limited, within
+from avahazard.inference.likelihood.nodes import Nodes, log_wrong, record_nodes, with_tracks
+from avahazard.inference.likelihood.predicted import Predicted, Values
 from avahazard.inference.likelihood.record_parts import AskedPanels, RecordParts, in_parts
-from avahazard.inference.likelihood.speed_nodes import track_nodes
-from avahazard.inference.likelihood.stops_asked import sight_is_limited
-from avahazard.inference.likelihood.track_tables import TrackTables, track_tables
-from avahazard.inference.likelihood.wrong_records import log_wrong
+from avahazard.inference.likelihood.track_nodes import TrackTables, track_nodes, track_tables
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
 

@@ -6,11 +6,17 @@ Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
     p(record | m, σ) = ∫ p(record | μ) p(ν | m, σ) dν ≈ Σ_k w_k p(ν_k | m, σ),  ν = log μ,
 
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
-likelihood has two parts. Without a profile no table is needed (`straight_density`). Events that
+likelihood has two parts. Without a profile no table is needed (`record_nodes`). Events that
 left the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), with several edges where the
-error of their release blurs one, and so does the chance that a stop was seen (`sight`). A record
+error of their release blurs one, and so does the chance that a stop was seen. A record
 so vague that frictions beyond the tables might have left it adds w P(ν < lowest) and
 w P(ν > highest).
+
+Heavy tails of friction alone cannot bear grossly wrong records: one may lie where no friction stops
+a block, on a steep slope. It then costs as many nats as its distance in record errors asks for, and
+any effect that moves it a little gains most of them. With Student's tails a record is therefore a
+mixture (Box and Tiao 1968, Biometrika 55, 119): some lie anywhere on their path, a share of all
+that is estimated (`layout.WRONG_SHARE`).
 """
 
 from __future__ import annotations
@@ -21,13 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
-from avahazard.inference.likelihood.node_kernels import fill_record_nodes
-from avahazard.inference.likelihood.panels import finest, n_panels
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.sight import hidden_from
-from avahazard.inference.likelihood.speed_nodes import TrackNodes, track_nodes
-from avahazard.inference.likelihood.track_tables import track_tables
-from avahazard.inference.model.observations import LEFT, LENGTH, Observations
+from avahazard.inference.likelihood.quadrature import finest, n_panels
+from avahazard.inference.likelihood.record_nodes import fill_record_nodes, hidden_from
+from avahazard.inference.likelihood.track_nodes import TrackNodes, track_nodes, track_tables
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 
@@ -39,7 +43,7 @@ class Nodes(NamedTuple):
     are weights of P(ν < place) and P(ν > place) at `tail_place` `[n_events, 2]`.
     `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
     probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by,
-    `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` as in `wrong_records` (or -inf).
+    `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` that of a wrong record (or -inf).
     `seen_place`, `seen_weight`, `seen_floor` give the chance to be seen, where `has_limit`.
     """
 
@@ -142,3 +146,43 @@ def with_tracks(records: Nodes, events: Ints, tracks: TrackNodes) -> Nodes:
     nodes.place[events, :n], nodes.weight[events, :n] = tracks.place, tracks.weight
     nodes.tail[events], nodes.log_scale[events] = tracks.tail, tracks.log_scale
     return nodes
+
+
+LONGEST_LENGTH = 10.0
+"""Reach of recorded lengths, in fall heights."""
+
+
+def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
+    """Lowest and highest record (m) that each event could have had `[n_events]`.
+
+    NaN for those that left, and for those with speeds, whose record the speeds bear out.
+    """
+    low, high = np.full(observations.n_events, np.nan), np.full(observations.n_events, np.nan)
+    has_speed = {m.event for m in observations.speeds}
+    for i, kind in enumerate(observations.kind):
+        if kind == LEFT or i in has_speed:
+            continue
+        if kind == LENGTH:
+            low[i], high[i] = 0.0, LONGEST_LENGTH * observations.fall_height[i]
+            continue
+        site = observations.sites[observations.columns.path_index[i]]
+        line = site.heights() if kind == ELEVATION else site.terrain_x
+        low[i], high[i] = np.min(line), np.max(line)
+    return low, high
+
+
+def log_wrong(observations: Observations) -> Floats:
+    """Log density (1/m) of each record, were it wrong `[n_events]`; -inf for those that are not."""
+    low, high = wrong_ranges(observations)
+    density = -np.log(high - low)
+    return np.where(np.isnan(density), -np.inf, density)
+
+
+def by_wrong_share(log_wrong: Floats, value: Floats, log_share: float) -> Floats:
+    """Derivative by the log of the share of wrong records of each event's `value` `[n_events]`.
+
+    `log_wrong` `[n_events]` has that share in it, as `value` has.
+    """
+    wrong = np.exp(np.minimum(log_wrong - value, 0.0))
+    odds = np.exp(log_share) / -np.expm1(log_share)
+    return np.where(np.isfinite(log_wrong), wrong - (1.0 - wrong) * odds, 0.0)

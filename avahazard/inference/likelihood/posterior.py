@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,26 +14,32 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect, VolumeErrorEffect, of_kind
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.block_runs import Values, resistance_of
-from avahazard.inference.likelihood.event_terms import (
-    EventTerms,
-    event_terms,
-    event_values,
-    summed_terms,
-)
-from avahazard.inference.likelihood.group_offsets import Offsets, newton_offsets
-from avahazard.inference.likelihood.keeping import make_room
+from avahazard.inference.likelihood.kept_runs import make_room
 from avahazard.inference.likelihood.node_charts import NodeCharts
-from avahazard.inference.likelihood.nodes import Nodes
-from avahazard.inference.likelihood.predicted import record_sigma
-from avahazard.inference.likelihood.side_by_side import side_by_side
-from avahazard.inference.likelihood.wrong_records import by_wrong_share, log_wrong
+from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share, log_wrong
+from avahazard.inference.likelihood.offsets import Offsets, newton_offsets
+from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
+from avahazard.inference.likelihood.terms import EventTerms, event_terms, event_values, summed_terms
 from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
 from avahazard.inference.model.layout import Grids, Layout, regridded
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, rescaled
 from avahazard.physics.resistance import Resistance
+from avahazard.workers import ordered_map
+
+T = TypeVar("T")
+
+WORTH_SHARING = 5000
+"""Numbers (events times their volumes) of one call from which on it goes to another thread."""
+
+
+def side_by_side(function: Callable[..., T], *items: Iterable[Any], n_numbers: int) -> Iterator[T]:
+    """As `map`, by the threads where each call goes through many numbers."""
+    if n_numbers < WORTH_SHARING:
+        return map(function, *items)
+    return ordered_map(function, *items)
+
 
 KEPT_VOLUMES = 32
 """Factors of the volumes' errors for which the volumes are kept."""

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
-from avahazard.inference.likelihood.block_runs import Values
 from avahazard.inference.likelihood.kept_runs import KeptRuns
 from avahazard.inference.likelihood.nodes import Nodes, needed_panels, record_nodes
+from avahazard.inference.likelihood.predicted import Values
 from avahazard.inference.model.observations import Observations, part_of, whole_paths
 
 MANY_EVENTS, EVENTS_AT_ONCE = 2000, 500

@@ -12,8 +12,8 @@ from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.block_runs import Values, resistance_of
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import Values, resistance_of
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS, MethodName
 from avahazard.inference.model.friction_model import FrictionModel
 from avahazard.inference.model.layout import Layout

@@ -25,9 +25,8 @@ from avahazard.effects.effect import Parameter
 from avahazard.effects.own_file import TEMPLATE, definition_from
 from avahazard.effects.stated_errors import VOLUME_ERROR
 from avahazard.inference.likelihood.assemble import find_definition
-from avahazard.inference.likelihood.block_runs import run_blocks
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.likelihood.predicted import predict_records, run_blocks
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification

@@ -13,7 +13,7 @@ from avahazard.criticism.screening.tables import COLUMNS, model_tables
 from avahazard.effects.effect import Effect, LimitEffect, MotionEffect
 from avahazard.inference.likelihood import record_parts
 from avahazard.inference.likelihood.assemble import find_definition
-from avahazard.inference.likelihood.block_runs import run_blocks
+from avahazard.inference.likelihood.predicted import run_blocks
 from avahazard.inference.model import observations as arranging
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.synth.making import make_world

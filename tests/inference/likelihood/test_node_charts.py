@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from avahazard.inference.likelihood import kept_runs
-from avahazard.inference.likelihood.block_runs import BlockRuns, run_blocks
-from avahazard.inference.likelihood.keeping import LEAST_KEPT, MOST_BYTES, within
+from avahazard.inference.likelihood.kept_runs import LEAST_KEPT, MOST_BYTES, within
 from avahazard.inference.likelihood.node_charts import between, mixing, star
 from avahazard.inference.likelihood.nodes import build_nodes
-from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
 from avahazard.inference.model.layout import arm
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.physics.runout_curve import MU

@@ -1,7 +1,8 @@
-"""Nodes over friction against brute integration (`naive_nodes`)."""
+"""Nodes over friction against brute integration, and what grossly wrong records cost."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,20 +10,25 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.likelihood.block_runs import JumpedStop
-from avahazard.inference.likelihood.event_terms import event_terms
-from avahazard.inference.likelihood.gauss_quadrature import gauss_nodes
-from avahazard.inference.likelihood.nodes import Nodes, build_nodes
-from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.sight import FEW
+from avahazard.criticism.diagnosis.refits import refit
+from avahazard.inference.likelihood.nodes import Nodes, build_nodes, log_wrong, wrong_ranges
+from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.quadrature import gauss_nodes
+from avahazard.inference.likelihood.record_nodes import FEW
+from avahazard.inference.likelihood.terms import event_terms
 from avahazard.inference.model.observations import (
     ELEVATION,
     LEFT,
     LENGTH,
+    Observations,
     SpeedRecord,
+    build_observations,
     speed_record,
 )
+from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
+from avahazard.synth.making import make_world
+from avahazard.synth.settings import Settings
 from tests.inference import naive_nodes
 
 LOG_MU = np.log(MU)
@@ -344,3 +350,52 @@ def test_a_wide_edge_of_sight_has_as_many_nodes_as_a_record() -> None:
     narrow = _nodes(PLAIN, observed=1400.0, sigma=1.0, estimated=1700.0)
     assert np.count_nonzero(narrow.seen_weight[0]) <= FEW
     assert np.count_nonzero(wide.seen_weight[0]) > FEW
+
+
+@pytest.fixture(scope="module")
+def observations() -> Observations:
+    records, _ = make_world(11, 60, 5, {}, Settings(speeds=0.1))
+    return build_observations(records)
+
+
+def test_a_wrong_record_lies_anywhere_on_its_path(observations: Observations) -> None:
+    low, high = wrong_ranges(observations)
+    density = log_wrong(observations)
+    tracks = {m.event for m in observations.speeds}
+    assert tracks
+    for i in range(observations.n_events):
+        if observations.kind[i] == LEFT or i in tracks:
+            assert density[i] == -np.inf
+            continue
+        assert high[i] - low[i] > 100.0
+        assert density[i] == pytest.approx(-np.log(high[i] - low[i]))
+
+
+def test_a_record_where_nothing_stops_costs_no_more_than_a_wrong_one(
+    observations: Observations,
+) -> None:
+    """With normal tails it asks for any effect that moves it."""
+    i = int(
+        np.flatnonzero((observations.kind == ELEVATION) & np.isfinite(log_wrong(observations)))[0]
+    )
+    top = observations.sites[observations.columns.path_index[i]].terrain.y.max()
+    observed = observations.observed.copy()
+    observed[i] = top - 30.0
+    moved = replace(observations, observed=observed)
+    cost, wrong = {}, 0.0
+    for tails in ("normal", "student"):
+        fit = refit(moved, Specification(tails=tails), {}, ())  # type: ignore[arg-type]
+        cost[tails] = fit.posterior.event_log_likelihood(fit.mode.u)[i]
+        wrong = fit.posterior.log_wrong(fit.mode.u)[i]
+    assert cost["student"] == pytest.approx(wrong, abs=0.1)
+    assert cost["normal"] < cost["student"] - 5.0
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_the_share_of_wrong_records_is_found(share: float) -> None:
+    records, _ = make_world(12, 150, 5, {}, Settings(wrong_share=share))
+    fit = refit(build_observations(records), Specification(law="constant", tails="student"), {}, ())
+    found = fit.parameters("")
+    # Those that lie where a right one may lie are not told, and the prior expects few.
+    assert found["wrong_share"] < 0.03 if share == 0.0 else 0.5 * share < found["wrong_share"] < 0.4
+    assert 0.1 < found["sigma"] < 0.25

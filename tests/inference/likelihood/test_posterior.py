@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood import side_by_side
+from avahazard.inference.likelihood import posterior as of_posterior
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.workers import set_workers
 from tests.inference.naive_posterior import NaivePosterior
@@ -238,7 +238,7 @@ def test_groups_of_two_kinds_are_integrated_out_together() -> None:
 def test_densities_are_the_same_by_any_number_of_threads(
     effects: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(side_by_side, "WORTH_SHARING", 0)
+    monkeypatch.setattr(of_posterior, "WORTH_SHARING", 0)
     model = posterior(observations(), *effects)
     u = np.array([_place(model, seed) for seed in range(9)])
     found = []

@@ -11,8 +11,7 @@ import pytest
 
 from avahazard.effects.effect import FrontEffect, MotionEffect, Parameter, ShiftEffect
 from avahazard.effects.site import KEPT_TERRAINS
-from avahazard.inference.likelihood.block_runs import resistance_of
-from avahazard.inference.likelihood.predicted import Predicted, predict_records
+from avahazard.inference.likelihood.predicted import Predicted, predict_records, resistance_of
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.prediction.stops import look_up
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run

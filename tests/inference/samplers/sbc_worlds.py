@@ -11,7 +11,7 @@ from avahazard.effects.site import release_place
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.speed_errors import drawn_speeds
+from avahazard.inference.likelihood.track_nodes import drawn_speeds
 from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.observations import (
     ELEVATION,

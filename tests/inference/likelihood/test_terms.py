@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.likelihood.event_terms import event_terms, event_values
 from avahazard.inference.likelihood.nodes import Nodes
-from avahazard.inference.likelihood.panels import N_NODES
+from avahazard.inference.likelihood.quadrature import N_NODES
+from avahazard.inference.likelihood.terms import event_terms, event_values
 
 N = 8
 """Events: every other one left its profile, the second half has a limit of sight."""

@@ -1,22 +1,76 @@
-"""The terms of `EventTerms`, compiled: block by block, and event by event."""
+"""Log likelihood of each event, and its derivatives in location and scatter of friction."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.density_sums import SumMemory, normal_sums, sum_memory
-from avahazard.inference.likelihood.edge_terms import add_tails, edge_probability
-from avahazard.inference.likelihood.student_sums import (
+from avahazard.inference.likelihood.density_sums import (
     BLOCK,
     BlockMemory,
+    SumMemory,
     block_memory,
     by_nodes_used,
+    normal_sums,
     student_sums,
+    sum_memory,
+)
+from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.inference.model.friction_scatter import (
+    normal_below,
+    normal_density,
+    student_below,
+    student_density,
 )
 from avahazard.kernels import kernel
+
+
+@kernel(inner=True)
+def add_tails(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
+    """Add w P(ν < ν_0 | m, σ) + w' P(ν > ν_1 | m, σ) and its derivatives to `out`."""
+    for side in range(2):
+        if weight[side] == 0.0:
+            continue
+        sign = 1.0 if side == 0 else -1.0
+        z = (place[side] - m) / sigma
+        if student:
+            cdf = student_below(sign * z)
+            pdf, pull, _ = student_density(z)
+        else:
+            cdf = normal_below(sign * z)
+            pdf, pull = normal_density(z), z
+        out[0] += weight[side] * cdf
+        out[1] -= sign * weight[side] * pdf / sigma
+        out[2] -= sign * weight[side] * z * pdf
+        out[3] -= sign * weight[side] * pull * pdf / (sigma * sigma)
+
+
+@kernel(inner=True)
+def edge_probability(place, weight, m, sigma, student, slopes, out):  # type: ignore[no-untyped-def]
+    """Σ w P(ν < ν_k | m, σ) and, with `slopes`, its derivatives in m, log σ, and twice in m."""
+    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(place)):
+        if weight[k] == 0.0:
+            continue
+        z = (place[k] - m) / sigma
+        value += weight[k] * (student_below(z) if student else normal_below(z))
+        if not slopes:
+            continue
+        if student:
+            pdf, pull, _ = student_density(z)
+        else:
+            pdf, pull = normal_density(z), z
+        first -= weight[k] * pdf
+        second -= weight[k] * pull * pdf
+        by_scatter -= weight[k] * z * pdf
+    out[0] = value
+    out[1] = first / sigma
+    out[2] = by_scatter
+    out[3] = second / (sigma * sigma)
+
 
 TINY = 1e-290
 UNDERFLOW = 1e-200
@@ -183,3 +237,77 @@ def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-un
         by_location[q] = weight[q] * part[q, 1] / safe
         by_scatter[q] = weight[q] * part[q, 2] / safe
     return total, second / safe - (first / safe) ** 2
+
+
+class EventTerms(NamedTuple):
+    """Per event: log likelihood `value` `[n_events]` and its derivatives.
+
+    `by_location`, `by_scatter` `[n_events, n_volumes]` are derivatives in m and log σ at each
+    volume node; `curvature` `[n_events]` is the second derivative in a shift common to all m.
+    """
+
+    value: Floats
+    by_location: Floats
+    by_scatter: Floats
+    curvature: Floats
+
+
+def event_terms(
+    nodes: Nodes,
+    location: Floats,
+    scatter: Floats,
+    volume_weight: Floats,
+    student: bool = False,
+    keep: NDArray[np.bool_] | None = None,
+) -> EventTerms:
+    """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
+
+    Tails of vague records are added (`Nodes`).
+    `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
+    `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t,
+    a few records being grossly wrong (`nodes.log_wrong`).
+    Terms of events not in `keep` `[n_events]` are 0.
+    """
+    keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
+    return EventTerms(
+        *event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, True)
+    )
+
+
+def event_values(
+    nodes: Nodes,
+    location: Floats,
+    scatter: Floats,
+    volume_weight: Floats,
+    student: bool = False,
+    keep: NDArray[np.bool_] | None = None,
+) -> Floats:
+    """`EventTerms.value` alone `[n_events]` in less time; the last bit may be another."""
+    keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
+    terms = event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, False)
+    return np.asarray(terms[0])
+
+
+def summed_terms(
+    nodes: Nodes,
+    volume_weight: Floats,
+    student: bool,
+    keep: NDArray[np.bool_] | None,
+    locations: Floats,
+    scatters: Floats,
+) -> Floats:
+    """Sums `[n]` of the events' log likelihoods at `[n, n_events, n_volumes]` of both."""
+    keep = np.ones(locations.shape[1], dtype=np.bool_) if keep is None else keep
+    return np.asarray(_sums(nodes, locations, scatters, volume_weight, student, keep))
+
+
+@kernel
+def _sums(nodes, locations, scatters, volume_weight, student, keep):  # type: ignore[no-untyped-def]
+    result = np.empty(len(locations))
+    slopes = bool(0)  # for a constant the called kernel would be compiled once more
+    for j in range(len(locations)):
+        value, _, _, _ = event_terms_kernel(
+            nodes, locations[j], scatters[j], volume_weight, student, keep, slopes
+        )
+        result[j] = np.sum(value)
+    return result

@@ -1,11 +1,28 @@
-"""The mass of p(record | μ) over friction, against the integral summed in tiny steps."""
+"""Likelihoods of records and edges of sight over friction, against sums in tiny steps."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.stats import norm
 
-from avahazard.inference.likelihood.record_density import record_density_nodes
+from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.likelihood.quadrature import N_NODES
+from avahazard.inference.likelihood.record_nodes import (
+    N_POINTS,
+    REACH,
+    hidden_from,
+    record_density_nodes,
+    straight_density_nodes,
+    straight_points,
+)
+from avahazard.inference.model.observations import ELEVATION
+from avahazard.inference.prediction.stops import look_up
+from avahazard.physics.runout_curve import MU
+from tests.inference import studies
 
 GRID = np.linspace(0.2, 0.9, 15)
 RECORD = 300.0 + 900.0 * (GRID - 0.2) ** 1.3
@@ -122,3 +139,86 @@ def test_what_left_may_have_frictions_that_come_and_go() -> None:
     assert log_mass == pytest.approx(np.log(np.sum(density) * (mu[1] - mu[0])), abs=3e-3)
     assert np.sum(weight * place) == pytest.approx(np.average(mu, weights=density), abs=2e-3)
     assert low < np.min(place[weight > 0.0]) < np.max(place[weight > 0.0]) < high
+
+
+CASES = [
+    (754.0, 11065.0, 10.0),
+    (100.0, 50_000.0, 10.0),  # H/L = 0.002, off any table made for snow
+    (800.0, 300.0, 10.0),  # H/L = 2.7
+    (640.0, 1450.0, 200.0),
+    (640.0, 1450.0, 700.0),
+]
+
+
+@pytest.mark.parametrize(("height", "length", "sigma"), CASES)
+@pytest.mark.parametrize("in_log", [True, False])
+@pytest.mark.parametrize("away", [0.0, 0.5])
+def test_any_friction_is_told(
+    height: float, length: float, sigma: float, in_log: bool, away: float
+) -> None:
+    """Σ w p(ν) is ∫ p(L | μ) p(ν) dν for a law that scatters about H/L, or off it."""
+    place, weight = np.zeros(N_NODES), np.zeros(N_NODES)
+    tail = np.zeros(2)
+    log_scale, _ = straight_density_nodes(height, length, sigma, in_log, 1, place, weight, tail)
+    mu = height / length * np.exp(away)
+    centre, scatter = (np.log(mu), 0.3) if in_log else (mu, 0.3 * mu)
+    found = np.exp(log_scale) * np.sum(weight * norm.pdf(place, centre, scatter))
+
+    def integrand(along: float) -> float:
+        nu = np.log(height / along)
+        here, per = (nu, 1.0 / along) if in_log else (height / along, height / along**2)
+        return float(norm.pdf(length, along, sigma) * norm.pdf(here, centre, scatter) * per)
+
+    low = max(length - 9 * sigma, 1.0)
+    expected = quad(integrand, low, length + 9 * sigma, epsabs=0, limit=500, points=[length])[0]
+    assert found == pytest.approx(expected, rel=0.02 if sigma > 500 else 2e-3)
+
+
+@pytest.mark.parametrize(("height", "length", "sigma"), [*CASES, (300.0, 800.0, 110.0)])
+def test_sums_take_fewer_points_to_the_same_end(height: float, length: float, sigma: float) -> None:
+    found = []
+    for for_sums in (False, True):
+        points, logs = np.empty(N_POINTS), np.empty(N_POINTS)
+        n = straight_points(height, length, sigma, True, for_sums, points, logs)
+        mass = np.exp(logs[:n])
+        mean = np.average(points[:n], weights=mass)
+        found.append([mass.sum(), mean, np.average((points[:n] - mean) ** 2, weights=mass), n])
+    assert found[1][:3] == pytest.approx(found[0][:3], rel=1e-8)
+    # A bump cut off at its steep end keeps its points.
+    assert (found[1][3] < found[0][3]) == (length - REACH * sigma > min(height / 3.0, length / 2.0))
+
+
+@pytest.mark.parametrize(("height", "length", "sigma"), CASES)
+def test_beyond_all_frictions_a_block_goes_nowhere(
+    height: float, length: float, sigma: float
+) -> None:
+    place, weight, tail = np.zeros(N_NODES), np.zeros(N_NODES), np.full(2, np.nan)
+    log_scale, _ = straight_density_nodes(height, length, sigma, True, 1, place, weight, tail)
+    assert tail[0] == 0.0
+    # The density of this record for a length of nought.
+    share = norm.pdf(length, 0.0, sigma) / np.exp(log_scale)
+    assert tail[1] == (pytest.approx(share) if share > 1e-9 else 0.0)
+    assert (tail[1] > 0.0) == (length < 6.0 * sigma)
+
+
+@pytest.mark.parametrize("jump_m", [0.0, 400.0])
+def test_stops_below_the_edge_are_seen_and_those_above_are_not(jump_m: float) -> None:
+    observations = studies.observations(speeds=False)
+    predicted = predict_records(observations, (), {})
+    i = int(np.flatnonzero(observations.kind == ELEVATION)[0])
+    # From some friction on blocks stop much higher.
+    after = np.arange(len(MU)) > np.searchsorted(-predicted.x[i], -900.0)
+    x, elevation = predicted.x.copy(), predicted.elevation.copy()
+    x[i, after] -= jump_m
+    elevation[i, after] += 0.5 * jump_m
+    predicted = replace(predicted, x=x, elevation=elevation)
+    j = int(np.flatnonzero(after)[0])
+    limits = observations.limit.copy()
+    limits[i] = 0.9 * elevation[i, j - 1] + 0.1 * elevation[i, j]
+    observations = replace(observations, limit=limits)
+    edge = hidden_from(observations, predicted, in_log=False)[i]
+    assert MU[j - 1] < edge < MU[j]
+    assert predicted.curve[i].broken[j - 1] == bool(jump_m)
+    for friction, seen in ((edge - 1e-5, True), (edge + 1e-5, False)):
+        stop = look_up(predicted, np.full((observations.n_events, 1), friction))[2][i, 0]
+        assert (stop <= limits[i]) == seen

@@ -1,0 +1,277 @@
+"""Offsets of groups of events at given parameters: Newton's method, all groups at once.
+
+A fixed number of steps keeps the result a smooth function of the parameters. Two offsets of one
+grouping share no event, so that the largest grouping has a diagonal block and is eliminated first;
+what is left of the others is dense, and small.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats
+from avahazard.inference.likelihood.terms import event_terms_kernel
+from avahazard.kernels import kernel
+
+
+@kernel(inner=True)
+def offset_system(index, rest, h, keep, precision):  # type: ignore[no-untyped-def]
+    """Precision of the offsets: `bend` `[n_offsets]`, `cross`, and Cholesky's root of the others.
+
+    `index` `[n_groupings, n_events]` and `rest` `[n_offsets]` as in `OffsetPlan`, `h` `[n_events]`
+    is the curvature of each event in its shift (≥ 0), `precision` `[n_offsets]` that of the prior.
+    `bend` is the diagonal; `cross` `[n_offsets, n_rest]` joins the largest grouping to the others;
+    `root` `[n_rest, n_rest]` is that of the Schur complement.
+    """
+    n_rest = 0
+    for k in range(len(rest)):
+        n_rest = max(n_rest, rest[k] + 1)
+    bend = precision + by_offset(index, keep, h, len(rest))
+    cross = np.zeros((len(rest) if n_rest else 0, n_rest))
+    inner = np.zeros((n_rest, n_rest))
+    if not n_rest:
+        return bend, cross, inner
+    for i in range(len(h)):
+        if keep[i]:
+            _join(index[:, i], rest, h[i], cross, inner)
+    for k in range(len(rest)):
+        if rest[k] >= 0:
+            inner[rest[k], rest[k]] += bend[k]
+            continue
+        met = np.nonzero(cross[k])[0]
+        for r in met:
+            weight = cross[k, r] / bend[k]
+            for c in met:
+                inner[r, c] -= weight * cross[k, c]
+    return bend, cross, np.linalg.cholesky(inner)
+
+
+@kernel(inner=True)
+def _join(groups, rest, h, cross, inner):  # type: ignore[no-untyped-def]
+    """Add what one event of curvature h says of the offsets of its `groups` together."""
+    for k in groups:
+        for j in groups:
+            if k < 0 or j < 0 or j == k or rest[j] < 0:
+                continue
+            if rest[k] < 0:
+                cross[k, rest[j]] += h
+            else:
+                inner[rest[k], rest[j]] += h
+
+
+@kernel(inner=True)
+def by_offset(index, keep, g, n_offsets):  # type: ignore[no-untyped-def]
+    """Sum of g `[n_events]` over the events of each offset."""
+    total = np.zeros(n_offsets)
+    for i in range(len(g)):
+        if keep[i]:
+            for a in range(len(index)):
+                if index[a, i] >= 0:
+                    total[index[a, i]] += g[i]
+    return total
+
+
+@kernel
+def solved(rest, bend, cross, root, slope):  # type: ignore[no-untyped-def]
+    """The step `[n_offsets]` that the system gives for a slope `[n_offsets]`."""
+    step = slope / bend
+    n_rest = len(root)
+    if not n_rest:
+        return step
+    right = np.zeros(n_rest)
+    for k in range(len(rest)):
+        if rest[k] >= 0:
+            right[rest[k]] = slope[k]
+    for k in range(len(rest)):
+        if rest[k] < 0:
+            right -= cross[k] * step[k]
+    other = _upper(root, _lower(root, right))
+    for k in range(len(rest)):
+        if rest[k] >= 0:
+            step[k] = other[rest[k]]
+        else:
+            step[k] -= np.dot(cross[k], other) / bend[k]
+    return step
+
+
+@kernel(inner=True)
+def _lower(root, right):  # type: ignore[no-untyped-def]
+    """x of root x = right."""
+    x = right.copy()
+    for r in range(len(root)):
+        for c in range(r):
+            x[r] -= root[r, c] * x[c]
+        x[r] /= root[r, r]
+    return x
+
+
+@kernel(inner=True)
+def _upper(root, right):  # type: ignore[no-untyped-def]
+    """x of rootᵀ x = right."""
+    x = right.copy()
+    for r in range(len(root) - 1, -1, -1):
+        for c in range(r + 1, len(root)):
+            x[r] -= root[c, r] * x[c]
+        x[r] /= root[r, r]
+    return x
+
+
+@kernel(inner=True)
+def variances(rest, bend, cross, root):  # type: ignore[no-untyped-def]
+    """Variance of each offset `[n_offsets]` given nothing but the data and the priors."""
+    result = 1.0 / bend
+    if not len(root):
+        return result
+    half = _inverse(root)
+    others = np.dot(half.T, half)
+    for k in range(len(rest)):
+        if rest[k] >= 0:
+            result[k] = others[rest[k], rest[k]]
+            continue
+        met = np.nonzero(cross[k])[0]
+        for r in met:
+            for c in met:
+                result[k] += cross[k, r] * others[r, c] * cross[k, c] / (bend[k] * bend[k])
+    return result
+
+
+@kernel(inner=True)
+def _inverse(root):  # type: ignore[no-untyped-def]
+    """Inverse of a lower root, row by row."""
+    inverse = np.zeros_like(root)
+    for r in range(len(root)):
+        inverse[r, r] = 1.0
+        for c in range(r):
+            for k in range(c + 1):
+                inverse[r, k] -= root[r, c] * inverse[c, k]
+        for k in range(r + 1):
+            inverse[r, k] /= root[r, r]
+    return inverse
+
+
+@kernel
+def log_determinant(rest, bend, root):  # type: ignore[no-untyped-def]
+    """Log determinant of the precision of all offsets."""
+    total = 0.0
+    for k in range(len(rest)):
+        if rest[k] < 0:
+            total += math.log(bend[k])
+    for r in range(len(root)):
+        total += 2.0 * math.log(root[r, r])
+    return total
+
+
+EVALUATIONS = 3
+LONGEST_STEP = 0.5
+LARGEST = 1e8
+"""Curvature that is believed of one event; far off it overflows."""
+
+
+class Offsets(NamedTuple):
+    """Offsets of log friction by group: their mode `[n_offsets]`, and the normal about it.
+
+    `rest`, `bend`, `cross`, `root` are those of `offset_system`.
+    """
+
+    mode: Floats
+    rest: NDArray[np.int64]
+    bend: Floats
+    cross: Floats
+    root: Floats
+
+    def draw(self, rng: np.random.Generator) -> Floats:
+        """One draw of all offsets `[n_offsets]`."""
+        away = rng.standard_normal(len(self.mode)) * (1.0 / np.sqrt(self.bend))
+        if len(self.root):
+            others = self.rest >= 0
+            z = rng.standard_normal(len(self.root))
+            away[others] = np.linalg.solve(self.root.T, z)
+            away[~others] -= (self.cross[~others] @ away[others]) / self.bend[~others]
+        return np.asarray(self.mode + away)
+
+    @property
+    def log_determinant(self) -> float:
+        """That of the precision."""
+        return float(log_determinant(self.rest, self.bend, self.root))
+
+
+@kernel
+def newton_offsets(  # type: ignore[no-untyped-def]
+    nodes, location, scatter, volume_weight, student, in_log, index, rest, keep, precision
+):
+    """Mode of the offsets, their `offset_system` there, and log likelihoods `[n_events]`.
+
+    Events not in `keep` do not count and have no likelihood (0). Offsets have normal priors of
+    this `precision` `[n_offsets]`. `in_log`: they add to `location`, else they multiply it by
+    their exponential.
+    """
+    n, n_volumes = location.shape
+    n_groupings = len(index)
+    g, h = _as_if_normal(nodes, location, scatter, in_log, keep)
+    bend, cross, root = offset_system(index, rest, h, keep, precision)
+    offsets = solved(rest, bend, cross, root, by_offset(index, keep, g, len(precision)))
+    for k in range(len(offsets)):
+        offsets[k] = min(max(offsets[k], -LONGEST_STEP), LONGEST_STEP)
+    shifted = location.copy()
+    slopes = bool(1)  # for a constant the called kernel would be compiled once more
+    for step in range(EVALUATIONS):
+        for i in range(n):
+            if not keep[i]:
+                continue
+            move = 0.0
+            grouped = False
+            for a in range(n_groupings):
+                if index[a, i] >= 0:
+                    move += offsets[index[a, i]]
+                    grouped = True
+            if grouped:
+                for q in range(n_volumes):
+                    shifted[i, q] = (
+                        location[i, q] + move if in_log else location[i, q] * np.exp(move)
+                    )
+        value, by_location, _, curvature = event_terms_kernel(
+            nodes, shifted, scatter, volume_weight, student, keep, slopes
+        )
+        for i in range(n):
+            # Where the offset acts on log μ, m changes by m per unit.
+            level = 1.0 if in_log else np.mean(shifted[i])
+            g[i] = np.sum(by_location[i]) * level
+            h[i] = min(max(-curvature[i] * level * level, 0.0), LARGEST)
+        bend, cross, root = offset_system(index, rest, h, keep, precision)
+        if step < EVALUATIONS - 1:
+            slope = by_offset(index, keep, g, len(precision)) - precision * offsets
+            change = solved(rest, bend, cross, root, slope)
+            for k in range(len(offsets)):
+                offsets[k] += min(max(change[k], -LONGEST_STEP), LONGEST_STEP)
+    return offsets, bend, cross, root, value
+
+
+@kernel(inner=True)
+def _as_if_normal(nodes, location, scatter, in_log, keep):  # type: ignore[no-untyped-def]
+    """Score and curvature in the shift of each event, as if every likelihood were normal.
+
+    0 for events that left their profile.
+    """
+    n = len(location)
+    g, h = np.zeros(n), np.zeros(n)
+    for i in range(n):
+        if not keep[i] or nodes.is_probability[i]:
+            continue
+        total, first, second = 0.0, 0.0, 0.0
+        for k in range(nodes.used[i]):
+            total += nodes.weight[i, k]
+            first += nodes.weight[i, k] * nodes.place[i, k]
+            second += nodes.weight[i, k] * nodes.place[i, k] ** 2
+        if total <= 0.0:
+            continue
+        mean = first / total
+        m, variance = np.mean(location[i]), max(second / total - mean * mean, 0.0)
+        variance += np.mean(scatter[i]) ** 2 + np.var(location[i])
+        level = 1.0 if in_log else m
+        g[i] = (mean - m) * level / variance
+        h[i] = level * level / variance
+    return g, h

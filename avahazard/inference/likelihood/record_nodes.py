@@ -1,0 +1,454 @@
+"""What a record says of friction, as nodes: p(record | μ), chances of leaving and of being seen.
+
+Across a jump of F, or to the end of the profile, records are taken as spread evenly: real terrain
+and real avalanches have no such gaps. A stop that is looked up (`physics.runout_curve`) never lies
+within a jump. Without a profile L = H/μ exactly, from H/L = 0.001 of a slide on the sea floor on.
+
+A declared limit of sight is of places: what stops above it is not seen, wherever its record would
+have put it. So it is an edge of friction: of the record's likelihood the part below the edge
+counts, over the chance to be below it (`hidden_from`). Were the chance taken of records instead,
+records above the limit would be impossible in part, and friction be driven up without end. A limit
+that is estimated lies at the highest record or above, and is one of records (`edges_of_sight`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avahazard.arrays import Bools, Floats
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.quadrature import A_PANEL, N_NODES, gauss_nodes, panel_nodes
+from avahazard.inference.model.friction_scatter import HALF_LOG_2PI, normal_below
+from avahazard.inference.model.observations import Observations
+from avahazard.kernels import kernel
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_curve import MU
+
+REACH = 7.0
+"""Records farther than this many standard deviations from F(μ), or H/μ, say nothing about μ."""
+PIECE = 0.5
+"""Largest step of F, in standard deviations of the record, between two points of it."""
+LEAST_TAIL = 1e-9
+"""Density beyond the grid, as a share of the mass within, that is not worth its cost."""
+DEPTH = 40.0
+"""Frictions whose log density is that much below the best are left out."""
+
+
+@kernel
+def record_density_nodes(  # type: ignore[no-untyped-def]
+    record,
+    left,
+    observed_left,
+    observed,
+    sigma,
+    log_speed,
+    grid,
+    hidden_from,
+    panels,
+    finest,
+    place,
+    weight,
+    tail,
+):
+    """Nodes of p(record | μ) as in `panels`; returns the log of its total mass.
+
+    Points lie no farther apart than `finest`. `tail` `[2]` is filled with p(record | μ) below and
+    beyond the grid, where that of its ends holds, as a share of the total mass. Of frictions from
+    `hidden_from` on there would be no record.
+    """
+    most = (int(np.ceil(2.0 * REACH / PIECE)) + 2) * len(grid)
+    points, logs = np.empty(most), np.empty(most)
+    if observed_left:
+        count = _leaving_points(left, log_speed, grid, points, logs)
+    else:
+        count = _stop_points(
+            record, left, observed, sigma, log_speed, grid, hidden_from, finest, points, logs
+        )
+    tail[:] = 0.0
+    if count == 0:
+        return _nearest(record, left, observed, sigma, log_speed, grid, hidden_from, place, weight)
+    top = np.max(logs[:count])
+    kept = 0
+    for c in range(count):
+        if logs[c] > top - DEPTH:
+            points[kept], logs[kept] = points[c], logs[c]
+            kept += 1
+    masses = np.exp(logs[:kept] - top)
+    panel_nodes(points[:kept], masses, panels, place, weight)
+    log_total = top + np.log(np.sum(masses))
+    for side in range(2):
+        j = -side
+        if left[j] != observed_left or grid[j] >= hidden_from:
+            continue
+        log_end = log_speed[j]
+        if not observed_left:
+            log_end -= 0.5 * ((record[j] - observed) / sigma) ** 2 + np.log(sigma) + HALF_LOG_2PI
+        share = np.exp(log_end - log_total)
+        tail[side] = share if share > LEAST_TAIL else 0.0
+    return log_total
+
+
+@kernel(inner=True)
+def _leaving_points(left, log_speed, grid, points, logs):  # type: ignore[no-untyped-def]
+    """Points of the frictions that leave the profile, and their log masses; returns how many."""
+    count = 0
+    for j in range(len(grid) - 1):
+        if left[j] or left[j + 1]:
+            # The status changes midway between two frictions.
+            whole = left[j] and left[j + 1]
+            t = 0.5 if whole else (0.25 if left[j] else 0.75)
+            width = (grid[j + 1] - grid[j]) * (1.0 if whole else 0.5)
+            points[count] = grid[j] + t * (grid[j + 1] - grid[j])
+            logs[count] = np.log(width) + log_speed[j] + t * (log_speed[j + 1] - log_speed[j])
+            count += 1
+    return count
+
+
+@kernel(inner=True)
+def _stop_points(  # type: ignore[no-untyped-def]
+    record, left, observed, sigma, log_speed, grid, hidden_from, finest, points, logs
+):
+    """Points of the frictions that stop within reach of the record; returns how many."""
+    count = 0
+    most = len(points) // len(grid)
+    for j in range(len(grid) - 1):
+        if left[j] and left[j + 1]:
+            continue
+        g0, width = grid[j], grid[j + 1] - grid[j]
+        if g0 >= hidden_from:
+            break
+        l0, l1 = log_speed[j], log_speed[j + 1]
+        z0, z1 = (record[j] - observed) / sigma, (record[j + 1] - observed) / sigma
+        if min(z0, z1) > REACH or max(z0, z1) < -REACH:
+            continue
+        first, last = 0.0, 1.0
+        if abs(z1 - z0) > PIECE:
+            # Only the part of a jump that is within reach of the record counts.
+            first = max(0.0, min((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
+            last = min(1.0, max((-REACH - z0) / (z1 - z0), (REACH - z0) / (z1 - z0)))
+        last = min(last, (hidden_from - g0) / width)
+        if last <= first:
+            continue
+        pieces = int(np.ceil((last - first) * abs(z1 - z0) / PIECE)) + 1
+        pieces = min(max(pieces, int(np.ceil((last - first) * width / finest))), most)
+        step = (last - first) * width / pieces
+        for p in range(pieces):
+            t = first + (last - first) * (p + 0.5) / pieces
+            z = z0 + t * (z1 - z0)
+            points[count] = g0 + t * width
+            logs[count] = -0.5 * z * z - np.log(sigma) - HALF_LOG_2PI + np.log(step)
+            logs[count] += l0 + t * (l1 - l0)
+            count += 1
+    return count
+
+
+@kernel
+def _nearest(  # type: ignore[no-untyped-def]
+    record, left, observed, sigma, log_speed, grid, hidden_from, place, weight
+):
+    """A record that no friction reaches: the nearest friction, at its (tiny) density."""
+    best, value = 0, -np.inf
+    for j in range(len(grid) - 1):
+        if grid[j] >= hidden_from:
+            break
+        if left[j]:
+            continue
+        z = (record[j] - observed) / sigma
+        candidate = -0.5 * z * z + log_speed[j]
+        if np.isnan(observed):
+            candidate = log_speed[j] - 1e3
+        if candidate > value:
+            best, value = j, candidate
+    place[:], weight[:] = grid[best], 0.0
+    weight[0] = 1.0
+    if value == -np.inf:
+        value = -1e4
+    return value - np.log(sigma) - HALF_LOG_2PI + np.log(grid[best + 1] - grid[best])
+
+
+STEEPEST = 3.0
+"""Friction up to which a record that tells next to nothing is followed."""
+STEP, FEWEST, N_POINTS = 0.02, 128, 512
+"""Step in log μ, and the fewest and most points."""
+SUM_STEP, FEWEST_OF_SUM = 0.04, 32
+"""The same for sums over a bump that is whole: equal steps up to 0.9 of its standard deviation err
+by less than 1e-9."""
+
+
+@kernel
+def straight_points(height, observed, sigma, in_log, for_sums, points, logs):  # type: ignore[no-untyped-def]
+    """Points in ν = log μ, or in μ, and the log mass of the likelihood at each; returns how many.
+
+    `points`, `logs` have room for `N_POINTS`. `height` is the height of fall H, `observed` the
+    runout length with error `sigma`, all in m. Fewer points will do `for_sums` alone.
+    """
+    shortest = height / STEEPEST
+    if observed > 0.0:
+        shortest = min(shortest, 0.5 * observed)
+    low = max(observed - REACH * sigma, shortest)
+    high = observed + REACH * sigma
+    if high <= low:  # a made record below zero tells no more than that it is short
+        high = 2.0 * low
+    span = np.log(high) - np.log(low)
+    count = int(min(max(np.ceil(span / STEP), FEWEST), N_POINTS))
+    if for_sums and low > shortest:
+        count = int(min(max(np.ceil(span / SUM_STEP), FEWEST_OF_SUM), N_POINTS))
+    step = span / count
+    for k in range(count):
+        place = np.log(height / high) + (k + 0.5) * step
+        z = (height * np.exp(-place) - observed) / sigma
+        logs[k] = np.log(step) - 0.5 * z * z - np.log(sigma) - HALF_LOG_2PI
+        points[k] = place
+        if not in_log:
+            points[k] = np.exp(place)
+            logs[k] += place
+    return count
+
+
+@kernel
+def straight_density_nodes(height, observed, sigma, in_log, panels, place, weight, tail):  # type: ignore[no-untyped-def]
+    """Nodes of p(record | μ) as in `panels`; returns the log of its total mass and the last place.
+
+    `tail` `[2]` is filled with p(record | μ) before all places (none) and beyond the last, where
+    it is that of a block which goes nowhere, as shares of the total mass.
+    """
+    points, logs = np.empty(N_POINTS), np.empty(N_POINTS)
+    count = straight_points(height, observed, sigma, in_log, False, points, logs)
+    points, logs = points[:count], logs[:count]
+    top = np.max(logs)
+    masses = np.exp(logs - top)
+    panel_nodes(points, masses, panels, place, weight)
+    log_total = top + np.log(np.sum(masses))
+    tail[:] = 0.0
+    z = observed / sigma
+    share = np.exp(-0.5 * z * z - np.log(sigma) - HALF_LOG_2PI - log_total)
+    if share > LEAST_TAIL:
+        tail[1] = share
+    return log_total, points[-1]
+
+
+FEW = 4
+"""Nodes of an edge of sight no wider than the least scatter: chances over 1 % err by 3 % at most
+even for that, by 0.03 % for twice it. Each costs a normal probability at every evaluation."""
+
+
+def hidden_from(observations: Observations, predicted: Predicted, in_log: bool = True) -> Floats:
+    """Friction `[n_events]`, or its log, from which on stops lie above the declared limit.
+
+    inf where all are seen, or no limit is declared; the lowest of the tables where none is.
+    """
+    edge = np.full(observations.n_events, np.inf)
+    grid = np.log(MU) if in_log else MU
+    limited = np.flatnonzero(np.isfinite(observations.limit))
+    for i, broken in zip(limited, predicted.curve[limited].broken, strict=True):
+        elevation = predicted.elevation[i] - predicted.raised[i]
+        left = predicted.status[i] == LEFT_PROFILE
+        if np.isfinite(elevation).any():
+            edge[i] = _highest_seen(elevation, left, observations.limit[i], grid, broken)
+    return edge
+
+
+def _highest_seen(
+    elevation: Floats, left: Bools, limit: float, grid: Floats, broken: Bools
+) -> float:
+    """The highest friction at which a stop is seen; inf where that is the highest of the grid.
+
+    Seen is what stops below the limit, and all that goes further than such a stop: what runs up
+    the other side of a valley is no short runout. Between two frictions stops are spread evenly,
+    but for a `broken` cell, in each half of which its end holds, as where stops are looked up.
+    """
+    seen = np.flatnonzero(left | (elevation <= limit))
+    if not len(seen):
+        return float(grid[0])
+    j = int(seen[-1])
+    if j == len(grid) - 1:
+        return float(np.inf)
+    low, high = elevation[j], elevation[j + 1]
+    # The end of a profile may itself lie above the limit.
+    share = 0.5 if broken[j] or low > limit else (limit - low) / (high - low)
+    return float(grid[j] + share * (grid[j + 1] - grid[j]))
+
+
+@kernel(inner=True)
+def edges_of_sight(elevation, left, limit, sigma, grid, panels, finest, place, weight):  # type: ignore[no-untyped-def]
+    """P(seen) = w₀ + Σ w_k P(ν < ν_k) by records, with error `sigma`; returns w₀.
+
+    It falls as friction rises, all that goes further than what is seen being seen, too: so no
+    weight is negative.
+    """
+    n = len(grid)
+    chance = np.empty(n)
+    furthest = 0.0
+    for j in range(n - 1, -1, -1):
+        below = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
+        furthest = max(furthest, below)
+        chance[j] = furthest
+    points = np.empty(n)
+    drops = np.empty(n)
+    count = 0
+    level = 1.0
+    for j in range(n):
+        if level - chance[j] > 1e-9:
+            points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
+            drops[count] = level - chance[j]
+            level = chance[j]
+            count += 1
+    if count:
+        edges, chances = points[:count], drops[:count] / (1.0 - level)
+        away = edges - np.sum(chances * edges)
+        if np.sqrt(np.sum(chances * away * away)) <= 2.0 * finest:
+            gauss_nodes(edges, chances, place[:FEW], weight[:FEW])
+        else:
+            panel_nodes(edges, chances, panels, place, weight)
+        weight *= 1.0 - level
+    return level
+
+
+SIDE = 6.0
+"""Standard deviations to which the error of an edge is followed."""
+FEWEST_OF_EDGE, MOST_OF_EDGE = 40, 1000
+"""Points of that error."""
+
+
+@kernel
+def fill_record_nodes(  # type: ignore[no-untyped-def]
+    record,
+    elevation,
+    left,
+    observed_left,
+    observed,
+    sigma,
+    leaving_sigma,
+    height,
+    limit,
+    hidden_from,
+    has_speed,
+    grid,
+    in_log,
+    panels,
+    most_apart,
+):
+    """The fields of `Nodes` but the last, for all events without speeds.
+
+    `limit` `[n_events]` are limits of sight that are estimated (else nan), `hidden_from` the edges
+    of those that are declared (else inf).
+    """
+    n = len(record)
+    used = np.maximum(A_PANEL * panels, N_NODES)
+    most = N_NODES
+    for i in range(n):
+        most = max(most, used[i])
+    place = np.zeros((n, most))
+    weight = np.zeros((n, most))
+    tail_place = np.empty((n, 2))
+    tail_place[:, 0], tail_place[:, 1] = grid[0], grid[-1]
+    tail = np.zeros((n, 2))
+    log_scale = np.zeros(n)
+    is_probability = np.zeros(n, dtype=np.bool_)
+    seen_place = np.zeros((n, most))
+    seen_weight = np.zeros((n, most))
+    floor = np.zeros(n)
+    seen_floor = np.ones(n)
+    has_limit = np.zeros(n, dtype=np.bool_)
+    no_speed = np.zeros(len(grid))
+    for i in range(n):
+        if observed_left[i] and not has_speed[i]:
+            is_probability[i] = True
+            floor[i] = _edges_of_leaving(
+                left[i],
+                leaving_sigma[i],
+                grid,
+                in_log,
+                most_apart,
+                place[i, : used[i]],
+                weight[i, : used[i]],
+            )
+        elif not np.isnan(height[i]) and not np.isnan(observed[i]):
+            log_scale[i], tail_place[i, 1] = straight_density_nodes(
+                height[i], observed[i], sigma[i], in_log, panels[i], place[i], weight[i], tail[i]
+            )
+        elif not has_speed[i]:
+            log_scale[i] = record_density_nodes(
+                record[i],
+                left[i],
+                observed_left[i],
+                observed[i],
+                sigma[i],
+                no_speed,
+                grid,
+                hidden_from[i],
+                panels[i],
+                most_apart,
+                place[i],
+                weight[i],
+                tail[i],
+            )
+        if hidden_from[i] < np.inf:
+            has_limit[i] = True
+            seen_floor[i] = 0.0
+            seen_place[i, 0], seen_weight[i, 0] = hidden_from[i], 1.0
+        elif not np.isnan(limit[i]):
+            has_limit[i] = True
+            seen_floor[i] = edges_of_sight(
+                elevation[i],
+                left[i],
+                limit[i],
+                sigma[i],
+                grid,
+                panels[i],
+                most_apart,
+                seen_place[i],
+                seen_weight[i],
+            )
+    return (
+        place,
+        weight,
+        used,
+        tail_place,
+        tail,
+        log_scale,
+        is_probability,
+        floor,
+        seen_place,
+        seen_weight,
+        seen_floor,
+        has_limit,
+    )
+
+
+@kernel(inner=True)
+def _edges_of_leaving(left, sigma, grid, in_log, finest, place, weight):  # type: ignore[no-untyped-def]
+    """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀.
+
+    Where log friction at an edge has an error `sigma`, the edge is the nodes of a normal.
+    """
+    n_edges = 0
+    for j in range(1, len(left)):
+        n_edges += 1 if left[j - 1] != left[j] else 0
+    room = max(len(place) // max(n_edges, 1), 1) if sigma > 0.0 else 1
+    first = 0
+    for j in range(len(left) - 1, 0, -1):
+        if left[j - 1] != left[j] and first + room <= len(place):
+            edge = 0.5 * (grid[j - 1] + grid[j])
+            here = slice(first, first + room)
+            if room == 1:
+                place[first], weight[first] = edge, 1.0
+            else:
+                _blurred(edge, sigma, in_log, finest, place[here], weight[here])
+            if not left[j - 1]:
+                weight[here] *= -1.0
+            first += room
+    return 1.0 if left[len(left) - 1] else 0.0
+
+
+@kernel(inner=True)
+def _blurred(edge, sigma, in_log, finest, place, weight):  # type: ignore[no-untyped-def]
+    """Nodes of an edge, in log friction or in friction, whose log friction has an error `sigma`."""
+    width = sigma if in_log else sigma * edge
+    n = int(min(max(2.0 * SIDE * width / finest, FEWEST_OF_EDGE), MOST_OF_EDGE))
+    points, masses = np.empty(n), np.empty(n)
+    for k in range(n):
+        z = SIDE * ((2.0 * k + 1.0) / n - 1.0)
+        points[k] = edge + sigma * z if in_log else edge * np.exp(sigma * z)
+        masses[k] = np.exp(-0.5 * z * z)
+    panel_nodes(points, masses, max(len(place) // A_PANEL, 1), place, weight)

@@ -1,0 +1,450 @@
+"""What measured speeds say about friction, between the frictions of the tables.
+
+Errors are told of squares of speed, since work adds up to these: u² is that of the block plus r
+(`SpeedRecord`) with standard deviations in proportion to `scatter`, that of friction along the
+track. A measured speed u + e of error σ gives u² by (u + e)² - σ², with variance 4 u² σ² + 2 σ⁴.
+The u in it is the mean of the measured speed and those beside it: by its own error alone, what was
+measured too low would weigh too much. Between two frictions u² is nearly linear in μ (exactly so
+where nothing but the drive depends on it), unlike u near the stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats, Ints
+from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.quadrature import finest, nodes_used
+from avahazard.inference.likelihood.record_nodes import (
+    DEPTH,
+    REACH,
+    hidden_from,
+    record_density_nodes,
+)
+from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
+from avahazard.kernels import kernel
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.runout_curve import MU
+from avahazard.workers import n_workers, ordered_map
+
+MAX_REDRAWS = 100
+
+
+@kernel
+def squared(speed, sigma):  # type: ignore[no-untyped-def]
+    """Squares of measured speeds (m²/s²) and their standard deviations, `[n_speeds]` each."""
+    k = len(speed)
+    square, error = np.empty(k), np.empty(k)
+    for a in range(k):
+        first, end = max(a - 1, 0), min(a + 2, k)
+        middle = np.mean(speed[first:end])
+        variance = sigma[a] * sigma[a]
+        square[a] = speed[a] * speed[a] - variance
+        error[a] = np.sqrt(variance * (4.0 * middle * middle + 2.0 * variance))
+    return square, error
+
+
+@kernel
+def whitening(speed, sigma, spread, scatter):  # type: ignore[no-untyped-def]
+    """Squares of measured speeds `[n_speeds]`, a matrix and a constant for their density.
+
+    The matrix makes what the squares differ from those of the block independent unit errors. The
+    log density of the speeds (not of their squares) is less than nought by half the sum of the
+    squares of these and the constant. `spread` as in `SpeedRecord`.
+    """
+    square, error = squared(speed, sigma)
+    k = len(speed)
+    covariance = np.empty((k, k))
+    for a in range(k):
+        for b in range(k):
+            covariance[a, b] = scatter * scatter * spread[a, b]
+        covariance[a, a] += error[a] * error[a]
+    whiten = inverse_root(covariance)
+    constant = 0.5 * k * np.log(2.0 * np.pi)
+    for a in range(k):
+        constant -= np.log(whiten[a, a] * error[a] / sigma[a])
+    return square, whiten, constant
+
+
+@kernel
+def speed_log_density(predicted, errors):  # type: ignore[no-untyped-def]
+    """Log density of one track's speeds for each row of u² `predicted` `[n_friction, n_speeds]`."""
+    measured, whiten, constant = errors
+    k = len(measured)
+    result = np.empty(len(predicted))
+    misfit = np.empty(k)
+    for j in range(len(predicted)):
+        total = 0.0
+        for a in range(k):
+            misfit[a] = measured[a] - predicted[j, a]
+            z = 0.0
+            for b in range(a + 1):
+                z += whiten[a, b] * misfit[b]
+            total += z * z
+        result[j] = -0.5 * total - constant
+    return result
+
+
+@kernel
+def inverse_root(covariance):  # type: ignore[no-untyped-def]
+    """Inverse of the lower Cholesky factor `[n, n]`: of so few speeds quicker than by a library."""
+    n = len(covariance)
+    root, inverse = np.zeros((n, n)), np.zeros((n, n))
+    for a in range(n):
+        for b in range(a + 1):
+            rest = covariance[a, b]
+            for c in range(b):
+                rest -= root[a, c] * root[b, c]
+            root[a, b] = np.sqrt(rest) if a == b else rest / root[b, b]
+    for b in range(n):
+        inverse[b, b] = 1.0 / root[b, b]
+        for a in range(b + 1, n):
+            total = 0.0
+            for c in range(b, a):
+                total += root[a, c] * inverse[c, b]
+            inverse[a, b] = -total / root[a, a]
+    return inverse
+
+
+def drawn_speeds(
+    square: Floats, track: SpeedRecord, scatter: float, rng: np.random.Generator, arrives: bool
+) -> Floats:
+    """Measured speeds (m/s) of avalanches whose block has these squares `[n_speeds, n_draws]`.
+
+    What came as far as a place was moving there. So where the block moves (everywhere, for one that
+    is known to arrive at its stop), r is drawn again until the avalanche moves; if it does so in
+    none of `MAX_REDRAWS`, the least impossible one counts.
+    """
+    moving = (square > 0.0) | (arrives & (track.share < 1.0))[:, None]
+    root = scatter * track.root
+    n = square.shape[1]
+    true = square + root @ rng.standard_normal((len(square), n))
+    lowest = np.min(true, axis=0, where=moving, initial=np.inf)
+    for _ in range(MAX_REDRAWS):
+        again = np.flatnonzero(lowest <= 0.0)
+        if not len(again):
+            break
+        fresh = square[:, again] + root @ rng.standard_normal((len(square), len(again)))
+        low = np.min(fresh, axis=0, where=moving[:, again], initial=np.inf)
+        better = low > lowest[again]
+        true[:, again[better]] = fresh[:, better]
+        lowest[again[better]] = low[better]
+    error = track.sigma[:, None] * rng.standard_normal(square.shape)
+    return np.asarray(np.sqrt(np.where(moving, np.maximum(true, 0.0), 0.0)) + error)
+
+
+BESIDE = 4
+"""Rows kept beyond the frictions that a record leaves: two go to the fine frictions beside it."""
+
+
+@kernel
+def rows_left(record, left, observed_left, observed, error):  # type: ignore[no-untyped-def]
+    """First row and end `[n_tracks, 2]` of the frictions `[n_tracks, n_friction]` that count.
+
+    They are those whose cells `cell_bounds` may ask for, and `BESIDE` more.
+    """
+    rows = np.empty((len(record), 2), dtype=np.int64)
+    for k in range(len(record)):
+        bound = _by_record(record[k], left[k], observed_left[k], observed[k], error[k])
+        within = np.flatnonzero(bound >= min(np.max(bound), -0.5 * REACH * REACH))
+        rows[k, 0] = max(within[0] - BESIDE, 0)
+        rows[k, 1] = min(within[-1] + 2 + BESIDE, record.shape[1])
+    return rows
+
+
+@kernel
+def cell_bounds(  # type: ignore[no-untyped-def]
+    predicted, cell, jumped, errors, record, left, observed_left, observed, error
+):
+    """The most that the log likelihood can be in each cell of frictions `[n_friction - 1]`.
+
+    -inf where the record is out of reach, and where it leaves less than `DEPTH` below the best:
+    speeds can add no more than their density at its highest.
+    """
+    bound = _by_record(record, left, observed_left, observed, error)
+    best = np.argmax(bound)
+    ends = _at_ends(np.array([best]), predicted, cell, jumped, errors)
+    least = bound[best] + max(ends[best], ends[best + 1]) - DEPTH + errors[2]
+    # Beyond reach there are no points of the likelihood: the nearest friction, at most.
+    likely = np.flatnonzero(bound >= max(least, min(bound[best], -0.5 * REACH * REACH)))
+    ends = _at_ends(likely, predicted, cell, jumped, errors)
+    found = np.full(len(bound), -np.inf)
+    found[likely] = bound[likely] + np.maximum(ends[likely], ends[likely + 1])
+    if not np.isfinite(np.max(found)):
+        found[likely] = 0.0
+    return found
+
+
+@kernel
+def _by_record(record, left, observed_left, observed, error):  # type: ignore[no-untyped-def]
+    """The most that the record alone leaves each cell of frictions `[n_friction - 1]`, a log."""
+    n = len(record) - 1
+    bound = np.zeros(n)
+    for j in range(n):
+        if observed_left:
+            if not (left[j] or left[j + 1]):
+                bound[j] = -np.inf
+        elif left[j] and left[j + 1]:
+            bound[j] = -np.inf
+        else:
+            z0, z1 = (record[j] - observed) / error, (record[j + 1] - observed) / error
+            if z0 * z1 > 0.0:
+                bound[j] -= 0.5 * min(abs(z0), abs(z1)) ** 2
+    return bound
+
+
+@kernel
+def _at_ends(cells, predicted, cell, jumped, errors):  # type: ignore[no-untyped-def]
+    """Log density of the speeds at the ends of these cells, `[n_friction]`; -inf elsewhere.
+
+    In `cell` the block that passes comes as slow as `jumped`; so does all between it and the next.
+    """
+    asked = np.zeros(len(predicted), dtype=np.bool_)
+    for j in cells:
+        asked[j], asked[j + 1] = True, True
+    rows = np.flatnonzero(asked)
+    square = predicted[rows] ** 2
+    for k in range(len(rows)):
+        if rows[k] == cell:
+            square[k] = jumped
+    result = np.full(len(predicted), -np.inf)
+    result[rows] = speed_log_density(square, errors)
+    return result
+
+
+class MeasuredSpeeds(NamedTuple):
+    """Speeds of all tracks end to end.
+
+    `speed`, `sigma` `[n_speeds]`; those of `event[k]` begin at `first[k]` and end before `end[k]`.
+    `spread` is that of each `SpeedRecord`, row by row, and begins at `first_spread[k]`; `cell[k]`
+    and `jumped` `[n_speeds]` are what each `JumpedStop` has.
+    """
+
+    event: NDArray[np.int64]
+    first: NDArray[np.int64]
+    end: NDArray[np.int64]
+    first_spread: NDArray[np.int64]
+    speed: Floats
+    sigma: Floats
+    spread: Floats
+    cell: NDArray[np.int64]
+    jumped: Floats
+
+
+class TrackTables(NamedTuple):
+    """What blocks do near the records of the tracks, rows of frictions of all tracks end to end.
+
+    Those of track k begin at row `begin[k]`, friction `first[k]` of the tables, and end before row
+    `begin[k + 1]`; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_places]` (m/s). `event`,
+    `observed_left`, `observed`, `error` `[n_tracks]` are those of the record; `unseen_from` is the
+    friction from which on stops are not seen.
+    """
+
+    measured: MeasuredSpeeds
+    begin: NDArray[np.int64]
+    first: NDArray[np.int64]
+    record: Floats
+    left: NDArray[np.bool_]
+    speeds: Floats
+    observed_left: NDArray[np.bool_]
+    observed: Floats
+    error: Floats
+    unseen_from: Floats
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of what differs from place to place."""
+        return self.speeds.nbytes + self.record.nbytes + self.left.nbytes
+
+
+def measured_speeds(records: Sequence[SpeedRecord], jumped: Sequence[JumpedStop]) -> MeasuredSpeeds:
+    """The records of speeds end to end."""
+    bounds = np.cumsum([0, *(len(r.x) for r in records)])
+    spreads = np.cumsum([0, *(len(r.x) ** 2 for r in records)])
+    return MeasuredSpeeds(
+        event=np.array([r.event for r in records]),
+        first=bounds[:-1],
+        end=bounds[1:],
+        first_spread=spreads[:-1],
+        speed=np.concatenate([r.speed for r in records]),
+        sigma=np.concatenate([r.sigma for r in records]),
+        spread=np.concatenate([r.spread.ravel() for r in records]),
+        cell=np.array([stop.cell for stop in jumped]),
+        jumped=np.concatenate([stop.square for stop in jumped]),
+    )
+
+
+def track_tables(observations: Observations, predicted: Predicted) -> TrackTables:
+    """The rows of the tables that the records of the tracks leave, with some beyond."""
+    tracks = observations.speeds
+    event = np.array([track.event for track in tracks])
+    left = predicted.status[event] == LEFT_PROFILE
+    observed_left = observations.kind[event] == LEFT
+    observed, error = observations.observed[event], predicted.sigma[event]
+    rows = rows_left(predicted.record[event], left, observed_left, observed, error)
+    begin = np.concatenate([[0], np.cumsum(rows[:, 1] - rows[:, 0])])
+    speeds = np.zeros((begin[-1], max(len(track.x) for track in tracks)))
+    for k, (track, (first, end)) in enumerate(zip(tracks, rows, strict=True)):
+        speeds[begin[k] : begin[k + 1], : len(track.x)] = predicted.speeds[k][first:end]
+    whole = [(i, slice(first, end)) for i, (first, end) in zip(event, rows, strict=True)]
+    return TrackTables(
+        measured_speeds(tracks, predicted.jumped),
+        begin,
+        rows[:, 0].copy(),  # of one layout for kernels, however many tracks there are
+        np.concatenate([predicted.record[part] for part in whole]),
+        np.concatenate([left[k, part] for k, (_, part) in enumerate(whole)]),
+        speeds,
+        observed_left,
+        observed,
+        error,
+        hidden_from(observations, predicted, in_log=False)[event],
+    )
+
+
+SPLIT, POINTS = 15, 128
+"""Parts of each cell of the friction grid (odd: a block that leaves does so up to the middle of
+a cell); fewer where that many points are there without."""
+
+
+class TrackNodes(NamedTuple):
+    """Nodes of the tracks as in `nodes.Nodes`.
+
+    `place`, `weight` `[n_tracks, n_nodes]`, `tail` `[n_tracks, 2]`, `log_scale` `[n_tracks]`.
+    """
+
+    place: Floats
+    weight: Floats
+    tail: Floats
+    log_scale: Floats
+
+
+class FineTrack(NamedTuple):
+    """One event at fine frictions: `grid`, `record`, `left`, `square` `[n_fine(, n_speeds)]`."""
+
+    grid: Floats
+    record: Floats
+    left: NDArray[np.bool_]
+    square: Floats
+
+
+def squares(speeds: Floats) -> Floats:
+    """u² `[n_friction, n_places]`, carried on to the first friction that stops short of a place.
+
+    Straight and below 0, so that the stop has its place between this friction and the one before.
+    """
+    square = speeds**2
+    stops = np.flatnonzero(np.diff(speeds == 0.0, axis=0).any(axis=1)) + 1
+    for c in stops[stops > 1]:
+        short = (speeds[c] == 0.0) & (speeds[c - 1] > 0.0)
+        ahead = 2.0 * square[c - 1] - square[c - 2]
+        square[c] = np.where(short, np.minimum(ahead, 0.0), square[c])
+    return np.asarray(square)
+
+
+def track_nodes(tables: TrackTables, scatter: float, panels: Ints, in_log: bool) -> TrackNodes:
+    """Nodes of all tracks with this `scatter` of friction along them; `panels` `[n_tracks]`."""
+    n = len(panels)
+    shape = n, int(np.max(nodes_used(panels)))
+    nodes = TrackNodes(np.zeros(shape), np.zeros(shape), np.zeros((n, 2)), np.zeros(n))
+
+    def fill(part: NDArray[np.int64]) -> None:
+        fill_speed_nodes(tables, part, scatter, MU, in_log, panels, finest(in_log), nodes)
+
+    list(ordered_map(fill, np.array_split(np.arange(n), min(n_workers(), n))))
+    return nodes
+
+
+@kernel
+def fill_speed_nodes(tables, tracks, scatter, mu, in_log, panels, finest, nodes):  # type: ignore[no-untyped-def]
+    """Fill in the `TrackNodes` of `tracks`, with `scatter` of friction along them.
+
+    `tables` are `TrackTables`, `mu` `[n_friction]` the frictions of the tables.
+    """
+    measured = tables.measured
+    for k in tracks:
+        a, b = measured.first[k], measured.end[k]
+        first, begin, stop = tables.first[k], tables.begin[k], tables.begin[k + 1]
+        grid = mu[first : first + stop - begin]
+        record, left = tables.record[begin:stop], tables.left[begin:stop]
+        observed_left = tables.observed_left[k]
+        observed, error = tables.observed[k], tables.error[k]
+        mine, jumped = tables.speeds[begin:stop, : b - a], measured.jumped[a:b]
+        cell = measured.cell[k] - first if measured.cell[k] >= 0 else -1
+        size, start = b - a, measured.first_spread[k]
+        spread = measured.spread[start : start + size * size].reshape((size, size))
+        errors = whitening(measured.speed[a:b], measured.sigma[a:b], spread, scatter)
+        told = mine, cell, jumped, errors, record, left
+        bound = cell_bounds(*told, observed_left, observed, error)
+        hidden = grid[:-1] >= tables.unseen_from[k]
+        if not np.all(hidden):
+            bound[hidden] = -np.inf
+        track = between(grid, record, left, mine, cell, jumped, bound, observed_left)
+        nodes.log_scale[k] = record_density_nodes(
+            track.record,
+            track.left,
+            observed_left,
+            observed,
+            error,
+            speed_log_density(track.square, errors),
+            np.log(track.grid) if in_log else track.grid,
+            np.log(tables.unseen_from[k]) if in_log else tables.unseen_from[k],
+            panels[k],
+            finest,
+            nodes.place[k],
+            nodes.weight[k],
+            nodes.tail[k],
+        )
+        # Frictions that the speeds rule out lie beyond the fine ones.
+        if track.grid[0] > mu[0]:
+            nodes.tail[k, 0] = 0.0
+        if track.grid[-1] < mu[-1]:
+            nodes.tail[k, 1] = 0.0
+
+
+@kernel
+def between(  # type: ignore[no-untyped-def]
+    mu, record, left, speeds, cell, jumped, log_likelihood, observed_left
+):
+    """Tables of one event `[n_friction(, n_speeds)]` over finer frictions about the likely ones.
+
+    `log_likelihood` `[n_friction - 1]` bounds what each cell of the grid `mu` can hold. Where the
+    block stops short of a place in the next friction, its u² is carried on from the cell before;
+    in the `cell` over which F jumps, u² is `jumped` `[n_speeds]`.
+    """
+    good = np.flatnonzero(log_likelihood > np.max(log_likelihood) - DEPTH)
+    first, last = max(good[0] - 1, 0), min(good[-1] + 2, len(mu) - 1)
+    split = 2 * (max(2, min(SPLIT, POINTS // len(good))) // 2) + 1
+    n, n_places = split * (last - first) + 1, speeds.shape[1]
+    grid, fine_record = np.empty(n), np.empty(n)
+    fine_left, square = np.empty(n, dtype=np.bool_), np.empty((n, n_places))
+    rise = np.empty(n_places)
+    for j in range(first, last):
+        for a in range(n_places):
+            low, high = speeds[j, a] ** 2, speeds[j + 1, a] ** 2
+            rise[a] = high - low
+            if high == 0.0 and low > 0.0 and j > 0:
+                rise[a] = low - speeds[j - 1, a] ** 2
+        for k in range(split):
+            share, row = k / split, split * (j - first) + k
+            grid[row] = mu[j] + share * (mu[j + 1] - mu[j])
+            fine_record[row] = record[j] + share * (record[j + 1] - record[j])
+            # The status changes midway for those who left; others may have stopped up to the last.
+            fine_left[row] = left[j] and left[j + 1]
+            if k == 0:
+                fine_left[row] = left[j]
+            elif observed_left:
+                fine_left[row] = left[j] if share < 0.5 else left[j + 1]
+            for a in range(n_places):
+                if j == cell:
+                    square[row, a] = jumped[a]
+                else:
+                    square[row, a] = max(speeds[j, a] ** 2 + share * rise[a], 0.0)
+    grid[n - 1], fine_record[n - 1], fine_left[n - 1] = mu[last], record[last], left[last]
+    square[n - 1] = speeds[last] ** 2
+    if last == cell:
+        square[n - 1] = jumped
+    return FineTrack(grid, fine_record, fine_left, square)
