@@ -31,7 +31,7 @@ def sweep(model: FittedModel, effect: str) -> Iterator[tuple[float, FittedModel]
     most likely values move, and keep their spread, but for those that shape the tables: these
     stand at their mean, which spares runs of the block.
     """
-    posterior = _with_whole_grids(model.posterior)
+    posterior = _on_whole_ranges(model.posterior)
     layout = posterior.layout
     moved = _slots(posterior, effect)
     neutral = np.nan_to_num([layout.slots[k].neutral for k in moved])
@@ -56,8 +56,8 @@ def sweep(model: FittedModel, effect: str) -> Iterator[tuple[float, FittedModel]
         yield strength, replace(changed, offsets=_offsets(model, effect, strength))
 
 
-def _with_whole_grids(posterior: Posterior) -> Posterior:
-    """The posterior on the grids of the effects themselves, which reach to where they are not."""
+def _on_whole_ranges(posterior: Posterior) -> Posterior:
+    """The posterior on the star of the effects themselves, which reaches to where they are not."""
     return Posterior(posterior.observations, posterior.specification, posterior.effects)
 
 
@@ -72,7 +72,7 @@ def _all_slots(posterior: Posterior, effect: str) -> range:
 def _slots(posterior: Posterior, effect: str) -> list[int]:
     """The slots that a strength moves."""
     slots = list(_all_slots(posterior, effect))
-    return slots[:1] if posterior.layout.slots[slots[0]].grid else slots
+    return slots[:1] if posterior.layout.slots[slots[0]].arm else slots
 
 
 def _offsets(model: FittedModel, effect: str, strength: float) -> dict[str, Floats]:

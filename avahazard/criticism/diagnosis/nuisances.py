@@ -133,12 +133,12 @@ def _mean_by_name(model: FittedModel) -> dict[str, float]:
 
 
 def _on_its_grids(model: FittedModel, more: tuple[Effect, ...], **changes: Any) -> Posterior:
-    """The posterior with other settings and `more` effects, on the grids of the model."""
+    """The posterior with other settings and `more` effects, on the star of the model."""
     return Posterior(
         model.observations,
         replace(model.specification, **changes),
         (*model.posterior.effects, *more),
-        {slot.name: slot.grid for slot in model.posterior.layout.slots if slot.grid},
+        model.posterior.layout.arms,
     )
 
 

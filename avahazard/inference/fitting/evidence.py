@@ -73,7 +73,7 @@ def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
 def log_prior_mass(posterior: Posterior) -> float:
     """Log of the integral of `exp(layout.log_prior)` over the ranges of the effects themselves.
 
-    Grids refined about a mode narrow the ranges; the prior stays what it was.
+    A star about a mode narrows the ranges; the prior stays what it was.
     """
     speeds = bool(posterior.observations.speeds)
     layout: Layout = build_layout(posterior.specification, posterior.effects, {}, speeds=speeds)

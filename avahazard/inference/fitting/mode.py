@@ -18,7 +18,7 @@ Indices = NDArray[np.int64]
 STEP, GRADIENT_STEP = 1e-3, 1e-6
 """Steps of the differences for curvature and gradient, in coordinates of order one."""
 FALL = 0.5
-"""Fall of the log density (nats) over which curvature is taken where grids are blended."""
+"""Fall of the log density (nats) over which curvature is taken along the arms of a star."""
 STEEPEST = 1e100
 """Slope (nats a unit) whose square a climb can bear: volumes off any scale have steeper ones."""
 ITERATIONS = 200
@@ -161,14 +161,14 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
 def _steps(posterior: Posterior, centre: Floats, unit: Floats) -> Floats:
     """Steps in units `[n_slots]` over which the curvature is taken: `STEP`, or until it shows.
 
-    Along parameters that shape the tables the density is a blend, with a bend at each grid point:
-    there a step goes on until the density falls by `FALL`, as far as there is room.
+    Along the arms of a star the density is a blend, with a bend at each point: there a step goes on
+    until the density falls by `FALL`, as far as there is room.
     """
     step = np.full(len(centre), STEP)
     low, high = posterior.layout.low, posterior.layout.high
     room = np.minimum(centre - low, high - centre) / unit
     here = costs(posterior, centre[None])[0]
-    for k in [k for k, slot in enumerate(posterior.layout.slots) if slot.grid]:
+    for k in [k for k, slot in enumerate(posterior.layout.slots) if slot.arm]:
         longest = max(float(room[k]), STEP)
         while step[k] < longest:
             both = np.tile(centre, (2, 1))

@@ -69,6 +69,6 @@ def held_climb(
     start = u.copy()
     start[list(held)] = values
     slots = posterior.layout.slots
-    free = [k for k, slot in enumerate(slots) if not slot.grid and k not in held]
+    free = [k for k, slot in enumerate(slots) if not slot.arm and k not in held]
     reached, cost = climb(posterior.pinned(start), start, np.array(free, np.int64), ITERATIONS)
     return -cost, reached

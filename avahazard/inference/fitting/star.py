@@ -15,7 +15,7 @@ from avahazard.arrays import Floats, Ints
 from avahazard.inference.fitting.mode import Mode, climb, find_mode
 from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import arm, build_layout
+from avahazard.inference.model.layout import arm_between
 
 STEPS, SMALLEST_GAIN = 20, 0.01
 """Most Gauss-Newton steps, and the gain (nats) of the last."""
@@ -54,7 +54,7 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     An arm along which it errs gets more points, `MOST_POINTS` at most: on terrain with steps the
     likelihood itself may be rough.
     """
-    axes = np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.grid], np.int64)
+    axes = np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.arm], np.int64)
     low, high = posterior.layout.low[axes], posterior.layout.high[axes]
     u, half, points = peak.u, FIRST_REACH * peak.sd[axes], np.full(len(axes), POINTS)
     for k in range(MOST_STARS):
@@ -81,7 +81,7 @@ def gauss_newton(posterior: Posterior, u: Floats) -> Peak:
     density falls as an exponential, the standard deviation is one over its rate.
     """
     layout = posterior.layout
-    axes = [k for k, slot in enumerate(layout.slots) if slot.grid]
+    axes = [k for k, slot in enumerate(layout.slots) if slot.arm]
     others = np.setdiff1d(np.arange(len(u)), axes)
     u, cost = climb(posterior.pinned(u), u, others, ITERATIONS)
     prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
@@ -134,7 +134,7 @@ def _on(
     """The posterior on a star about u with arms of these ends and numbers of points; its mode."""
     sides = zip(axes, u[axes].tolist(), low.tolist(), high.tolist(), points.tolist(), strict=True)
     slots = posterior.layout.slots
-    local = posterior.regridded({slots[k].name: arm(*of_arm) for k, *of_arm in sides})
+    local = posterior.on_star({slots[k].name: arm_between(*of_arm) for k, *of_arm in sides})
     return local, find_mode(local, u)
 
 
@@ -170,11 +170,11 @@ def improved(fine: Posterior, whole: Posterior, draws: Floats) -> Posterior | No
     flat = draws.reshape(-1, draws.shape[-1])
     some = flat[np.linspace(0, len(flat) - 1, CHECKED_DRAWS).astype(np.int64)]
     wrong = bool(fine.nodes.varies) and max(_error(fine, u) for u in some) > DRAWS_TOLERANCE
-    grids = {}
+    arms = {}
     for k, (slot, range_) in enumerate(zip(fine.layout.slots, whole.layout.slots, strict=True)):
-        if not slot.grid:
+        if not slot.arm:
             continue
-        length, low, high, n = slot.high - slot.low, slot.low, slot.high, len(slot.grid) - 1
+        length, low, high, n = slot.high - slot.low, slot.low, slot.high, len(slot.arm) - 1
         if low > range_.low and np.mean(flat[:, k] < low + EDGE * length) > EDGE_SHARE:
             low = max(low - length, range_.low)
         if high < range_.high and np.mean(flat[:, k] > high - EDGE * length) > EDGE_SHARE:
@@ -182,14 +182,6 @@ def improved(fine: Posterior, whole: Posterior, draws: Floats) -> Posterior | No
         longer = (low, high) != (slot.low, slot.high)
         more = min(2 * n, MOST_POINTS) if longer or wrong else n
         if longer or more > n:
-            centre = float(np.median(flat[:, k])) if longer else slot.grid[0]
-            grids[slot.name] = arm(centre, low, high, more)
-    return fine.regridded(grids) if grids else None
-
-
-def refined_grids(posterior: Posterior) -> dict[str, tuple[float, ...]]:
-    """The grids of parameters, by slot, that are not those of the effects themselves."""
-    speeds = bool(posterior.observations.speeds)
-    whole = build_layout(posterior.specification, posterior.effects, {}, speeds=speeds)
-    pairs = zip(whole.slots, posterior.layout.slots, strict=True)
-    return {new.name: new.grid for old, new in pairs if new.grid != old.grid}
+            centre = float(np.median(flat[:, k])) if longer else slot.arm[0]
+            arms[slot.name] = arm_between(centre, low, high, more)
+    return fine.on_star(arms) if arms else None

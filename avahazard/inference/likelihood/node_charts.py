@@ -85,7 +85,7 @@ class NodeCharts:
     """What the records say of friction, for every value of the parameters that shape the tables.
 
     These are the parameters of effects on the motion and on the record, and the scatter of
-    friction along tracks; the `grid` of their slots are the arms of the star.
+    friction along tracks; the `arm` of their slots are those of the star.
     `curvature` is that of `run_blocks`, `in_log` that of `build_nodes`.
     """
 
@@ -128,7 +128,7 @@ class NodeCharts:
         self._parts = None if self._parts is None else self._parts.emptied()
         self._untracked, self._track_tables = {}, {}
 
-    def regridded(self, layout: Layout) -> NodeCharts:
+    def on_star(self, layout: Layout) -> NodeCharts:
         """The same with the star of another layout."""
         self.panels()  # the same for both
         other = copy(self)
@@ -163,7 +163,7 @@ class NodeCharts:
         return other
 
     def _charted(self, place: tuple[float, ...]) -> Nodes:
-        arms = [self.layout.slots[axis].grid for axis in self._axes]
+        arms = [self.layout.slots[axis].arm for axis in self._axes]
         if self._chart is None:
             at = [self._exact(tuple(point)) for point in star(arms).tolist()]
             self._chart = chart(at, self._in_sight)
@@ -228,7 +228,7 @@ class NodeCharts:
         values = self.layout.effect_values(u)
         for effect in of_kind(self.effects, RecordErrorEffect):
             place = self.layout.places[effect.key]
-            u[place] = [max(slot.grid) for slot in self.layout.slots[place]]
+            u[place] = self.layout.high[place]
         slot = self.layout.track_scatter
         scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
         return AskedPanels(self.layout.effect_values(u), values, scatter, self.in_log)

@@ -21,7 +21,7 @@ from avahazard.inference.likelihood.offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
 from avahazard.inference.likelihood.terms import EventTerms, event_terms, event_values, summed_terms
 from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
-from avahazard.inference.model.layout import Grids, Layout, regridded
+from avahazard.inference.model.layout import Arms, Layout, with_arms
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, rescaled
@@ -53,8 +53,8 @@ class Posterior:
     """Log likelihood and posterior of one model on one observations.
 
     `friction` is the model of friction, `of_events` what it takes of these events. `nodes` holds
-    what the records say of friction, on the grids of the parameters that shape the tables; `grids`
-    replaces these grids by the names of parameters (`star`).
+    what the records say of friction, on the star of the parameters that shape the tables, whose
+    arms are those of `arms` by name, else the effects' own.
     """
 
     def __init__(
@@ -62,13 +62,13 @@ class Posterior:
         observations: Observations,
         specification: Specification,
         effects: tuple[Effect, ...],
-        grids: Grids | None = None,
+        arms: Arms | None = None,
     ) -> None:
         self.observations = observations
         self.specification = specification
         self.effects = effects
         speeds = bool(observations.speeds)
-        self.friction = friction_model(specification, effects, grids, speeds=speeds)
+        self.friction = friction_model(specification, effects, arms, speeds=speeds)
         self._student = self.friction.student
         self._in_log = self.layout.log_scatter
         self._volumes: dict[float, VolumeNodes] = {}
@@ -112,11 +112,11 @@ class Posterior:
         other.nodes = self.nodes.pinned(u)
         return other
 
-    def regridded(self, grids: Grids) -> Posterior:
-        """The same posterior with other grids, and so ranges, of parameters by name."""
+    def on_star(self, arms: Arms) -> Posterior:
+        """The same posterior on another star: arms, and so ranges, of parameters by name."""
         other = copy(self)
-        other.friction = replace(self.friction, layout=regridded(self.layout, grids))
-        other.nodes = self.nodes.regridded(other.layout)
+        other.friction = replace(self.friction, layout=with_arms(self.layout, arms))
+        other.nodes = self.nodes.on_star(other.layout)
         return other
 
     def log_density(self, u: Floats) -> float:

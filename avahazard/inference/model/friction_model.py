@@ -20,7 +20,7 @@ from avahazard.inference.model.friction_scatter import (
     widened,
 )
 from avahazard.inference.model.laws import bounded
-from avahazard.inference.model.layout import Grids, Layout, build_layout
+from avahazard.inference.model.layout import Arms, Layout, build_layout
 from avahazard.inference.model.specification import Specification
 
 Indices = NDArray[np.int64]
@@ -271,11 +271,11 @@ class FrictionModel:
 def friction_model(
     specification: Specification,
     effects: tuple[Effect, ...],
-    grids: Grids | None = None,
+    arms: Arms | None = None,
     *,
     speeds: bool,
 ) -> FrictionModel:
     """The friction of a model with these effects, on whatever they act; as in `build_layout`."""
-    layout = build_layout(specification, effects, grids or {}, speeds=speeds)
+    layout = build_layout(specification, effects, arms or {}, speeds=speeds)
     on_friction = tuple(e for e in effects if isinstance(e, FrictionEffect | GroupEffect))
     return FrictionModel(layout, on_friction, specification.tails == "student")

@@ -14,8 +14,8 @@ from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.priors import with_given
 from avahazard.inference.model.specification import Specification
 
-Grids = Mapping[str, tuple[float, ...]]
-"""Grids of coordinates by slot name."""
+Arms = Mapping[str, tuple[float, ...]]
+"""Arms of a star of exact tables by slot name: the points along a coordinate, the centre first."""
 
 SCATTER_CENTRE = 0.15
 """Prior centre of the scatter of log friction: the paper's Gibbs fit has 0.158."""
@@ -50,7 +50,7 @@ def least_scatter(in_log: bool) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One coordinate: a normal prior cut to [low, high]; a `grid` if it shapes tables.
+    """One coordinate: a normal prior cut to [low, high]; an `arm` if it shapes tables.
 
     The parameter that people read is the coordinate times `scale`, so that samplers move in
     coordinates of order one; at `neutral` it is `neutral_value` to the last bit. With
@@ -63,7 +63,7 @@ class Slot:
     sd: float
     low: float = -np.inf
     high: float = np.inf
-    grid: tuple[float, ...] = ()
+    arm: tuple[float, ...] = ()
     neutral: float = np.nan
     scale: float = 1.0
     neutral_value: float = np.nan
@@ -108,6 +108,11 @@ class Layout:
     def high(self) -> Floats:
         """Upper bounds `[n_slots]`."""
         return np.array([s.high for s in self.slots])
+
+    @property
+    def arms(self) -> Arms:
+        """The arms of its star."""
+        return {slot.name: slot.arm for slot in self.slots if slot.arm}
 
     def log_prior(self, u: Floats) -> Floats:
         """Log density of the prior at coordinates u `[..., n_slots]`, up to a constant `[...]`."""
@@ -222,7 +227,7 @@ class Layout:
         return result
 
 
-def arm(centre: float, low: float, high: float, n: int) -> tuple[float, ...]:
+def arm_between(centre: float, low: float, high: float, n: int) -> tuple[float, ...]:
     """A centre and n more points from low to high, evenly on each side of it.
 
     None where there is but one value.
@@ -238,11 +243,11 @@ def arm(centre: float, low: float, high: float, n: int) -> tuple[float, ...]:
     return centre, *np.concatenate(sides).tolist()
 
 
-def regridded(layout: Layout, grids: Grids) -> Layout:
-    """The layout with the grids, and so the ranges, of some slots replaced by name."""
+def with_arms(layout: Layout, arms: Arms) -> Layout:
+    """The layout with the arms, and so the ranges, of some slots replaced by name."""
     slots = [
-        replace(s, grid=grids[s.name], low=min(grids[s.name]), high=max(grids[s.name]))
-        if s.name in grids
+        replace(s, arm=tuple(arms[s.name]), low=min(arms[s.name]), high=max(arms[s.name]))
+        if s.name in arms
         else s
         for s in layout.slots
     ]
@@ -252,11 +257,11 @@ def regridded(layout: Layout, grids: Grids) -> Layout:
 def build_layout(
     specification: Specification,
     effects: tuple[Effect, ...],
-    grids: Grids,
+    arms: Arms,
     *,
     speeds: bool,
 ) -> Layout:
-    """The coordinates of a model; `grids` replaces grids, and so ranges, by name.
+    """The coordinates of a model; `arms` replaces those of effects, and so ranges, by name.
 
     With measured `speeds` friction scatters along tracks.
     """
@@ -301,7 +306,7 @@ def build_layout(
         wrong_share = len(slots)
         bounds = float(np.log(LEAST_WRONG)), float(np.log(MOST_WRONG))
         slots.append(Slot("log wrong share", "", float(np.log(WRONG_SHARE)), 1.0, *bounds))
-    tables = tuple(k for k, s in enumerate(slots) if s.grid)
+    tables = tuple(k for k, s in enumerate(slots) if s.arm)
     track_scatter = None
     if speeds:
         track_scatter = len(slots)
@@ -312,7 +317,7 @@ def build_layout(
                 float(np.log(TRACK_SCATTER)),
                 1.0,
                 *TRACK_RANGE,
-                arm(float(np.log(TRACK_SCATTER)), *TRACK_RANGE, N_ARM),
+                arm_between(float(np.log(TRACK_SCATTER)), *TRACK_RANGE, N_ARM),
             )
         )
     layout = Layout(
@@ -330,7 +335,7 @@ def build_layout(
         law_correlation=None if prior is None else prior.correlation,
     )
     layout = replace(layout, slots=with_given(layout, specification.given))
-    return regridded(layout, grids)
+    return with_arms(layout, arms)
 
 
 def _spread_slot(p: Parameter) -> Slot:
@@ -349,7 +354,7 @@ def _slot(effect: Effect, p: Parameter) -> Slot:
         1.0,
         p.low / scale,
         p.high / scale,
-        arm(p.prior_mean / scale, p.low / scale, p.high / scale, N_ARM)
+        arm_between(p.prior_mean / scale, p.low / scale, p.high / scale, N_ARM)
         if shapes_tables(effect)
         else (),
         p.neutral / scale,

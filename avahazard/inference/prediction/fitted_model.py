@@ -131,8 +131,7 @@ class FittedModel:
         """The same model and draws on other events. The paper's methods take volumes as exact."""
         if not self.knows_errors:
             observations = replace(observations, volumes=exact_volumes(observations))
-        grids = {slot.name: slot.grid for slot in self.layout.slots if slot.grid}
-        posterior = Posterior(observations, self.specification, self.effects, grids)
+        posterior = Posterior(observations, self.specification, self.effects, self.layout.arms)
         return replace(
             self,
             friction=posterior.friction,

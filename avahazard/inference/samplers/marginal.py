@@ -176,7 +176,7 @@ def sample(
     Where the chains have not converged, what they found so far reshapes the proposals and they
     run on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept. Of
     fewer draws than `ESS_LIMIT` in all, which never pass, there is one round.
-    The model that is returned has the posterior that was sampled, with grids fit to it.
+    The model that is returned has the posterior that was sampled, on a star fit to it.
     `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
     Equal seeds give equal draws.
     """

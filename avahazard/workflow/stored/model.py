@@ -11,11 +11,11 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.columns import NO_EVENTS, build_columns
 from avahazard.effects.effect import Definition
-from avahazard.inference.fitting.star import refined_grids
+from avahazard.inference.fitting.star import REACH
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import friction_model
-from avahazard.inference.model.layout import TRACK_SLOT, Grids
+from avahazard.inference.model.layout import TRACK_SLOT, Layout, arm_between, with_arms
 from avahazard.inference.model.observations import (
     build_observations,
     require_one_scale,
@@ -40,6 +40,8 @@ from avahazard.workflow.stored.survey import Survey, any_events, fingerprint_of,
 
 COORDINATE, OFFSET = "coordinate:", "offset:"
 """How the draws of coordinates and path offsets are told from readable ones in the store."""
+POINTS_ON_DRAWS = 8
+"""Points of an arm about the draws of a model that was stored without any."""
 
 
 def save_calibrated(
@@ -68,7 +70,7 @@ def save_calibrated(
         "facts": model.facts,
         "method": model.method,
         "paths": paths,
-        "grids": refined_grids(model.posterior),
+        "arms": model.layout.arms,
         "slots": slots,
     }
     save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
@@ -100,11 +102,11 @@ def load_stored(
     or there is nothing left of the records that it was calibrated on.
     """
     with reading(database) as session:
-        model, grids = _load(session, name, own)
+        model = _load(session, name, own)
         records = load_records(session)
     training = only_paths(records, model.paths)
     observations = build_observations(training)
-    posterior = Posterior(observations, model.specification, model.effects, grids)
+    posterior = Posterior(observations, model.specification, model.effects, model.layout.arms)
     slots = [slot.name for slot in model.layout.slots]
     fitted = replace(
         model,
@@ -126,7 +128,7 @@ def load_for_paths(
     It has the columns of its events, and no likelihood. Raises as `load_stored`.
     """
     with reading(database) as session:
-        model, _ = _load(session, name, own)
+        model = _load(session, name, own)
         found = survey(session)
         for path_id in model.paths:
             if path_id not in found.digests:
@@ -176,8 +178,8 @@ def version_of(settings: Mapping[str, Any]) -> str | None:
     return versions.get("avahazard")
 
 
-def _load(session: Session, name: str, own: Sequence[Definition]) -> tuple[FittedModel, Grids]:
-    """What is stored of a model, on no events yet, and its refined grids."""
+def _load(session: Session, name: str, own: Sequence[Definition]) -> FittedModel:
+    """What is stored of a model, on no events yet."""
     stored = load_model(session, name)
     calibration = latest_calibration(session, name)
     kept = stored.specification
@@ -192,12 +194,13 @@ def _load(session: Session, name: str, own: Sequence[Definition]) -> tuple[Fitte
     )
     _require_own(stored, specification, own)
     effects = build_effects(specification, kept["facts"], own)
-    grids = {key: tuple(grid) for key, grid in kept["grids"].items()}
     slots = kept["slots"]
-    friction = friction_model(specification, effects, grids, speeds=TRACK_SLOT in slots)
     draws = {key: v.ravel() for key, v in load_draws(session, calibration.id).items()}
     u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
-    model = FittedModel(
+    friction = friction_model(specification, effects, kept.get("arms"), speeds=TRACK_SLOT in slots)
+    if "arms" not in kept:
+        friction = replace(friction, layout=_on_draws(friction.layout, slots, u))
+    return FittedModel(
         specification=specification,
         effects=effects,
         friction=friction,
@@ -211,7 +214,22 @@ def _load(session: Session, name: str, own: Sequence[Definition]) -> tuple[Fitte
         paths=tuple(kept["paths"]),
         version=version_of(calibration.settings),
     )
-    return model, grids
+
+
+def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
+    """A star about the draws u `[n_draws, n_slots]` of slots, for a model that was stored without.
+
+    Versions before this interpolated on grids, from one end of a range to the other.
+    """
+    arms = {}
+    for slot in layout.slots:
+        drawn = u[:, slots.index(slot.name)]
+        if slot.arm and np.ptp(drawn) > 0.0:
+            middle, reach = np.median(drawn), REACH * np.std(drawn)
+            low = max(slot.low, min(middle - reach, np.min(drawn)))
+            high = min(slot.high, max(middle + reach, np.max(drawn)))
+            arms[slot.name] = arm_between(float(middle), float(low), float(high), POINTS_ON_DRAWS)
+    return with_arms(layout, arms)
 
 
 def _require_own(

@@ -94,7 +94,7 @@ def test_a_density_that_bends_up_against_a_bound_is_an_exponential_there() -> No
     layout = SimpleNamespace(
         low=np.array([-9.0, -1.0]),
         high=np.array([9.0, 0.0]),
-        slots=(SimpleNamespace(grid=()),) * 2,
+        slots=(SimpleNamespace(arm=()),) * 2,
         law=SimpleNamespace(uses_volume=False),
     )
     volumes = SimpleNamespace(known=False)
@@ -115,7 +115,7 @@ def test_a_bend_at_a_grid_point_is_not_the_curvature() -> None:
     layout = SimpleNamespace(
         low=np.array([-1.0, -9.0]),
         high=np.array([1.0, 9.0]),
-        slots=(SimpleNamespace(grid=grid), SimpleNamespace(grid=())),
+        slots=(SimpleNamespace(arm=grid), SimpleNamespace(arm=())),
         law=SimpleNamespace(uses_volume=False),
     )
     model: Any = SimpleNamespace(
@@ -126,5 +126,5 @@ def test_a_bend_at_a_grid_point_is_not_the_curvature() -> None:
     found = np.sqrt(np.diag(covariance_at(model, np.zeros(2))))
     assert found == pytest.approx([sd, 1.0], rel=0.3)
     # Over a fixed small step the bend would make a valley of the peak.
-    layout.slots = (SimpleNamespace(grid=()),) * 2
+    layout.slots = (SimpleNamespace(arm=()),) * 2
     assert covariance_at(model, np.zeros(2))[0, 0] > 1.0

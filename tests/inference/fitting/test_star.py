@@ -78,7 +78,7 @@ def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
     whole = model.layout.slots[k]
 
     def on(*shares: float) -> Posterior:
-        return model.regridded({whole.name: tuple(np.array(shares) * whole.high)})
+        return model.on_star({whole.name: tuple(np.array(shares) * whole.high)})
 
     def draws(*shares: float) -> np.ndarray:
         given = np.tile(near(model), (2, 100, 1))
@@ -92,7 +92,7 @@ def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
     # By its own length, on that side alone, with twice the points.
     slot = better.layout.slots[k]
     assert (slot.low, slot.high) == pytest.approx((0.03 * whole.high, 0.07 * whole.high))
-    assert len(slot.grid) == 9
+    assert len(slot.arm) == 9
     # The end of the range itself is no end of the star alone.
     assert improved(on(0.9, 0.8, 0.85, 0.95, 1.0), model, draws(0.99, 1.0)) is None
 
@@ -101,12 +101,12 @@ def test_a_star_gets_points_where_draws_disagree_with_it() -> None:
     model = _model("turbulent-drag")
     k = model.layout.tables[0]
     whole = model.layout.slots[k]
-    coarse = model.regridded({whole.name: (0.5 * whole.high, 0.0, whole.high)})
+    coarse = model.on_star({whole.name: (0.5 * whole.high, 0.0, whole.high)})
     draws = np.tile(near(model), (2, 100, 1))
     draws[..., k] = np.linspace(0.05, 0.3, 100) * whole.high
     better = improved(coarse, model, draws)
     assert better is not None
-    assert len(better.layout.slots[k].grid) == 5
+    assert len(better.layout.slots[k].arm) == 5
 
 
 def test_a_star_keeps_the_part_of_the_events() -> None:

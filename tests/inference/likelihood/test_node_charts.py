@@ -12,7 +12,7 @@ from avahazard.inference.likelihood.kept_runs import LEAST_KEPT, MOST_BYTES, wit
 from avahazard.inference.likelihood.node_charts import between, mixing, star
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
-from avahazard.inference.model.layout import arm
+from avahazard.inference.model.layout import arm_between
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.physics.runout_curve import MU
 from avahazard.synth.making import make_world
@@ -148,7 +148,7 @@ def test_beyond_a_star_its_ends_count() -> None:
 
 @pytest.mark.parametrize("centre", [0.0, 0.1, 0.5, 1.0])
 def test_an_arm_has_its_points_on_both_sides_of_the_centre(centre: float) -> None:
-    points = arm(centre, 0.0, 1.0, 4)
+    points = arm_between(centre, 0.0, 1.0, 4)
     assert points[0] == centre
     assert len(set(points)) == 5
     assert (min(points), max(points)) == (0.0, 1.0)
@@ -157,7 +157,7 @@ def test_an_arm_has_its_points_on_both_sides_of_the_centre(centre: float) -> Non
 def test_a_chart_holds_at_the_points_of_its_star() -> None:
     model = posterior(in_sight(), "turbulent-drag", "leading-edge")
     drag = (0.3, 0.2, 0.25, 0.35, 0.4)
-    model = model.regridded({"turbulent-drag.drag": drag})
+    model = model.on_star({"turbulent-drag.drag": drag})
     u = near(model, **{"turbulent-drag.drag": 0.3, "leading-edge.share": 1.0})
     for value in drag:
         u[model.layout.tables[0]] = value

@@ -1,4 +1,4 @@
-"""The posterior density against sums over fine grids (`naive_posterior`)."""
+"""The posterior density against sums over fine arms (`naive_posterior`)."""
 
 from __future__ import annotations
 
@@ -146,8 +146,8 @@ def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
     u = _place(model, 0)
     part = model.restricted(keep)
     assert part.log_likelihood(u) == pytest.approx(model.event_log_likelihood(u)[keep].sum())
-    again = part.regridded({"log track sigma": (-3.0, -2.0, -1.0)})
-    fine = part.regridded({"log track sigma": (float(u[-1]), -4.5, -1.0)})
+    again = part.on_star({"log track sigma": (-3.0, -2.0, -1.0)})
+    fine = part.on_star({"log track sigma": (float(u[-1]), -4.5, -1.0)})
     assert fine.log_likelihood(u) == part.exact_log_likelihood(u)
     assert again.layout.high[-1] == -1.0
 

@@ -52,14 +52,14 @@ def test_draws_go_to_the_slots_of_their_names() -> None:
 def test_on_other_events_it_is_the_same_model() -> None:
     given = posterior(observations(speeds=False), "turbulent-drag")
     grid = (0.01, 0.02, 0.05)
-    given = given.regridded({"turbulent-drag.drag": grid})
+    given = given.on_star({"turbulent-drag.drag": grid})
     model = fitted_model(given, _draws(given), {"P0": np.zeros(50)})
     new = model.on(_new_events(Event("new", "P1", runout_elevation_m=700.0, volume_m3=2e4)))
     assert new.observations.columns.event_id == ("new",)
     assert new.specification == model.specification
     assert new.posterior.effects == model.posterior.effects
     (slot,) = (slot for slot in new.posterior.layout.slots if slot.name == "turbulent-drag.drag")
-    assert (slot.grid, slot.low, slot.high) == (grid, grid[0], grid[-1])
+    assert (slot.arm, slot.low, slot.high) == (grid, grid[0], grid[-1])
     np.testing.assert_array_equal(new.draws, model.draws)
     assert (new.offsets, new.method) == (model.offsets, "marginal")
     # On its own events it is what it was.

@@ -7,7 +7,6 @@ from itertools import product
 import numpy as np
 import pytest
 
-from avahazard.inference.fitting.star import refined_grids
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
@@ -51,7 +50,7 @@ def test_marginal_is_the_regression_where_that_is_all_there_is() -> None:
     assert (found.n_events, found.offsets, found.notes) == (120, {}, ())
 
 
-def test_refined_grids_are_those_that_were_sampled() -> None:
+def test_the_star_is_that_which_was_sampled() -> None:
     observations = twin_study("scey", "saugy")
     specification, facts = with_effects(
         observations, Specification(law="constant"), ["turbulent-drag"]
@@ -61,9 +60,8 @@ def test_refined_grids_are_those_that_were_sampled() -> None:
     drag = next(s for s in whole.slots if s.name == "turbulent-drag.drag")
     layout = found.posterior.layout
     (k,) = (k for k, s in enumerate(layout.slots) if s.name == drag.name)
-    for name, grid in refined_grids(found.posterior).items():
-        assert name == drag.name
-        assert grid == layout.slots[k].grid != drag.grid
+    assert layout.arms == {drag.name: layout.slots[k].arm}
+    assert layout.slots[k].arm != drag.arm
     draws = found.draws[:, k]
     assert drag.low <= draws.min() <= draws.max() <= drag.high
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sqlalchemy import delete
+from sqlalchemy import delete, select
 
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.inference.fitting.star import refined_grids
+from avahazard.inference.fitting.star import REACH
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import Grids
+from avahazard.inference.model.layout import Arms
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper
 from avahazard.inference.prediction.extrapolation import extrapolation
@@ -27,7 +27,7 @@ from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import of_path, only_paths
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.store.tables import ProfilePointTable
+from avahazard.store.tables import ModelTable, ProfilePointTable
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import (
     load_for_paths,
@@ -40,11 +40,11 @@ from tests.workflow.twin import twin_records, twin_study
 from tests.workflow.worlds import bowl
 
 SPECIFICATION = Specification(law="power", scatter="volume", tails="student", centrifugal=False)
-GRID = (0.1, 0.05, 0.2, 0.1 + 0.2)
-GRIDS = {"turbulent-drag.drag": GRID}
+ARM = (0.1, 0.05, 0.2, 0.1 + 0.2)
+ARMS = {"turbulent-drag.drag": ARM}
 
 
-def _found(grids: Grids | None = None, *own: Definition) -> FittedModel:
+def _found(arms: Arms | None = None, *own: Definition) -> FittedModel:
     """A calibration with made-up draws on the twin, with effects and facts."""
     specification, facts = with_effects(
         twin_study(),
@@ -53,7 +53,7 @@ def _found(grids: Grids | None = None, *own: Definition) -> FittedModel:
         own,
     )
     posterior = Posterior(
-        twin_study(), specification, build_effects(specification, facts, own), grids
+        twin_study(), specification, build_effects(specification, facts, own), arms
     )
     u = np.random.default_rng(0).normal(0.1, 0.01, (2, 50, len(posterior.layout.slots)))
     u = np.clip(u, posterior.layout.low, posterior.layout.high)
@@ -76,7 +76,7 @@ def _store(database: str, found: FittedModel, **more: Any) -> None:
 
 
 def test_a_model_comes_back_whole(any_database: str) -> None:
-    found = _found(GRIDS)
+    found = _found(ARMS)
     _store(any_database, found, paths=("scey", "saugy"))
     model, all_records = load_stored(any_database, "m")
     assert model.specification == found.specification
@@ -103,14 +103,34 @@ def test_the_posterior_is_the_same_as_before(database: str) -> None:
     assert np.isfinite(before.log_density(u))
 
 
-def test_refined_grids_are_kept(database: str) -> None:
-    found = _found(GRIDS)
-    assert refined_grids(found.posterior) == GRIDS
-    assert refined_grids(_found().posterior) == {}
-    _store(database, found)
+def test_the_star_is_kept(database: str) -> None:
+    _store(database, _found(ARMS))
     layout = load_stored(database, "m")[0].posterior.layout
-    (slot,) = (s for s in layout.slots if s.name in GRIDS)
-    assert (slot.grid, slot.low, slot.high) == (GRID, min(GRID), max(GRID))
+    (slot,) = (s for s in layout.slots if s.name in ARMS)
+    assert (slot.arm, slot.low, slot.high) == (ARM, min(ARM), max(ARM))
+
+
+@pytest.mark.parametrize("grids", [{}, {"turbulent-drag.drag": [0.0, 0.05, 0.1, 0.2, 0.4]}])
+def test_a_model_of_a_version_with_grids_stands_on_a_star_about_its_draws(
+    database: str, grids: dict[str, list[float]]
+) -> None:
+    found = _found()
+    _store(database, found)
+    with writing(database) as session:
+        row = session.scalars(select(ModelTable)).one()
+        old = {k: v for k, v in row.specification.items() if k != "arms"}
+        row.specification = {**old, "grids": grids}
+    model = load_stored(database, "m")[0]
+    np.testing.assert_array_equal(model.draws, found.draws)
+    (k,) = model.layout.tables
+    slot, drawn = model.layout.slots[k], found.draws[:, k]
+    assert slot.arm[0] == np.median(drawn)
+    ends = np.median(drawn) + REACH * np.std(drawn) * np.array([-1.0, 1.0])
+    assert (slot.low, slot.high) == pytest.approx(ends)
+    assert len(slot.arm) == 9
+    for u in found.draws[[0, 50]]:
+        exact = model.posterior.exact_log_likelihood(u)
+        assert model.posterior.log_likelihood(u) == pytest.approx(exact, abs=0.3)
 
 
 def test_the_draws_of_a_papers_method_come_back_on_exact_volumes(database: str) -> None:
@@ -130,7 +150,7 @@ def test_the_draws_of_a_papers_method_come_back_on_exact_volumes(database: str) 
 
 
 def test_other_events_are_read_in_the_light_of_those_of_the_calibration(database: str) -> None:
-    _store(database, _found(GRIDS))
+    _store(database, _found(ARMS))
     stored, everything = load_stored(database, "m")
     new = on_events(
         stored, everything, [Event("new", "scey", runout_elevation_m=1100.0, volume_m3=None)]
@@ -169,7 +189,7 @@ def test_records_that_changed_since(database: str) -> None:
 
 @pytest.mark.parametrize("path_id", ["scey", "nants"])
 def test_a_model_for_paths_gives_what_the_whole_one_does(database: str, path_id: str) -> None:
-    _store(database, _found(GRIDS), paths=("scey", "saugy"))
+    _store(database, _found(ARMS), paths=("scey", "saugy"))
     (whole, everything), (small, found) = load_stored(database, "m"), load_for_paths(database, "m")
     assert found.fingerprint == data_fingerprint(everything)
     assert (whole.records_changed, small.records_changed) == (False, False)
