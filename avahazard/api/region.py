@@ -129,7 +129,7 @@ class Region:
         >>> region.paths()[0].path_id
         'P01'
         """
-        from avahazard.workflow.paths import list_paths  # noqa: PLC0415
+        from avahazard.workflow.path import list_paths  # noqa: PLC0415
 
         return list_paths(self.database)
 
@@ -202,7 +202,7 @@ class Region:
         >>> region.fit().rows[0].law
         'exponential'
         """
-        from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
+        from avahazard.workflow.friction import fit_laws  # noqa: PLC0415
 
         return fit_laws(self.database)
 
@@ -333,6 +333,6 @@ class Region:
         >>> region.ladder().rows[0].held_out_crps_m is not None
         True
         """
-        from avahazard.workflow.ladder import ladder  # noqa: PLC0415
+        from avahazard.workflow.compare import ladder  # noqa: PLC0415
 
         return ladder(self.database)

@@ -227,7 +227,7 @@ def ladder(
       avahazard ladder
       avahazard ladder --plot ladder.png
     """
-    from avahazard.workflow.ladder import ladder as run  # noqa: PLC0415
+    from avahazard.workflow.compare import ladder as run  # noqa: PLC0415
 
     with show_progress() as report:
         found = run(settings(context).database, plot=plot, report=report)

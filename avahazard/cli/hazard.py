@@ -96,8 +96,7 @@ def hazard(
       avahazard hazard first --engine processes --workers 8
       avahazard --json hazard first -V 20000 > bounds.json
     """
-    from avahazard.workflow.hazard import run_hazard  # noqa: PLC0415
-    from avahazard.workflow.hazard_plan import plan_hazard  # noqa: PLC0415
+    from avahazard.workflow.hazard import plan_hazard, run_hazard  # noqa: PLC0415
 
     database = settings(context).database
     if dry_run:

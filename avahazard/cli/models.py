@@ -106,7 +106,7 @@ def model(
 
 
 def _show_provenance(context: typer.Context, name: str) -> None:
-    from avahazard.workflow.provenance import show_provenance  # noqa: PLC0415
+    from avahazard.workflow.models import show_provenance  # noqa: PLC0415
 
     found = show_provenance(settings(context).database, name)
     made = found.made_with
@@ -149,7 +149,7 @@ def rerun(context: typer.Context, name: StoredModel, effect_file: EffectFiles = 
     Example:
       avahazard rerun first
     """
-    from avahazard.workflow.rerun import rerun as run  # noqa: PLC0415
+    from avahazard.workflow.models import rerun as run  # noqa: PLC0415
 
     with show_progress() as report:
         found = run(settings(context).database, name, effect_files=effect_file or (), report=report)

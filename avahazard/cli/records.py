@@ -125,7 +125,7 @@ def paths(context: typer.Context) -> None:
       avahazard paths
       avahazard --json paths > paths.json
     """
-    from avahazard.workflow.paths import list_paths  # noqa: PLC0415
+    from avahazard.workflow.path import list_paths  # noqa: PLC0415
 
     found = list_paths(settings(context).database)
     columns = (
@@ -509,7 +509,7 @@ def fit(
       avahazard fit --path P01 --plot laws.png
     """
     from avahazard.inference.model.laws import LAWS  # noqa: PLC0415
-    from avahazard.workflow.fit import fit_laws  # noqa: PLC0415
+    from avahazard.workflow.friction import fit_laws  # noqa: PLC0415
 
     found = fit_laws(settings(context).database, path, plot)
 

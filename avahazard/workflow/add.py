@@ -16,29 +16,26 @@ from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.samplers.calibrate import N_CHAINS, calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.records.plain import plain
-from avahazard.results.base import Report, silent
+from avahazard.results.base import Report, silent, steps
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.ladder import BeforeAndAfter
 from avahazard.store.models import load_model, refuse_taken_name
 from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
-from avahazard.workflow.compare import comparison, stored_comparison
-from avahazard.workflow.ladder import standing
-from avahazard.workflow.steps import steps
+from avahazard.workflow.compare import comparison, standing, stored_comparison
+from avahazard.workflow.effects import effects_of, read_own_of, stored_text
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import (
     load_stored,
     require_unchanged,
     save_calibrated,
 )
-from avahazard.workflow.stored.own_effects import effects_of, read_own_of, stored_text
 
 
 def add(
@@ -130,7 +127,12 @@ def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
 
     None, to start from the data, where the parent's coordinates mean something else.
     """
-    if not parent.knows_errors or not _same_base(parent.specification, child.specification):
+    theirs, ours = parent.specification, child.specification
+    if (
+        not parent.knows_errors
+        or theirs.law != ours.law
+        or theirs.reference_volume_m3 != ours.reference_volume_m3
+    ):
         return None
     slots = [slot.name for slot in parent.layout.slots]
     known = dict(zip(slots, np.median(parent.draws, axis=0), strict=True))
@@ -142,7 +144,3 @@ def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
     for k in layout.spreads.values():
         start[k] = known.get(layout.slots[k].name, FIRST_SPREAD)
     return np.array(start)
-
-
-def _same_base(parent: Specification, child: Specification) -> bool:
-    return parent.law == child.law and parent.reference_volume_m3 == child.reference_volume_m3

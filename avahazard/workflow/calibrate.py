@@ -22,8 +22,7 @@ from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
-from avahazard.workflow.given_prior import with_given_priors
-from avahazard.workflow.prior_from import find_prior
+from avahazard.workflow.priors import find_prior, with_given_priors
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored.calibration import calibration_result
 from avahazard.workflow.stored.model import save_calibrated

@@ -4,23 +4,33 @@ from __future__ import annotations
 
 from importlib.resources import as_file, files
 from pathlib import Path as FilePath
+from typing import Any, cast
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.bounds_pictures import draw_hazard
 from avahazard.report.hazard_tables import write_hazard
-from avahazard.results.base import Report, silent
-from avahazard.results.made import Demo
+from avahazard.results.base import Report, silent, steps
+from avahazard.results.made import Demo, HiddenEffect
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow import demo_loop
+from avahazard.synth.effects import DEMO_EFFECT
+from avahazard.synth.making import make_world
+from avahazard.synth.settings import Settings
+from avahazard.synth.writing import write_records
+from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
+from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
-from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ReportRequest
-from avahazard.workflow.steps import steps
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    DiagnoseRequest,
+    HazardRequest,
+    ReportRequest,
+)
 
 MODEL, PAPERS_MODEL = "twin", "twin-gibbs"
 DATABASE, BOUNDS, PICTURE = "twin.db", "twin-bounds.csv", "twin-bounds.png"
@@ -37,7 +47,7 @@ def run_demo(
     """Import the twin into a new database in `folder`, calibrate it, give design runouts, report.
 
     `model` is calibrated by the marginal method, `gibbs` by the paper's sampler. Then the loop
-    finds a hidden effect in a made world (`demo_loop`). A second run makes the files anew and
+    finds a hidden effect in a made world. A second run makes the files anew and
     leaves others alone.
 
     Raises:
@@ -46,7 +56,7 @@ def run_demo(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         database = folder / DATABASE
-        for file in (DATABASE, demo_loop.DATABASE):
+        for file in (DATABASE, HIDDEN_DATABASE):
             for suffix in ("", "-wal", "-shm"):
                 (folder / f"{file}{suffix}").unlink(missing_ok=True)
     except OSError as error:
@@ -70,7 +80,7 @@ def run_demo(
     draw_hazard(folder / PICTURE, title, records, bounds.rows)
     compare(name, MODEL, report=tell[3])
     write_report(name, MODEL, folder / REPORT, ReportRequest(), tell[4])
-    loop = demo_loop.find_hidden(folder, tell[5])
+    loop = find_hidden(folder, tell[5])
     written = [str(folder / file) for file in (DATABASE, BOUNDS, PICTURE, REPORT)]
     return Demo(
         database=name,
@@ -81,4 +91,54 @@ def run_demo(
         hazard=bounds.rows,
         loop=loop,
         notes=(*model.notes, *gibbs.notes, *bounds.notes),
+    )
+
+
+STRENGTH = 2.0
+"""Strong enough that few events and few worlds show it, and quickly."""
+SEED, N_EVENTS, N_PATHS = 0, 120, 6
+
+WORLD, HIDDEN_DATABASE, HIDDEN_REPORT = "hidden-world", "hidden.db", "hidden-report.html"
+BASE, CHILD = "base", "child"
+N_WORLDS = 39
+LOOP_WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 4.0)
+"""Seconds of calibration, comparison, diagnosis, child, its design runouts, and report."""
+
+
+def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
+    """Make a world with a hidden effect in `folder`, and let the loop find it.
+
+    What is added is what the diagnosis names, and nothing where it names no single effect. The
+    report is that of the last model. Files of an earlier run must be gone, but for the records.
+    """
+    tell = steps(report, LOOP_WEIGHTS)
+    records, truth = make_world(SEED, N_EVENTS, N_PATHS, {DEMO_EFFECT: STRENGTH}, Settings())
+    world = folder / WORLD
+    world.mkdir(exist_ok=True)
+    sources = write_records(world, records)
+    database = str(folder / HIDDEN_DATABASE)
+    init_database(database)
+    import_files(database, sources)
+    model = calibrate(database, BASE, CalibrateRequest(), tell[0])
+    compared = compare(database, BASE, report=tell[1])
+    diagnosis = diagnose_model(database, BASE, DiagnoseRequest(worlds=N_WORLDS), tell[2])
+    child, last = None, BASE
+    if diagnosis.verdict == "missing-effect":
+        child, last = add(database, BASE, diagnosis.missing, CHILD, report=tell[3]), CHILD
+    bounds = hazard(database, last, HazardRequest(), tell[4])
+    page = folder / HIDDEN_REPORT
+    write_report(database, last, page, ReportRequest(), tell[5])
+    return HiddenEffect(
+        database=database,
+        files=(database, str(page), *map(str, sources)),
+        report=str(page),
+        hidden=cast(dict[str, Any], truth["effects"]),
+        n_paths=len(records.paths),
+        model=model,
+        coordinate=compared.coordinate,
+        held_out=compared.held_out,
+        diagnosis=diagnosis,
+        child=child,
+        hazard=bounds.rows,
+        notes=(*model.notes, *(child.notes if child else ()), *bounds.notes),
     )

@@ -37,10 +37,10 @@ from avahazard.store.models import load_model, now
 from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import coordinate_name, stored_comparison
+from avahazard.workflow.effects import read_own_of
 from avahazard.workflow.requests import DiagnoseRequest
 from avahazard.workflow.stored.model import load_stored, require_unchanged
 from avahazard.workflow.stored.notes import notes_of_fit
-from avahazard.workflow.stored.own_effects import read_own_of
 
 CHANCE, MOST_PATHS = 0.05, 4
 

@@ -1,15 +1,27 @@
-"""The catalogue of effects, beside what the present data can tell."""
+"""The catalogue of effects, beside what the present data can tell, and the user's own files.
+
+Own effects are read from the files that are named, and held against what is stored.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from avahazard.effects.catalogue import catalogue, definition
 from avahazard.effects.covariate import covariate
-from avahazard.effects.effect import Definition, Effect, Parameter
-from avahazard.effects.own_file import TEMPLATE
+from avahazard.effects.effect import Definition, Parameter
+from avahazard.effects.own_file import (
+    TEMPLATE,
+    EffectFile,
+    declared_key,
+    read_effect_file,
+    read_text,
+)
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
@@ -19,6 +31,7 @@ from avahazard.results.models import (
     EffectParameter,
     WrittenTemplate,
 )
+from avahazard.store.models import StoredModel, load_model
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 
@@ -51,13 +64,14 @@ def show_effect(database: str, key: str) -> EffectDetails:
     if observations is not None and result.lacking is None:
         effect = entry.build(entry.facts(observations.columns, observations.sites))
     else:
-        try:
+        with suppress(KeyError):
             effect = entry.build({})
-        except KeyError:
-            effect = None
+    acts_on = None if effect is None else effect.acts_on
+    if entry.changes is not None:
+        acts_on = entry.changes.acts_on
     return EffectDetails(
         **result.to_dict(),
-        acts_on=_acts_on(entry, effect),
+        acts_on=acts_on,
         parameters=Rows(() if effect is None else map(_parameter, effect.parameters)),
     )
 
@@ -97,12 +111,6 @@ def _entry(entry: Definition, observations: Observations | None) -> EffectEntry:
     return EffectEntry(entry.key, entry.meaning, entry.needs, lacking)
 
 
-def _acts_on(entry: Definition, effect: Effect | None) -> str | None:
-    if entry.changes is not None:
-        return entry.changes.acts_on
-    return None if effect is None else effect.acts_on
-
-
 def _parameter(p: Parameter) -> EffectParameter:
     return EffectParameter(
         name=p.name,
@@ -113,3 +121,80 @@ def _parameter(p: Parameter) -> EffectParameter:
         low=p.low if np.isfinite(p.low) else None,
         high=p.high if np.isfinite(p.high) else None,
     )
+
+
+BETWEEN_FILES = "\n# ======== next effect file ========\n"
+
+
+def stored_text(own: dict[str, EffectFile], effects: Iterable[str]) -> str | None:
+    """The text that is stored with a model of these effects; None where none is the user's."""
+    texts = [own[key].text for key in sorted(set(effects) & own.keys())]
+    return BETWEEN_FILES.join(texts) if texts else None
+
+
+def own_effects(database: str, name: str, files: Sequence[Path]) -> tuple[Definition, ...]:
+    """The user's effects of the stored model `name`, from the files that are named again.
+
+    Raises `AvahazardError` where a file is missing, is not the model's, or has changed.
+    """
+    with reading(database) as session:
+        model = load_model(session, name)
+    own = read_own_of(model, files)
+    for key in own:
+        if key not in effects_of(model):
+            raise AvahazardError(
+                f"The model {name} does not have the effect '{key}' of the effect file.",
+                "Leave --effect-file out, or name the model that has it.",
+            )
+    return tuple(effect.definition for effect in own.values())
+
+
+def files_of(files: Sequence[Path], effects: Sequence[str]) -> tuple[Path, ...]:
+    """Those of the files whose effect is among `effects`; nothing is run."""
+    return tuple(file for file in files if declared_key(read_text(file)) in effects)
+
+
+def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFile]:
+    """The effects of these files by key, none of which runs unless it is that of the model.
+
+    Files with effects that the model does not have are new ones, and run. Raises
+    `AvahazardError` for a file that is none, or where the model's own are not given as they were.
+    """
+    known = () if model.effect_file is None else model.effect_file.split(BETWEEN_FILES)
+    for file in files:
+        text = read_text(file)
+        if text not in known and declared_key(text) in effects_of(model):
+            found = hashlib.sha256(text.encode()).hexdigest()
+            raise AvahazardError(
+                f"The effect file {file} is not the one that {model.name} was made with (its "
+                f"SHA-256 is {found[:12]}…); it was not run.",
+                "Name the old file, or add the changed effect to the parent under a new name.",
+            )
+    own: dict[str, EffectFile] = {}
+    for file in files:
+        effect = read_effect_file(file)
+        key = effect.definition.key
+        if key in own:
+            raise AvahazardError(f"Two effect files have the KEY '{key}'.", "Rename one of them.")
+        own[key] = effect
+    if model.effect_sha256 is None:
+        return own
+    given = stored_text(own, effects_of(model))
+    if given is None:
+        raise AvahazardError(
+            f"The model {model.name} has an effect from a file of its user's.",
+            "Name that file again: --effect-file FILE. It is never run from the database.",
+        )
+    found = hashlib.sha256(given.encode()).hexdigest()
+    if found != model.effect_sha256:
+        raise AvahazardError(
+            f"The effect file is not the one that {model.name} was made with: its SHA-256 is "
+            f"{found[:12]}…, that of the model's {model.effect_sha256[:12]}….",
+            "Name the old file, or add the changed effect to the parent under a new name.",
+        )
+    return own
+
+
+def effects_of(model: StoredModel) -> tuple[str, ...]:
+    """Keys of a stored model's effects."""
+    return tuple(model.specification["specification"]["effects"])

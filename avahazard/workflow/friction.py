@@ -1,7 +1,8 @@
-"""Apparent friction of the recorded events, its density, and what the records' errors do to it.
+"""Apparent friction of the recorded events: its density, its laws, what errors of records do to it.
 
 These are the paper's views of the records, for people. Calibration does not use them. The block
-runs by itself, as in the paper, or with the effects of a stored model.
+runs by itself, as in the paper, or with the effects of a stored model, whose law and scatter are
+then shown beside the events.
 """
 
 from __future__ import annotations
@@ -9,35 +10,212 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
+from typing import Literal
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
+from avahazard.inference.model.friction_model import FrictionModel
+from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.paper.apparent import STATUSES, BackCalculation, back_calculate
-from avahazard.inference.paper.density import DEFAULT_KAPPA
+from avahazard.inference.paper.apparent import (
+    N_REPLICATES,
+    STATUSES,
+    BackCalculation,
+    back_calculate,
+)
+from avahazard.inference.paper.density import DEFAULT_KAPPA, choose_kappa, holy_density
+from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law, usable
+from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.seeds import generator
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.records.lookup import find_path
+from avahazard.records.lookup import find_path, only_paths
+from avahazard.report.html.content import FrictionView
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows
 from avahazard.results.friction import (
     ApparentEvent,
+    Fits,
+    FittedParameter,
+    FrictionDensity,
     Frictions,
+    LargestJump,
+    LeastSquares,
+    PerturbationCheck,
+    PerturbedParameter,
 )
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.friction_views import (
-    Kappa,
-    friction_densities,
-    largest_jumps,
-    perturbation_check,
-)
-from avahazard.workflow.model_friction import apparent_friction, friction_view, from_reference
+from avahazard.workflow.effects import own_effects
 from avahazard.workflow.stored.model import load_stored, on_events
 from avahazard.workflow.stored.notes import notes_of_fit
-from avahazard.workflow.stored.own_effects import own_effects
+
+Kappa = float | Literal["auto"]
+
+N_POINTS = 201
+TAIL = 2.5
+"""The density is given this many lengths 1/κ beyond the records: 99 % of its tails."""
+LAW = "exponential"
+"""The law whose spread under perturbation is told, as in the paper."""
+
+
+def friction_densities(
+    mu: Floats, observations: Observations, kappa: Kappa = DEFAULT_KAPPA
+) -> Rows[FrictionDensity]:
+    """Holy's density of all events and of each path that has at least two frictions.
+
+    `mu` `[n_events]` are apparent frictions, nan where there is none; `kappa` as in
+    `show_frictions`.
+    """
+    groups = {"all": np.isfinite(mu)} | {
+        name: np.isfinite(mu) & (observations.columns.path_index == k)
+        for k, name in enumerate(observations.columns.paths)
+    }
+    densities = []
+    for name, members in groups.items():
+        if np.sum(members) < 2:
+            continue
+        width = choose_kappa(mu[members]) if kappa == "auto" else kappa
+        density = holy_density(mu[members], width)
+        x = np.linspace(density.mu[0] - TAIL / width, density.mu[-1] + TAIL / width, N_POINTS)
+        densities.append(
+            FrictionDensity(
+                path_id=name,
+                n=int(np.sum(members)),
+                kappa=float(density.kappa),
+                mu=tuple(x.tolist()),
+                pdf=tuple(density.pdf(x).tolist()),
+                extrapolated=tuple(density.extrapolated(x).tolist()),
+                mean=float(np.mean(mu[members])),
+                sd=float(np.std(mu[members], ddof=1)),
+            )
+        )
+    return Rows(densities)
+
+
+def perturbation_check(found: BackCalculation, observations: Observations) -> PerturbationCheck:
+    """What the errors of the records do to the frictions, and to the law fitted to them."""
+    sd = found.perturbation.mu_sd[np.isfinite(found.perturbation.mu_sd)]
+    volume = np.exp(observations.columns.log_volume)
+    check = PerturbationCheck(
+        n_replicates=N_REPLICATES,
+        n_events=len(sd),
+        mu_sd_median=float(np.median(sd)) if len(sd) else None,
+        mu_sd_max=float(np.max(sd)) if len(sd) else None,
+        law=None,
+        parameters={},
+    )
+    try:
+        fit = fit_law(law(LAW), volume, found.mu)
+        mean, spread = found.perturbation.law_spread(law(LAW), volume)
+    except AvahazardError:  # too few events with a volume for a law
+        return check
+    figures = np.column_stack([fit.parameters, fit.standard_errors, mean, spread]).tolist()
+    parameters = {
+        name: PerturbedParameter(*row) for name, row in zip(fit.law.names, figures, strict=True)
+    }
+    return replace(check, law=LAW, parameters=parameters)
+
+
+def largest_jumps(
+    observations: Observations, predicted: Predicted, found: BackCalculation
+) -> Rows[LargestJump]:
+    """For each path where F jumps within the frictions of its events, the largest jump.
+
+    A jump is from one friction of the grid to the next.
+    """
+    jumps = []
+    curve = predicted.curve
+    steps = np.where(curve.jumps, np.abs(np.diff(curve.y, axis=1)), 0.0)
+    for k, name in enumerate(observations.columns.paths):
+        mine = np.flatnonzero(observations.columns.path_index == k)
+        known = np.concatenate([found.mu_low[mine], found.mu_high[mine]])
+        known = known[np.isfinite(known)]
+        if not len(known):
+            continue
+        inside = (MU[1:] > known.min()) & (MU[:-1] < known.max())
+        largest = np.max(np.where(inside, steps[mine], 0.0), axis=0)
+        at = int(np.argmax(largest))
+        if largest[at] > 0.0:
+            jumps.append(LargestJump(name, float(MU[at]), float(largest[at])))
+    return Rows(jumps)
+
+
+N_VOLUMES = 60
+N_PARAMETERS = 1000
+DRAWS_EACH = 8
+ROOM = 1.5
+"""The curve goes on beyond the smallest and largest volume by this factor."""
+
+
+def friction_view(model: FittedModel) -> FrictionView | None:
+    """The calibrated friction over the recorded volumes; None where none is recorded.
+
+    Effects on friction are at their reference, and the spread between paths is left out, as they
+    are from `EventView.mu_reference`.
+    """
+    recorded = model.columns.log_volume
+    recorded = recorded[np.isfinite(recorded)]
+    if not len(recorded):
+        return None
+    volume = np.geomspace(np.exp(recorded.min()) / ROOM, np.exp(recorded.max()) * ROOM, N_VOLUMES)
+    u = model.draws[model.evenly(min(len(model.draws), N_PARAMETERS))]
+    law = model.layout.law
+    middle = law.log_friction(u[:, : len(law.coordinates)], volume)
+    return FrictionView(
+        volume=volume,
+        law=np.exp(np.quantile(middle, [0.05, 0.5, 0.95], axis=0)),
+        scatter=None
+        if model.sigma_m is not None
+        else np.quantile(_draws(model.friction, u, volume), [0.05, 0.25, 0.75, 0.95], axis=0),
+    )
+
+
+def apparent_friction(model: FittedModel) -> tuple[BackCalculation, Predicted]:
+    """Friction that stops each event's block at its record, with the model's effects at work.
+
+    Effects on the motion and on the record stand at the median of the posterior: so the
+    frictions are those that the model's law is a law of. Also what was turned round for it.
+    """
+    observations = model.observations
+    values = model.layout.effect_values(np.median(model.draws, axis=0))
+    curvature = float(model.specification.centrifugal)
+    predicted = predict_records(observations, model.effects, values, curvature)
+    return back_calculate(observations, predicted), predicted
+
+
+def from_reference(model: FittedModel) -> Floats:
+    """What effects on friction and the path add to log friction `[n_events]`, at the median.
+
+    Less of them, a friction may stand beside the law alone. nan for an event without a volume.
+    """
+    friction, columns = model.friction, model.columns
+    u = np.median(model.draws, axis=0)
+    volume = np.exp(columns.log_volume)
+    known = np.where(np.isfinite(volume), volume, 1e4)
+    events = friction.of_events(columns)
+    location, _ = friction.location_and_scatter(u, known[:, None], events)
+    law = model.layout.law
+    at = location[:, 0] if model.layout.log_scatter else np.log(location[:, 0])
+    added = at - law.log_friction(u[: len(law.coordinates)], known)
+    by_path = [
+        float(np.median(model.offsets[p])) if p in model.offsets else 0.0 for p in columns.paths
+    ]
+    offsets = np.array([*by_path, 0.0])[columns.path_index]
+    return np.where(np.isfinite(volume), added + offsets, np.nan)
+
+
+def _draws(friction: FrictionModel, u: Floats, volume: Floats) -> Floats:
+    """Draws of friction `[n_draws, n_volumes]` about the law alone."""
+    location, scatter = friction.location_and_scatter(u, volume[None])
+    shape = (DRAWS_EACH, len(u), len(volume))
+    location, scatter = (np.broadcast_to(v[:, 0], shape) for v in (location, scatter))
+    rng = generator(0, "report", "friction")
+    return friction.draw(location, scatter, rng).reshape(-1, len(volume))
 
 
 def show_frictions(
@@ -147,3 +325,66 @@ def _events(found: BackCalculation, observations: Observations) -> Rows[Apparent
 
 def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def fit_laws(database: str, path_id: str | None = None, plot: FilePath | None = None) -> Fits:
+    """Fit every law, to the events of one path or of all.
+
+    `n_events` of a fit counts the events with a volume and a friction. With `plot` a picture of
+    the laws on the points is written there.
+
+    Raises:
+        AvahazardError: the database or the path is missing, there are too few such events, or
+            `plot` is not the name of a picture.
+    """
+    if plot is not None:
+        require_picture(plot)
+    with reading(database) as session:
+        records = load_records(session)
+    observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))
+    mu = back_calculate(observations, predict_records(observations, (), {})).mu
+    found, volume, mu = fit_laws_of(observations, mu)
+    if plot is not None:
+        from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
+
+        draw_laws(plot, found, volume, mu)
+    return found
+
+
+def fit_laws_of(observations: Observations, mu: Floats) -> tuple[Fits, Floats, Floats]:
+    """Every law fitted to apparent frictions `mu` `[n_events]`; the points (V, μ) `[n]` it took.
+
+    Raises `AvahazardError` where fewer than two events have both.
+    """
+    volume = np.exp(observations.columns.log_volume)
+    n_events = int(np.sum(np.isfinite(mu) & np.isfinite(volume)))
+    if n_events < 2:
+        raise AvahazardError(
+            "A law needs events with a volume and an apparent friction; "
+            f"there {'is' if n_events == 1 else 'are'} {n_events or 'none'}.",
+            "Import events with volume_m3, or with the deposit's length, width and thickness.",
+        )
+    fits, notes = fit_every_law(volume, mu)
+    if n_events < observations.n_events:
+        notes.append(
+            f"left out of {observations.n_events} events: {observations.n_events - n_events}, "
+            "without a volume, or stopped where no friction stops the block (see "
+            "`avahazard friction`)."
+        )
+    return Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes)), *usable(volume, mu)
+
+
+def _entry(fit: LawFit, n_events: int) -> LeastSquares:
+    names, units = fit.law.names, fit.law.units
+    parameters = zip(names, units, fit.parameters, fit.standard_errors, strict=True)
+    return LeastSquares(
+        law=fit.law.name,
+        parameters={
+            name: FittedParameter(float(value), float(se), unit)
+            for name, unit, value, se in parameters
+        },
+        covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
+        r2=float(fit.r2),
+        aic=float(fit.aic),
+        n_events=n_events,
+    )

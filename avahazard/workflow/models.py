@@ -3,15 +3,33 @@
 from __future__ import annotations
 
 import datetime as dt
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
-from avahazard.results.base import Rows
+import numpy as np
+
+from avahazard.inference.likelihood.assemble import assemble
+from avahazard.inference.model.observations import build_observations
+from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.records.errors import AvahazardError
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import only_paths
+from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
-from avahazard.results.models import ModelSummary
+from avahazard.results.models import Difference, ModelSummary, Provenance, Rerun, Surroundings
 from avahazard.store.models import list_models, load_model
 from avahazard.store.records import load_records
 from avahazard.store.results import latest_calibration
 from avahazard.store.session import reading
+from avahazard.workflow.add import start_from
+from avahazard.workflow.effects import own_effects
+from avahazard.workflow.stored.model import (
+    load_parameter_draws,
+    load_stored,
+    require_unchanged,
+    surroundings,
+)
 from avahazard.workflow.stored.notes import notes_of
 
 IN_SHORT = ("parent", "law", "scatter", "distribution", "method", "effects", "n_events")
@@ -58,3 +76,99 @@ def show_model(database: str, name: str) -> Calibration:
 
 def _utc(time: dt.datetime) -> str:
     return f"{time.isoformat(timespec='seconds')}Z"
+
+
+def show_provenance(database: str, name: str) -> Provenance:
+    """What is needed to make the model `name` again.
+
+    Raises:
+        AvahazardError: there is no such model.
+    """
+    with reading(database) as session:
+        model = load_model(session, name)
+        calibration = latest_calibration(session, name)
+        records = load_records(session)
+    kept, settings = model.specification, calibration.settings
+    made_with = settings.get("made_with")
+    training = only_paths(records, tuple(kept["paths"]))
+    return Provenance(
+        model=name,
+        parent=model.parent,
+        created=_utc(model.created),
+        data_fingerprint=calibration.data_fingerprint,
+        records_changed=data_fingerprint(training) != calibration.data_fingerprint,
+        specification=kept["specification"],
+        method=kept["method"],
+        paths=tuple(kept["paths"]),
+        chains=settings["chains"],
+        draws=settings["draws"],
+        seed=calibration.seed,
+        effect_sha256=model.effect_sha256,
+        made_with=None if made_with is None else Surroundings.from_dict(made_with),
+        now=surroundings(),
+    )
+
+
+def rerun(
+    database: str,
+    name: str,
+    *,
+    effect_files: Sequence[Path] = (),
+    report: Report = silent,
+) -> Rerun:
+    """Calibrate the model `name` again and hold every draw against the stored ones.
+
+    Raises:
+        AvahazardError: there is no such model, its records have changed, or the files of its own
+            effects are missing or others.
+    """
+    own = own_effects(database, name, effect_files)
+    stored, records = load_stored(database, name, own)
+    require_unchanged(stored)
+    kept = load_parameter_draws(database, name)
+    if "speed_sigma" in kept:
+        raise AvahazardError(
+            f"{name} was calibrated with the error of speeds of an earlier version (speed_sigma).",
+            "Calibrate a new model: this version knows the scatter of friction along tracks.",
+        )
+    observations = build_observations(only_paths(records, stored.paths))
+    start, told = None, stored.calibration
+    if told.parent is not None:
+        child = assemble(observations, stored.specification, stored.facts, own)
+        start = start_from(load_stored(database, told.parent, own)[0], child)
+    found = calibrate_model(
+        observations,
+        stored.specification,
+        stored.facts,
+        method=stored.method,
+        n_chains=told.chains,
+        n_draws=told.draws,
+        seed=told.seed,
+        own=own,
+        start=start,
+        progress=lambda share: report(f"Calibrating {name} again", share, 1.0),
+    )
+    again = dict(zip(found.chains.names, np.moveaxis(found.chains.draws, -1, 0), strict=True))
+    differences = {
+        key: Difference(
+            float(kept[key].mean()),
+            float(again[key].mean()),
+            float(np.max(np.abs(kept[key] - again[key]))),
+        )
+        for key in kept
+        if not np.array_equal(kept[key], again[key])
+    }
+    return Rerun(name, not differences, len(kept), differences, _notes(database, name))
+
+
+def _notes(database: str, name: str) -> tuple[str, ...]:
+    """What may make a difference: other versions than at the time."""
+    found = show_provenance(database, name)
+    if found.made_with is None:
+        return ("the versions that the model was made with were not kept.",)
+    before, now = found.made_with.versions, found.now.versions
+    return tuple(
+        f"{package} was {before.get(package, 'not there')}, and is {now[package]} now."
+        for package in now
+        if before.get(package) != now[package]
+    )

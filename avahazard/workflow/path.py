@@ -24,9 +24,20 @@ from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.path import Path, Profile
 from avahazard.results.base import Rows
-from avahazard.results.terrain import PathCheck, ProfileFit, Stretch
-from avahazard.store.records import load_records
+from avahazard.results.terrain import PathCheck, PathSummary, ProfileFit, Stretch
+from avahazard.store.records import load_records, path_summaries
 from avahazard.store.session import reading
+
+
+def list_paths(database: str) -> Rows[PathSummary]:
+    """Return one entry a path: its profile's size, its number of events, their volumes.
+
+    Raises:
+        AvahazardError: the database cannot be used.
+    """
+    with reading(database) as session:
+        return path_summaries(session)
+
 
 CONTRADICTED = 2.0
 """A given error is contradicted by points that scatter this many times as far."""

@@ -27,13 +27,12 @@ from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.results.base import RATIO, Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
-from avahazard.workflow.compare import coordinate_name, require_comparable
+from avahazard.workflow.compare import RECORD_DRAWS, coordinate_name, require_comparable
+from avahazard.workflow.effects import own_effects
 from avahazard.workflow.stored.model import load_stored, on_events
 from avahazard.workflow.stored.notes import notes_of_fit
-from avahazard.workflow.stored.own_effects import own_effects
 
 STOP_DRAWS = 2000
-RECORD_DRAWS = 1000
 DENSITY_DRAWS = 500
 
 
@@ -118,13 +117,9 @@ def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None)
 
 
 def _has_runout(event: Event) -> bool:
-    found = (
-        event.runout_x_m,
-        event.runout_elevation_m,
-        event.runout_length_m,
-        event.h_over_l,
-    )
-    return event.left_profile or any(value is not None for value in found)
+    e = event
+    found = (e.runout_x_m, e.runout_elevation_m, e.runout_length_m, e.h_over_l)
+    return e.left_profile or any(value is not None for value in found)
 
 
 def _row(

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from avahazard.effects.effect import Definition
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats
+from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.scores import crps
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Effect, MotionEffect, of_kind
+from avahazard.hazard.future_events import FutureEvents, classes_of
+from avahazard.inference.fitting.mode_search import held_climb
+from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.seeds import generator
 from avahazard.notes import Note
+from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.resistance import Resistance
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.report.html.content import LoopView, StateView, SweepView
+from avahazard.records.event import Event
+from avahazard.records.lookup import of_path
+from avahazard.report.html.content import LoopView, PlaceView, StateView, SweepView
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.models import StoredModel
-from avahazard.workflow.report_states import FRICTION, places, state_view, to_come, volumes_of
-from avahazard.workflow.report_strength import sweep, sweepable
+from avahazard.workflow.compare import RECORD_DRAWS
+from avahazard.workflow.effects import effects_of
+from avahazard.workflow.report_paths import QUANTILES
 from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.own_effects import effects_of
 
 MOST_MODELS, MOST_SWEEPS = 8, 2
 
@@ -102,7 +119,9 @@ def _others(
             left_out[name] = Note("too_many_models", n=MOST_MODELS)
             continue
         try:
-            fit, _ = load_stored(database, name, _own_of(name, stored.definitions, models))
+            has = next(effects_of(model) for model in models if model.name == name)
+            own = tuple(entry for entry in stored.definitions if entry.key in has)
+            fit, _ = load_stored(database, name, own)
         except AvahazardError:
             left_out[name] = Note("effects_not_given")
             continue
@@ -118,17 +137,187 @@ def _others(
     return sorted(found, key=lambda fit: order[fit.name])
 
 
-def _own_of(
-    name: str, own: Sequence[Definition], models: Sequence[StoredModel]
-) -> tuple[Definition, ...]:
-    """Those of these effects that a model has."""
-    has = next(effects_of(model) for model in models if model.name == name)
-    return tuple(entry for entry in own if entry.key in has)
-
-
 def _movable(stored: FittedModel, models: Sequence[StoredModel]) -> list[str]:
     """Effects to move, what was added last first."""
     parent = next((m for m in models if m.name == stored.calibration.parent), None)
     before = () if parent is None else effects_of(parent)
-    keys = sweepable(stored)
+    layout = stored.posterior.layout
+    # Those that add parameters, and so have a strength.
+    places = {**layout.places, **layout.spreads}
+    keys = [e.key for e in stored.posterior.effects if e.key in places]
     return sorted(keys, key=lambda key: key in before)[:MOST_SWEEPS]
+
+
+FRICTION = MU[(MU > 0.0999) & (MU < 0.9001)][::2]
+"""Frictions of the tables in the page `[n_friction]`."""
+N_VOLUMES = 24
+NOTHING: Floats = np.empty((0, 0))
+LEAST_LENGTH_M = 1.0
+
+
+def volumes_of(columns: EventColumns) -> Floats:
+    """Volumes (m3) over the recorded ones `[n_volumes]`; none where none is recorded."""
+    log_volume = columns.log_volume
+    known = log_volume[np.isfinite(log_volume)]
+    if not len(known):
+        return np.empty(0)
+    return np.geomspace(np.exp(known.min()), np.exp(known.max()), N_VOLUMES)
+
+
+def to_come(records: Records, path_id: str, volumes: Floats) -> FutureEvents:
+    """An avalanche of each volume (m3) on a path; of any volume where there is none."""
+    sizes = volumes.tolist() or [1e4]
+    events = tuple(Event("", path_id=path_id, volume_m3=size) for size in sizes)
+    return classes_of(replace(of_path(records, path_id), events=events))
+
+
+def state_view(
+    key: str,
+    model: FittedModel,
+    future: Sequence[FutureEvents],
+    comparison: Comparison | None,
+) -> StateView:
+    """What `model` predicts for its records, with the very draws that `compare` scores.
+
+    `future` are the avalanches of `to_come` of each path, on whose sites the block is run.
+    """
+    expected = expected_records(model, RECORD_DRAWS, generator(0, "compare"))
+    paths, stops, friction = _blocks(model, future) if future else ((), NOTHING, NOTHING)
+    return StateView(
+        key=key,
+        predicted=np.quantile(expected.draws, QUANTILES, axis=1).T,
+        x=np.quantile(expected.x, QUANTILES, axis=1).T,
+        error=expected.error,
+        rmse_m=float(np.sqrt(np.mean(expected.error**2))),
+        crps_m=float(np.mean(crps(expected.draws, expected.observed))),
+        held_out_m=None if comparison is None else comparison.held_out.runout.crps_m,
+        path_ids=paths,
+        stops=stops,
+        friction=friction,
+    )
+
+
+def _blocks(
+    model: FittedModel, future: Sequence[FutureEvents]
+) -> tuple[tuple[str, ...], Floats, Floats]:
+    """Paths, F(μ) `[n_paths, n_friction]` and median friction `[n_paths, n_volumes]`."""
+    u = np.median(model.draws, axis=0)
+    values = model.layout.effect_values(u)
+    paths, stops, friction = [], [], []
+    for there in future:
+        site, path_id = there.site, there.site.path.path_id
+        curve = site.table(site.cells(model.resistance(site, values)))[0]
+        x = np.where(curve.status == LEFT_PROFILE, np.inf, curve.x)
+        paths.append(path_id)
+        stops.append(x[np.searchsorted(MU, FRICTION - 1e-9)])
+        volume = np.exp(there.columns.log_volume)[:, None]
+        events = model.friction.of_events(there.columns)
+        location = model.friction.location_and_scatter(u, volume, events)[0][:, 0]
+        offset = model.offsets.get(path_id)
+        shift = 0.0 if offset is None else float(np.median(offset))
+        in_log = location if model.layout.log_scatter else np.log(location)
+        friction.append(np.exp(in_log + shift))
+    return tuple(paths), np.array(stops), np.array(friction)
+
+
+def places(model: FittedModel, trees: Sequence[str]) -> Iterator[PlaceView]:
+    """Where on each path an effect on the motion acts, if not all along it.
+
+    `trees` are the effects that are drawn as trees.
+    """
+    values = model.layout.effect_values(np.median(model.draws, axis=0))
+    for effect in of_kind(model.effects, MotionEffect):
+        for site in model.observations.sites:
+            alone = model.resistance(site, _alone(model.effects, effect, values))
+            none = model.resistance(site, _alone(model.effects, None, values))
+            terrain = site.terrain_for(alone)
+            acts = _differ(alone, none)
+            if acts is None or acts.all() or not acts.any():
+                continue
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], acts, [False]])))
+            stretches = [
+                (float(terrain.x[a]), float(terrain.x[b]))
+                for a, b in edges.reshape(-1, 2)
+                if terrain.x[b] - terrain.x[a] > LEAST_LENGTH_M
+            ]
+            path_id = site.path.path_id
+            yield PlaceView(effect.key, path_id, tuple(stretches), effect.key in trees)
+
+
+def _alone(
+    effects: Sequence[Effect], effect: Effect | None, values: dict[str, Floats]
+) -> dict[str, Floats]:
+    """The values with all effects but one at neutral."""
+    return {e.key: values.get(e.key, e.neutral) if e is effect else e.neutral for e in effects}
+
+
+def _differ(one: Resistance, other: Resistance) -> NDArray[np.bool_] | None:
+    """Cells `[n_cells]` in which two resistances differ; None where it is so everywhere."""
+    if len(one.drag) != len(other.drag) or one.curvature != other.curvature:
+        return None
+    return np.asarray(
+        (one.factor != other.factor)
+        | (one.offset != other.offset)
+        | (one.constant != other.constant)
+        | (one.drag != other.drag)
+    )
+
+
+STRENGTHS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
+"""Shares of what an effect was fitted to; at 0 it is not there."""
+
+
+def sweep(model: FittedModel, effect: str) -> Iterator[tuple[float, FittedModel]]:
+    """The model at each strength of one effect; at strength 1 it is the model itself.
+
+    The effect's parameters go from neutral through their draws; where it shapes the tables only
+    the first of them, which is its amount. The other parameters are moved by as much as their
+    most likely values move, and keep their spread, but for those that shape the tables: these
+    stand at their mean, which spares runs of the block.
+    """
+    of = model.posterior
+    # On the star of the effects themselves, which reaches to where they are not.
+    posterior = Posterior(of.observations, of.specification, of.effects)
+    layout = posterior.layout
+    held = list(_all_slots(posterior, effect))
+    # Where it shapes tables its amount alone.
+    moved = held[:1] if layout.slots[held[0]].arm else held
+    neutral = np.nan_to_num([layout.slots[k].neutral for k in moved])
+    middle = model.draws.mean(axis=0)
+    _, fitted = held_climb(posterior, middle, held, middle[held])
+    for strength in STRENGTHS:
+        if strength == 1.0:
+            yield strength, model
+            continue
+        whole = middle.copy()
+        whole[moved] = neutral + strength * (middle[moved] - neutral)
+        corner = np.clip(whole, layout.low, layout.high)[held]
+        _, found = held_climb(posterior, fitted, held, corner)
+        draws = model.draws + (found - fitted)
+        draws[:, held] = model.draws[:, held]
+        draws[:, moved] = neutral + strength * (model.draws[:, moved] - neutral)
+        shaping = list(layout.tables)
+        draws[:, shaping] = draws[:, shaping].mean(axis=0)
+        draws = np.clip(draws, layout.low, layout.high)
+        changed = replace(model, friction=posterior.friction, likelihood=posterior, draws=draws)
+        yield strength, replace(changed, offsets=_offsets(model, effect, strength))
+
+
+def _all_slots(posterior: Posterior, effect: str) -> range:
+    layout = posterior.layout
+    if effect in layout.spreads:
+        return range(layout.spreads[effect], layout.spreads[effect] + 1)
+    place = layout.places[effect]
+    return range(place.start, place.stop)
+
+
+def _offsets(model: FittedModel, effect: str, strength: float) -> dict[str, Floats]:
+    """The offsets of groups, those of the effect at that strength."""
+    plan = model.posterior.plan
+    grouping = list(model.posterior.layout.spreads)
+    mine = {
+        name
+        for name, of in zip(plan.names, plan.of, strict=True)
+        if plan and grouping[int(of)] == effect
+    }
+    return {n: strength * v if n in mine else v for n, v in model.offsets.items()}

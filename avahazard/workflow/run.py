@@ -7,9 +7,13 @@ already, made of the same records. So a run that was interrupted goes on where i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Annotated, Any, Literal, get_type_hints
+
+from pydantic import Field as Limits
+from pydantic import create_model
+from pydantic_core.core_schema import no_info_after_validator_function
 
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
@@ -17,8 +21,11 @@ from avahazard.inference.model.priors import GIVEN
 from avahazard.inference.model.specification import Specification
 from avahazard.notes import counted
 from avahazard.records.conventions import Conventions
+from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
+from avahazard.records.toml_document import Strict, read_toml
+from avahazard.request import Field, Request, fields_of
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
@@ -26,12 +33,9 @@ from avahazard.results.made import ProjectRun, Step
 from avahazard.store.models import list_models
 from avahazard.store.records import load_records
 from avahazard.store.results import (
-    BOUNDS,
     COMPARISON,
     DIAGNOSIS,
-    ZONES,
     Kind,
-    RunKind,
     latest_calibration,
     latest_documents,
     latest_key,
@@ -46,11 +50,133 @@ from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
 from avahazard.workflow.hazard import hazard, hazard_work
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.project_file import Project, read_project
 from avahazard.workflow.report import write_report
-from avahazard.workflow.stored.by_path import run_key
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    DiagnoseRequest,
+    HazardRequest,
+    ReportRequest,
+    ZonesRequest,
+)
+from avahazard.workflow.stored.by_path import PathWork, run_key
 from avahazard.workflow.stored.notes import notes_of
 from avahazard.workflow.zones import zones, zones_work
+
+NAME = "avahazard.toml"
+EXAMPLE = (
+    'The least is: files = ["records"], the folder of paths.csv, profiles.csv and events.csv. '
+    "docs/project.md has all keys."
+)
+StepName = Literal["compare", "diagnose", "hazard", "zones", "report", "export"]
+Pair = Annotated[list[float], Limits(min_length=2, max_length=2)]
+Name = Annotated[str, Limits(min_length=1, max_length=150)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelRequest(CalibrateRequest):
+    """`[model]`: what `calibrate` is asked for, and the name of the model."""
+
+    name: Name = "base"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoundsRequest(DiagnoseRequest):
+    """`[diagnose]`: what `diagnose` is asked for, and how often what it names is added."""
+
+    add: bool = False
+    rounds: Annotated[int, Limits(ge=1, le=9)] = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of the file: `keys` of a request, which is `base` where they are not given."""
+
+    base: Request
+    keys: tuple[str, ...]
+
+    def __get_pydantic_core_schema__(self, request: Any, handler: Any) -> Any:
+        told: dict[str, Any] = {
+            key: (hint, None)
+            for key, hint in get_type_hints(request, include_extras=True).items()
+            if key in self.keys
+        }
+        told |= {f.name: (_value(f), None) for f in fields_of(request) if f.name in self.keys}
+        form = create_model(request.__name__, __base__=Strict, **told)
+        return no_info_after_validator_function(
+            lambda read: replace(self.base, **{k: getattr(read, k) for k in read.model_fields_set}),
+            handler.generate_schema(form),
+        )
+
+
+def _value(field: Field) -> Any:
+    """The type of a key, with its limits and its name in the file."""
+    option = field.option
+    kind = field.kind if option.parse is None else dict[str, Pair]
+    if kind in (int, float):
+        within = Limits(gt=option.over, ge=option.least, le=option.most, allow_inf_nan=False)
+        kind = Annotated[kind, within]
+    kind = list[kind] if field.many else kind  # type: ignore[valid-type]
+    return Annotated[kind, Limits(alias=field.name.rstrip("_"))]
+
+
+MODEL = tuple(field.name for field in fields(ModelRequest))
+YEARS = (100.0,)
+
+
+class ReportSection(Strict):
+    """`[report]`: the page to write."""
+
+    file: str = "report.html"
+
+
+class ExportSection(Strict):
+    """`[export]`: the files to write, each for what its name ends in."""
+
+    files: list[str] = Limits(default=["bounds.csv"])
+
+
+class Project(Strict):
+    """A whole project; files are beside `avahazard.toml` unless they are absolute."""
+
+    files: Annotated[list[str], Limits(min_length=1)]
+    database: str | None = None
+    update: bool = False
+    unusual: bool = False
+    dem: str | None = None
+    land_cover: str | None = None
+    skip: list[StepName] = Limits(default=[])
+    project: Annotated[
+        ReportRequest, Table(ReportRequest(), ("title", "author", "place", "date", "language"))
+    ] = ReportRequest()
+    model: Annotated[ModelRequest, Table(ModelRequest(), MODEL)] = ModelRequest()
+    diagnose: Annotated[
+        RoundsRequest, Table(RoundsRequest(), ("worlds", "seed", "add", "rounds"))
+    ] = RoundsRequest()
+    hazard: Annotated[
+        HazardRequest,
+        Table(HazardRequest(return_periods=YEARS), ("return_periods", "volumes", "paths", "seed")),
+    ] = HazardRequest(return_periods=YEARS)
+    zones: Annotated[ZonesRequest, Table(ZonesRequest(), ("limits",))] = ZonesRequest()
+    report: ReportSection = ReportSection()
+    export: ExportSection = ExportSection()
+
+
+def read_project(file: FilePath) -> Project:
+    """Read the file of a project.
+
+    Raises:
+        AvahazardError: there is no such file, or a value is missing, unknown or out of range.
+    """
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise AvahazardError(
+            f"The project {file} cannot be read: {error.strerror}.",
+            f"Write {NAME} in this folder, or name another: avahazard run FILE. {EXAMPLE}",
+        ) from error
+    except UnicodeDecodeError as error:
+        raise AvahazardError(f"{file} is not UTF-8.", "Save it as UTF-8.") from error
+    return read_toml(str(file), text, Project, EXAMPLE)
 
 
 def run_project(
@@ -102,12 +228,8 @@ def _import(run: ProjectState) -> tuple[Step, tuple[str, ...]]:
         update=project.update,
         given=Conventions(unusual=project.unusual),
     )
-    counts = found.records
     kinds = {
-        "paths": counts.paths,
-        "profiles": counts.profiles,
-        "events": counts.events,
-        "speeds": counts.speeds,
+        name: getattr(found.records, name) for name in ("paths", "profiles", "events", "speeds")
     }
     changed = [f"{kind} {c.new + c.updated}" for kind, c in kinds.items() if c.new + c.updated]
     words = f"new or changed: {', '.join(changed)}" if changed else "no change"
@@ -289,8 +411,7 @@ def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[
 def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
     request = run.project.hazard
     work, _ = hazard_work(run.database, model, request)
-    if _is_latest(run, BOUNDS, model, run_key(work)):
-        n = len({row["path_id"] for row in _found_last(run, BOUNDS, model) or ()})
+    if (n := _paths_found(run, work)) is not None:
         return Step("hazard", UP_TO_DATE, counted(n, "path")), [], []
     found = hazard(run.database, model, request, run.report)
     run.fresh = True
@@ -307,23 +428,20 @@ def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
         paths=run.project.hazard.paths,
     )
     work, _ = zones_work(run.database, model, request)
-    if _is_latest(run, ZONES, model, run_key(work)):
-        n = len(_found_last(run, ZONES, model) or ())
+    if (n := _paths_found(run, work)) is not None:
         return Step("zones", UP_TO_DATE, counted(n, "path")), [], []
     found = zones(run.database, model, request, run.report)
     run.fresh = True
     return Step("zones", DONE, counted(len(found.rows), "path")), list(found.notes), []
 
 
-def _is_latest(run: ProjectState, kind: RunKind, model: str, key: str) -> bool:
-    """Whether the last run of this kind hangs on the same as one of this key would."""
+def _paths_found(run: ProjectState, work: PathWork) -> int | None:
+    """The paths of the last run of this kind; None where it hangs on something else than this."""
     with reading(run.database) as session:
-        return latest_key(session, kind, model) == key
-
-
-def _found_last(run: ProjectState, kind: RunKind, model: str) -> list[dict[str, Any]] | None:
-    with reading(run.database) as session:
-        return latest_documents(session, kind, model)
+        if latest_key(session, work.kind, work.model.model) != run_key(work):
+            return None
+        found = latest_documents(session, work.kind, work.model.model) or ()
+        return len({row["path_id"] for row in found})
 
 
 def _outdated(run: ProjectState, file: FilePath) -> bool:

@@ -8,7 +8,6 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
-from avahazard.arrays import Floats
 from avahazard.effects.site import Site, path_site
 from avahazard.hazard.future_events import classes_of
 from avahazard.inference.prediction.extrapolation import extrapolation
@@ -26,12 +25,12 @@ from avahazard.results.base import Rows
 from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.workflow.effects import own_effects
 from avahazard.workflow.stored.model import load_stored
 from avahazard.workflow.stored.notes import notes_of_fit
-from avahazard.workflow.stored.own_effects import own_effects
 
-SPEED_EVERY_M = 10.0
-MOST_PLACES = 100
+SPEED_EVERY_M, MOST_PLACES = 10.0, 100
+"""Speeds are told about so far apart, at so many places at most."""
 
 
 def run_path(
@@ -126,7 +125,9 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Run
     left = status == LEFT_PROFILE
     release_x = float(site.release_x[0])
     end = site.smooth.x_max if left else float(stops.x[0, 0])
-    x = _places(release_x, end)
+    x = np.linspace(
+        release_x, end, min(MOST_PLACES, int(np.ceil((end - release_x) / SPEED_EVERY_M)) + 1)
+    )
     nodes = terrain.x[(terrain.x >= release_x) & (terrain.x <= end)]
     speeds = speeds_along(cells, start, np.array([mu]), np.concatenate([x, nodes]))[0]
     if not left:
@@ -190,9 +191,3 @@ def _draw(file: FilePath, site: Site, found: Runout) -> None:
         draw_curve(file, found)
     else:
         draw_run(file, site.smooth, found)
-
-
-def _places(start: float, end: float) -> Floats:
-    """From start to end about every `SPEED_EVERY_M`, or `MOST_PLACES` where that is fewer."""
-    n = min(MOST_PLACES, int(np.ceil((end - start) / SPEED_EVERY_M)) + 1)
-    return np.linspace(start, end, n)

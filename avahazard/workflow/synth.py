@@ -31,15 +31,9 @@ def synthesise(
         AvahazardError: the folder is not empty, an effect is unknown, or nothing runs.
     """
     refuse_full(folder)
+    wanted = seed, n_events, n_paths, dict.fromkeys(effects, strength), Settings(speeds=speeds)
     if n_paths > PART_PATHS:
-        made = write_region(
-            folder,
-            seed,
-            n_events,
-            n_paths,
-            dict.fromkeys(effects, strength),
-            Settings(speeds=speeds),
-        )
+        made = write_region(folder, *wanted)
         return MadeWorld(
             folder=str(folder),
             files=tuple(str(file) for file in made.files),
@@ -50,9 +44,7 @@ def synthesise(
             n_left_profile=made.n_left_profile,
             n_speeds=made.n_speeds,
         )
-    records, truth = make_world(
-        seed, n_events, n_paths, dict.fromkeys(effects, strength), Settings(speeds=speeds)
-    )
+    records, truth = make_world(*wanted)
     files = write_world(folder, records, truth)
     return MadeWorld(
         folder=str(folder),

@@ -24,6 +24,7 @@ from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.records import load_paths
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
+from avahazard.workflow.effects import own_effects
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
 from avahazard.workflow.stored.by_path import (
@@ -35,7 +36,6 @@ from avahazard.workflow.stored.by_path import (
 )
 from avahazard.workflow.stored.model import load_for_paths
 from avahazard.workflow.stored.notes import notes_of_fit
-from avahazard.workflow.stored.own_effects import own_effects
 
 
 def zones(database: str, name: str, request: ZonesRequest, report: Report = silent) -> Zones:

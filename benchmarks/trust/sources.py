@@ -14,7 +14,7 @@ from avahazard.effects.own_file import TEMPLATE, read_effect_file
 from avahazard.hazard.zones.limits import read_limits
 from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.project_file import read_project
+from avahazard.workflow.run import read_project
 from benchmarks.trust import mutants
 from benchmarks.trust.commands import PROJECT
 

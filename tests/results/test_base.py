@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import ABSENT, PICTURES, Result, Rows
+from avahazard.results.base import ABSENT, PICTURES, Result, Rows, steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,3 +74,22 @@ def test_a_picture_is_drawn_or_refused(tmp_path: Path, monkeypatch: pytest.Monke
     assert part.plot()._repr_svg_() == "<svg>a</svg>"
     with pytest.raises(AvahazardError, match="no picture of Outer"):
         WHOLE.plot()
+
+
+def test_the_whole_goes_up_once() -> None:
+    told: list[tuple[str, float]] = []
+    first, second, third = steps(
+        lambda what, done, total: told.append((what, done / total)), (2, 1, 1)
+    )
+    inner = steps(second, (1, 3))
+    for tell, what, done, total in (
+        (first, "a", 0.0, 7.0),
+        (first, "a", 7.0, 7.0),
+        (inner[0], "b", 1.0, 1.0),
+        (inner[1], "c", 5.0, 1.0),  # more than all of it is all of it
+        (third, "d", 0.0, 0.0),  # of nothing nothing is done
+        (third, "d", 1.0, 1.0),
+    ):
+        tell(what, done, total)
+    assert [share for _, share in told] == pytest.approx([0.0, 0.5, 0.5625, 0.75, 0.75, 1.0])
+    assert "".join(what for what, _ in told) == "aabcdd"

@@ -13,11 +13,11 @@ from avahazard.store.models import list_models, load_model, save_model
 from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.add import add
-from avahazard.workflow.ladder import ladder
+from avahazard.workflow.compare import ladder
+from avahazard.workflow.effects import own_effects
 from avahazard.workflow.predict import predict
 from avahazard.workflow.runout import run_model
 from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.own_effects import own_effects
 
 LEVELS = """
 from avahazard.effects.effect import Parameter

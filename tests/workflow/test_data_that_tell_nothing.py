@@ -13,7 +13,7 @@ from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.fit import fit_laws
+from avahazard.workflow.friction import fit_laws
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest, HazardRequest
 from tests.workflow.worlds import bowl, known_stops

@@ -17,10 +17,8 @@ from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.store.tables import PathResultTable, PathRunTable
 from avahazard.workflow import hazard as hazard_module
-from avahazard.workflow import hazard_plan
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.hazard import hazard, run_hazard
-from avahazard.workflow.hazard_plan import plan_hazard
+from avahazard.workflow.hazard import hazard, plan_hazard, run_hazard
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
 from avahazard.workflow.stored import by_path
 from avahazard.workflow.zones import zones
@@ -146,7 +144,7 @@ def test_a_plan_measures_and_stores_nothing(mine: str, monkeypatch: pytest.Monke
     assert plan.seconds_per_path > 0.0
     assert plan.stored_bytes > 3 * 1000
     assert counts(mine) == (0, 0, 0)
-    monkeypatch.setattr(hazard_plan, "free_bytes", lambda: -1)
+    monkeypatch.setattr(hazard_module, "free_bytes", lambda: -1)
     with pytest.raises(AvahazardError, match="more of memory"):
         plan_hazard(mine, "m", HazardRequest(**ASKED))
 

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
 import pytest
+from sqlalchemy import create_engine, text
+from typer.testing import Result
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
+from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
+from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.models import show_model, show_models
+from avahazard.workflow.import_files import import_files
+from avahazard.workflow.models import rerun, show_model, show_models, show_provenance
 from avahazard.workflow.requests import CalibrateRequest
+from tests.conftest import command_line
+from tests.criticism.lengths import as_csv, lengths
+from tests.few_draws import few_draws
 from tests.workflow.twin import twin_records
 
 
@@ -33,3 +47,87 @@ def test_models_in_short_and_in_full(database: str) -> None:
     with pytest.raises(AvahazardError, match="no model three") as error:
         show_model(database, "three")
     assert "one, two" in error.value.hint
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Make the models `base`, `child` of it, and `paper`."""
+    folder = tmp_path_factory.mktemp("rerun")
+    database, file = str(folder / "models.db"), folder / "events.csv"
+    upkeep.create(database)
+    file.write_text(as_csv(lengths(24, 0.3, n_columns=1)), encoding="utf-8")
+    import_files(database, [file])
+    calibrate(database, "base", CalibrateRequest(law="power", chains=2, draws=60, seed=5))
+    calibrate(database, "paper", CalibrateRequest(law="power", method="gibbs", chains=2, draws=60))
+    with few_draws():
+        add(database, "base", ["covariate:column_1"], "child")
+    return database
+
+
+@pytest.fixture
+def models(made: str, tmp_path: Path) -> str:
+    """Give a database with these models."""
+    return str(shutil.copy(made, tmp_path / "models.db"))
+
+
+def test_every_method_gives_the_same_bits(models: str) -> None:
+    for name in ("base", "child", "paper"):
+        found = rerun(models, name)
+        assert found.identical, name
+        assert found.differences == {}
+        assert found.notes == ()
+
+
+def test_one_of_the_earlier_error_of_speeds_is_not_done_again(
+    models: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "avahazard.workflow.models.load_parameter_draws",
+        lambda *_given: {"speed_sigma": np.ones((2, 60))},
+    )
+    with pytest.raises(AvahazardError, match="speed_sigma") as told:
+        rerun(models, "base")
+    assert "Calibrate a new model" in str(told.value.hint)
+
+
+@pytest.mark.slow
+def test_another_seed_is_told(models: str) -> None:
+    engine = create_engine(f"sqlite:///{models}")
+    with engine.begin() as connection:
+        connection.execute(
+            text(
+                "UPDATE calibrations SET result = json_set(result, '$.seed', 6) "
+                "WHERE model = 'base'"
+            )
+        )
+    engine.dispose()
+    found = rerun(models, "base")
+    assert not found.identical
+    assert {"alpha", "beta", "sigma"} <= set(found.differences)
+    assert found.differences["alpha"].largest > 0.0
+    run: Callable[..., Result] = command_line(models)
+    assert "not identical" in run("rerun", "base").stdout
+
+
+@pytest.mark.slow
+def test_changed_records_are_refused(models: str, tmp_path: Path) -> None:
+    file = tmp_path / "events.csv"
+    file.write_text("event_id,fall_height_m,runout_length_m\nnew,500,900\n", encoding="utf-8")
+    import_files(models, [file])
+    assert show_provenance(models, "base").records_changed
+    with pytest.raises(AvahazardError, match="have changed"):
+        rerun(models, "base")
+
+
+def test_provenance(models: str) -> None:
+    run = command_line(models)
+    found = json.loads(run("--json", "model", "child", "--provenance").stdout)
+    assert (found["parent"], found["seed"], found["draws"]) == ("base", 5, 60)
+    assert found["specification"]["law"] == "power"
+    assert found["made_with"] == found["now"]
+    assert found["now"]["versions"].keys() >= {"avahazard", "numpy", "scipy", "numba"}
+    assert len(found["now"]["lock_sha256"]) == 64
+    shown = run("model", "child", "--provenance").stdout
+    assert "Provenance of child" in shown
+    assert max(map(len, shown.splitlines())) <= 80
+    assert "identical" in run("rerun", "paper").stdout

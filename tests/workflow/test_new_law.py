@@ -11,7 +11,7 @@ import pytest
 from avahazard.inference.model.laws import LAWS
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.fit import fit_laws
+from avahazard.workflow.friction import fit_laws
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored.model import load_stored

@@ -19,8 +19,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.report import write_report
-from avahazard.workflow.report_content import gather
+from avahazard.workflow.report import gather, write_report
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ReportRequest
 from avahazard.workflow.runout import run_model
 from tests.criticism.lengths import as_csv, lengths

@@ -12,8 +12,7 @@ from avahazard.results.made import ProjectRun
 from avahazard.store.models import list_models
 from avahazard.store.session import reading
 from avahazard.workflow import run as project
-from avahazard.workflow.project_file import read_project
-from avahazard.workflow.run import ProjectState, _import, run_project
+from avahazard.workflow.run import ProjectState, _import, read_project, run_project
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
 
@@ -222,7 +221,7 @@ def test_no_file(tmp_path: Path) -> None:
 
 
 def test_the_page_tells_every_key() -> None:
-    from avahazard.workflow.project_file import Project  # noqa: PLC0415
+    from avahazard.workflow.run import Project  # noqa: PLC0415
 
     page = (Path(__file__).parents[2] / "docs" / "project.md").read_text(encoding="utf-8")
     for name, field in Project.model_fields.items():

@@ -14,7 +14,7 @@ from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.fit import fit_laws
+from avahazard.workflow.friction import fit_laws
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from tests.criticism.lengths import lengths
 

@@ -14,12 +14,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import expit
 
+from avahazard.arrays import Floats
 from avahazard.records.errors import AvahazardError
 
-Array = NDArray[np.float64]
+Covariate = Callable[[Floats], Floats]
+Curve = Callable[[Floats, Floats], Floats]
 
 N_SCALE = 1e-6  # 1/m3; n of the exponential law is of this order on paths of 1e4 to 1e6 m3
 C_SCALE = 1e5  # m3; the volume where a rational law bends
@@ -33,83 +34,82 @@ LEAST_SIZE = 1e-100
 """Numbers below are no covariate: a slope over them would overflow."""
 
 
-def bounded(log_mu: Array) -> Array:
+def bounded(log_mu: Floats) -> Floats:
     """Log μ within ± `MOST_LOG`."""
     return np.asarray(np.clip(log_mu, -MOST_LOG, MOST_LOG), np.float64)
 
 
-def bounded_exp(u: Array) -> Array:
+def bounded_exp(u: Floats) -> Floats:
     """exp u, of coordinates that an optimiser may throw far off."""
     return np.asarray(np.exp(np.clip(u, -MOST_LOG, MOST_LOG)), np.float64)
 
 
-def exponential(u: Array, volume: Array) -> Array:
-    """log a - n V."""
-    with np.errstate(over="ignore"):  # bounded then
-        return bounded(u[..., 0:1] - u[..., 1:2] * in_millions(volume))
+def line_law(covariate: Covariate) -> Curve:
+    """u0 - u1 x of a law that is a line in its covariate x."""
+
+    def log_friction(u: Floats, volume: Floats) -> Floats:
+        with np.errstate(over="ignore"):  # bounded then
+            return bounded(u[..., 0:1] - u[..., 1:2] * covariate(volume))
+
+    return log_friction
 
 
-def power(u: Array, volume: Array) -> Array:
-    """log α - β log V."""
-    return bounded(u[..., 0:1] - u[..., 1:2] * np.log(volume))
-
-
-def rational(u: Array, volume: Array) -> Array:
+def rational(u: Floats, volume: Floats) -> Floats:
     """log a/b - log(1 + (V/c)^n / b), with b = 1 in coordinates."""
     bend = bounded_exp(u[..., 2:3]) * (log_in_c(volume) - u[..., 1:2])
     return bounded(u[..., 0:1] - np.logaddexp(0.0, bend))
 
 
-def asymptotic(u: Array, volume: Array) -> Array:
+def asymptotic(u: Floats, volume: Floats) -> Floats:
     """log a + log(e^(-nV) + (1 - e^(-nV)) μ∞/a): a sum of what is positive, so no digits go."""
     reach = bounded_exp(u[..., 2:3] + np.log(volume) + np.log(N_SCALE))
     share = np.exp(-reach) - bounded_exp(u[..., 1:2]) * np.expm1(-reach)
     return bounded(u[..., 0:1] + np.log(share))
 
 
-def constant(u: Array, volume: Array) -> Array:
+def constant(u: Floats, volume: Floats) -> Floats:
     """log a."""
     return bounded(u[..., 0:1] + np.zeros_like(volume))
 
 
-def columns(*parameters: Array) -> Array:
+def columns(*parameters: Floats) -> Floats:
     """Parameters `[...]` each, side by side `[..., n_parameters]`."""
-    result: Array = np.stack(np.broadcast_arrays(*parameters), axis=-1)
+    result: Floats = np.stack(np.broadcast_arrays(*parameters), axis=-1)
     return result
 
 
-def rational_to_natural(u: Array) -> Array:
+def rational_to_natural(u: Floats) -> Floats:
     """a, b = 1, c (m3), n."""
     a, c, n = bounded_exp(u[..., 0]), C_SCALE * bounded_exp(u[..., 1]), bounded_exp(u[..., 2])
     return columns(a, np.ones_like(a), c, n)
 
 
-def rational_from_natural(p: Array) -> Array:
+def rational_from_natural(p: Floats) -> Floats:
     """Of any b."""
     a, b, c, n = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
     return columns(np.log(a / b), np.log(c / C_SCALE) + np.log(b) / n, np.log(n))
 
 
-def rational_begin(volume: Array, log_mu: Array) -> Array:
+def rational_begin(volume: Floats, log_mu: Floats) -> Floats:
     """At the middle volume, then where the power law's slope is half of n."""
     slope = max(line(np.log(volume), log_mu)[1] * -1.0, 0.05)
     level = float(np.median(log_in_c(volume)))
     return np.array([log_mu.mean() + np.log(2.0), level, np.log(2 * slope)])
 
 
-def asymptotic_to_natural(u: Array) -> Array:
+def asymptotic_to_natural(u: Floats) -> Floats:
     """a, μ∞, n (1/m3)."""
     a, n = bounded_exp(u[..., 0]), N_SCALE * bounded_exp(u[..., 2])
     return columns(a, a * bounded_exp(u[..., 1]), n)
 
 
-def asymptotic_from_natural(p: Array) -> Array:
+def asymptotic_from_natural(p: Floats) -> Floats:
     """Of a, μ∞, n."""
     a, least, n = p[..., 0], p[..., 1], p[..., 2]
     return columns(np.log(a), np.log(least) - np.log(a), np.log(n / N_SCALE))
 
 
-def asymptotic_begin(volume: Array, log_mu: Array) -> Array:
+def asymptotic_begin(volume: Floats, log_mu: Floats) -> Floats:
     """The best line in e^(-nV), over a few n about the reciprocal of the middle volume."""
     middle = float(np.exp(np.median(np.log(volume))))
     best, found = np.inf, np.array([log_mu.mean(), 0.0, 0.0])
@@ -123,27 +123,27 @@ def asymptotic_begin(volume: Array, log_mu: Array) -> Array:
     return found
 
 
-def line_begin(covariate: Callable[[Array], Array]) -> Callable[[Array, Array], Array]:
+def line_begin(covariate: Covariate) -> Curve:
     """Least squares of a law that is a line in its covariate."""
 
-    def begin(volume: Array, log_mu: Array) -> Array:
+    def begin(volume: Floats, log_mu: Floats) -> Floats:
         intercept, slope = line(covariate(volume), log_mu)
         return np.array([intercept, -slope])
 
     return begin
 
 
-def in_millions(volume: Array) -> Array:
+def in_millions(volume: Floats) -> Floats:
     """V in 1e6 m3."""
     return np.asarray(volume * N_SCALE, np.float64)
 
 
-def log_in_c(volume: Array) -> Array:
+def log_in_c(volume: Floats) -> Floats:
     """log V in 1e5 m3."""
     return np.asarray(np.log(volume) - np.log(C_SCALE), np.float64)
 
 
-def line(x: Array, y: Array) -> tuple[float, float]:
+def line(x: Floats, y: Floats) -> tuple[float, float]:
     """Intercept and slope; x is taken in its own size, so that no square overflows."""
     size = float(np.max(np.abs(x)))
     if size < LEAST_SIZE:
@@ -156,20 +156,18 @@ def line(x: Array, y: Array) -> tuple[float, float]:
     return float(y.mean() - slope * x.mean()), slope / size
 
 
-def exponential_slopes(u: Array, volume: Array) -> Array:
-    """Of log a - n V."""
-    x = in_millions(volume)
-    with np.errstate(over="ignore"):  # beyond the bounds then
-        return _inside(u[0] - u[1] * x, np.ones_like(x), -x)
+def line_slopes(covariate: Covariate) -> Curve:
+    """Slopes of such a law."""
+
+    def slopes(u: Floats, volume: Floats) -> Floats:
+        x = covariate(volume)
+        with np.errstate(over="ignore"):  # beyond the bounds then
+            return _inside(u[0] - u[1] * x, np.ones_like(x), -x)
+
+    return slopes
 
 
-def power_slopes(u: Array, volume: Array) -> Array:
-    """Of log α - β log V."""
-    x = np.log(volume)
-    return _inside(u[0] - u[1] * x, np.ones_like(x), -x)
-
-
-def rational_slopes(u: Array, volume: Array) -> Array:
+def rational_slopes(u: Floats, volume: Floats) -> Floats:
     """Of log a - log(1 + (V/c)^n)."""
     n = float(bounded_exp(u[2]))
     bend = n * (log_in_c(volume) - u[1])
@@ -178,7 +176,7 @@ def rational_slopes(u: Array, volume: Array) -> Array:
     return _inside(log_mu, np.ones_like(bend), n * share, -bend * share)
 
 
-def asymptotic_slopes(u: Array, volume: Array) -> Array:
+def asymptotic_slopes(u: Floats, volume: Floats) -> Floats:
     """Of log a + log(e^(-nV) + (1 - e^(-nV)) μ∞/a)."""
     reach = bounded_exp(u[2] + np.log(volume) + np.log(N_SCALE))
     limit, still = float(bounded_exp(u[1])), np.exp(-reach)
@@ -188,12 +186,12 @@ def asymptotic_slopes(u: Array, volume: Array) -> Array:
     return _inside(u[0] + np.log(share), np.ones_like(reach), fallen / share, by_reach)
 
 
-def constant_slopes(u: Array, volume: Array) -> Array:
+def constant_slopes(u: Floats, volume: Floats) -> Floats:
     """Of log a."""
     return _inside(u[0] + np.zeros_like(volume), np.ones_like(volume))
 
 
-def _inside(log_mu: Array, *slopes: Array) -> Array:
+def _inside(log_mu: Floats, *slopes: Floats) -> Floats:
     return np.where(np.abs(log_mu) < MOST_LOG, np.stack(slopes), 0.0)
 
 
@@ -218,27 +216,27 @@ class Law:
     names: tuple[str, ...]
     units: tuple[str, ...]
     coordinates: tuple[str, ...]
-    prior_mean: Array
-    prior_sd: Array
-    log_friction: Callable[[Array, Array], Array]
-    slopes: Callable[[Array, Array], Array]
-    to_natural: Callable[[Array], Array]
-    from_natural: Callable[[Array], Array]
-    begin: Callable[[Array, Array], Array]
+    prior_mean: Floats
+    prior_sd: Floats
+    log_friction: Curve
+    slopes: Curve
+    to_natural: Callable[[Floats], Floats]
+    from_natural: Callable[[Floats], Floats]
+    begin: Curve
     form: Literal["line", "bend"] | None = None
-    covariate: Callable[[Array], Array] = np.zeros_like
+    covariate: Covariate = np.zeros_like
     uses_volume: bool = True
 
-    def friction(self, natural: Array, volume: Array) -> Array:
+    def friction(self, natural: Floats, volume: Floats) -> Floats:
         """μ [..., n_events] of natural parameters [..., n_parameters]."""
-        result: Array = np.exp(self.log_friction(self.from_natural(natural), volume))
+        result: Floats = np.exp(self.log_friction(self.from_natural(natural), volume))
         return result
 
     def __reduce__(self) -> tuple[Callable[[str], Law], tuple[str]]:
         """Other processes find the law by its name."""
         return law, (self.name,)
 
-    def start(self, volume: Array, mu: Array) -> Array:
+    def start(self, volume: Floats, mu: Floats) -> Floats:
         """Coordinates [n_coordinates] near the least-squares fit of log μ, to start from."""
         volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
         keep = np.isfinite(mu) & (mu > 0) & np.isfinite(volume) & (volume > 0)
@@ -275,8 +273,8 @@ LAWS: dict[str, Law] = {
             coordinates=("log a", "n in 1e-6/m3"),
             prior_mean=np.array([np.log(0.5), 0.0]),
             prior_sd=np.array([0.5, 10.0]),
-            log_friction=exponential,
-            slopes=exponential_slopes,
+            log_friction=line_law(in_millions),
+            slopes=line_slopes(in_millions),
             to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1] * N_SCALE),
             from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1] / N_SCALE),
             begin=line_begin(in_millions),
@@ -292,8 +290,8 @@ LAWS: dict[str, Law] = {
             coordinates=("log alpha", "beta"),
             prior_mean=np.array([0.0, 0.0]),
             prior_sd=np.array([1.0, 0.2]),
-            log_friction=power,
-            slopes=power_slopes,
+            log_friction=line_law(np.log),
+            slopes=line_slopes(np.log),
             to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1]),
             from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1]),
             begin=line_begin(np.log),

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns, build_columns
@@ -24,9 +23,7 @@ from avahazard.records.event import Event, Speed
 from avahazard.records.path import Profile
 
 
-def height_over_length(
-    events: Sequence[Event], sites: tuple[Site, ...], release: NDArray[np.int64]
-) -> Floats:
+def height_over_length(events: Sequence[Event], sites: tuple[Site, ...], release: Ints) -> Floats:
     """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown."""
     ratio = np.full(len(events), np.nan)
     of_path: dict[str, list[int]] = {}
@@ -117,7 +114,7 @@ def speed_records(
     index: dict[str, int],
     events: Sequence[Event],
     sites: dict[str, Site],
-    release: NDArray[np.int64],
+    release: Ints,
 ) -> tuple[SpeedRecord, ...]:
     """Speeds by event, in the order of the events; elevations become the first place there."""
     of_event: dict[int, list[Speed]] = {}
@@ -172,12 +169,12 @@ class Observations:
 
     sites: tuple[Site, ...]
     columns: EventColumns
-    kind: NDArray[np.int64]
+    kind: Ints
     observed: Floats
     sigma: Floats
     release_sigma: Floats
     leaving_sigma: Floats
-    release: NDArray[np.int64]
+    release: Ints
     fall_height: Floats
     limit: Floats
     volumes: VolumeNodes
@@ -224,7 +221,8 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     for name, mine in of_path.items():
         profile, smooth = profiles[name], known[name]
         own = paths[name].release_elevation_m
-        start = {i: _release_elevation(events[i], own) for i in mine}
+        stated = {i: events[i].release_elevation_m for i in mine}
+        start = {i: own if z is None else z for i, z in stated.items()}
         different = list(dict.fromkeys(start.values()))
         place = dict(zip(different, release_places(smooth, different), strict=True))
         keeps = len(sites) < KEPT_SITES
@@ -264,7 +262,7 @@ def _arranged(
     records: Records,
     prior: Observations | None,
     sites: tuple[Site, ...],
-    release: NDArray[np.int64],
+    release: Ints,
     elevation: Floats,
 ) -> Observations:
     """Observations of the records' events, which start at `release` of their sites, if any."""
@@ -331,10 +329,6 @@ def _with_points_of(profile: Profile, smooth: SmoothProfile) -> SmoothProfile:
 
 def _ground(_shared: None, profile: Profile) -> SmoothProfile:
     return smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-
-
-def _release_elevation(event: Event, default: float | None) -> float | None:
-    return default if event.release_elevation_m is None else event.release_elevation_m
 
 
 def _observation(event: Event) -> tuple[int, float]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import avahazard
 from avahazard.arrays import Floats
 from avahazard.effects.columns import NO_EVENTS, build_columns
 from avahazard.effects.effect import Definition
@@ -31,17 +35,26 @@ from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths, unknown_path
 from avahazard.records.plain import plain
 from avahazard.results.calibration import Calibration
+from avahazard.results.models import Surroundings
 from avahazard.store.models import StoredModel, load_model, save_model
 from avahazard.store.records import load_records, load_without_profiles
 from avahazard.store.results import latest_calibration, load_draws, save_calibration
 from avahazard.store.session import Session, reading
-from avahazard.workflow.provenance import surroundings
-from avahazard.workflow.stored.survey import Survey, any_events, fingerprint_of, survey
+from avahazard.workflow.stored.by_path import Survey, any_events, fingerprint_of, survey
 
 COORDINATE, OFFSET = "coordinate:", "offset:"
 """How the draws of coordinates and path offsets are told from readable ones in the store."""
 POINTS_ON_DRAWS = 8
 """Points of an arm about the draws of a model that was stored without any."""
+PACKAGES = ("numpy", "scipy", "numba", "plotly")
+LOCK = Path(avahazard.__file__).parents[1] / "requirements.lock"
+
+
+def surroundings() -> Surroundings:
+    """Versions and lock file of the running program."""
+    versions = {"avahazard": avahazard.__version__} | {name: version(name) for name in PACKAGES}
+    lock = hashlib.sha256(LOCK.read_bytes()).hexdigest() if LOCK.is_file() else None
+    return Surroundings(versions, lock)
 
 
 def save_calibrated(

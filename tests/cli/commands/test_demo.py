@@ -18,7 +18,7 @@ from avahazard.cli.project import _show_demo, show_loop
 from avahazard.results.base import Rows
 from avahazard.results.made import Demo
 from avahazard.store.upkeep import status
-from avahazard.workflow import demo, demo_loop
+from avahazard.workflow import demo
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest
@@ -39,11 +39,9 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
     with pytest.MonkeyPatch.context() as patch, few_draws():
         patch.chdir(folder)
         patch.setattr(demo, "hazard", hazard_with_fewer_draws)
-        patch.setattr(demo_loop, "hazard", hazard_with_fewer_draws)
-        patch.setattr(demo_loop, "N_EVENTS", 60)
-        patch.setattr(demo_loop, "N_PATHS", 3)
+        patch.setattr(demo, "N_EVENTS", 60)
+        patch.setattr(demo, "N_PATHS", 3)
         patch.setattr(demo, "calibrate", with_fewer_draws)
-        patch.setattr(demo_loop, "calibrate", with_fewer_draws)
         done = CliRunner().invoke(app, ["--json", "demo"])
     assert done.exit_code == 0, done.output
     return folder, json.loads(done.stdout), done.stderr

@@ -8,7 +8,7 @@ import pytest
 
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
-from avahazard.workflow.report_content import gather
+from avahazard.workflow.report import gather
 from avahazard.workflow.requests import ReportRequest
 from tests.few_draws import few_draws
 from tests.once import made_once

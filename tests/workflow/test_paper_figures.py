@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.workflow.paper_models import standardised_residuals
-from tests.workflow.test_model_friction import SIGMA, world
+from avahazard.workflow.paper_figures import standardised_residuals
+from tests.workflow.test_friction import SIGMA, world
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.15])

@@ -1,21 +1,35 @@
-"""The prior that other records give a law: a stored model, or least squares on other paths."""
+"""The priors that are given as numbers to a model: what they may be of, and their sizes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.inference.likelihood.predicted import predict_records
-from avahazard.inference.model.laws import law
-from avahazard.inference.model.observations import build_observations
-from avahazard.inference.model.priors import GIVEN, LawPrior, law_prior, prior_of_fit
+from avahazard.inference.model.laws import Law, law
+from avahazard.inference.model.layout import Layout, build_layout
+from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.priors import (
+    GIVEN,
+    GivenPrior,
+    LawPrior,
+    free_parameters,
+    given_law_prior,
+    in_coordinate,
+    law_prior,
+    positive_parameters,
+    prior_of_fit,
+    require_possible,
+    require_width,
+)
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.least_squares import fit_law, usable
 from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
@@ -23,17 +37,94 @@ from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.stored.model import load_stored, require_unchanged
 
+Numbers = Mapping[str, Sequence[float]]
+"""Mean and standard deviation by parameter."""
+
+
+def with_given_priors(
+    specification: Specification,
+    numbers: Numbers,
+    effects: Sequence[Effect],
+    observations: Observations,
+) -> Specification:
+    """The specification with these priors, of parameters as `model NAME` lists them.
+
+    Raises:
+        AvahazardError: the model has no such parameter, it cannot have such a prior, or the law
+            has its prior from other records.
+    """
+    speeds = bool(observations.speeds)
+    layout = build_layout(specification, tuple(effects), {}, speeds=speeds)
+    others = layout.beside_the_law()
+    in_log = {*layout.logs, *layout.spreads.values()}
+    positive = {*positive_parameters(layout.law), *(n for n, k in others.items() if k in in_log)}
+    known = (*free_parameters(layout.law), *others)
+    given: tuple[GivenPrior, ...] = ()
+    for name, pair in numbers.items():
+        if len(pair) != 2:
+            raise AvahazardError(
+                f"The prior of {name} has {len(pair)} of two numbers.",
+                "It is two: a mean and a standard deviation.",
+            )
+        told = GivenPrior(name, float(pair[0]), float(pair[1]))
+        given += (told,)
+        if told.name not in known:
+            raise AvahazardError(
+                f"There is no prior of '{told.name}' in this model ({specification.law} law).",
+                f"It may be of {', '.join(sorted(known))}.",
+            )
+        require_possible(told, told.name in positive)
+        if told.name in others:
+            k = others[told.name]
+            _require_in_range(told, layout, k)
+            require_width(told.name, in_coordinate(layout, k, told)[1], layout.slots[k].sd)
+    prior = given_law_prior(layout.law, given)
+    if prior is not None and specification.prior is not None:
+        raise AvahazardError(
+            f"The law has its prior from {specification.prior.source}: it cannot have another one "
+            f"of {prior.source.partition(':')[2]}.",
+            "Give --prior-from, or --prior for the parameters of the law.",
+        )
+    if prior is not None:
+        _require_friction(prior, law(specification.law), observations, given)
+    return replace(specification, prior=prior or specification.prior, given=given)
+
+
+def _require_in_range(told: GivenPrior, layout: Layout, k: int) -> None:
+    slot = layout.slots[k]
+    low, high = slot.low * slot.scale, slot.high * slot.scale
+    if k in layout.logs:
+        low, high = float(np.exp(slot.low)), float(np.exp(slot.high))
+    if not low <= told.mean <= high:
+        raise AvahazardError(
+            f"The prior {told.name}={told.mean:g},{told.sd:g} is out of range.",
+            f"The mean of {told.name} may be {low:g} to {high:g}.",
+        )
+
+
+def _require_friction(
+    prior: LawPrior, of: Law, observations: Observations, given: Sequence[GivenPrior]
+) -> None:
+    """Refuse what gives the middle volume no friction that a block can have: a slip of units."""
+    volume = float(np.exp(np.median(observations.volumes.mean))) if of.uses_volume else 1.0
+    mu = float(np.exp(of.log_friction(np.array(prior.mean), np.array([volume]))[0]))
+    if not MU[0] <= mu <= MU[-1]:
+        units = dict(zip(of.names, of.units, strict=True))
+        told = ", ".join(
+            f"{g.name}={g.mean:g} {units[g.name]}".rstrip() for g in given if g.name in units
+        )
+        at = f" at the middle volume of {volume:.3g} m3" if of.uses_volume else ""
+        raise AvahazardError(
+            f"The prior ({told}) gives friction {mu:.2g}{at}.",
+            f"Friction is {MU[0]:g} to {MU[-1]:g}; n of the exponential law is some 1e-6 1/m3."
+            if "n" in units
+            else f"Friction is {MU[0]:g} to {MU[-1]:g}.",
+        )
+
+
 FIT = "fit:"
 SHOWN = 4
 """Event names that a message lists."""
-
-
-@dataclass(frozen=True, slots=True)
-class PriorFrom:
-    """The prior, and the events that speak through it."""
-
-    prior: LawPrior
-    events: frozenset[str]
 
 
 def find_prior(
@@ -53,17 +144,9 @@ def find_prior(
         AvahazardError: there is no such model or path, records are in both, or friction means
             something else in it (another law, distribution, or effects on the motion).
     """
-    found = (
-        _of_fit(database, source, specification, effects)
-        if source.startswith(FIT)
-        else _of_model(database, source, specification, effects)
-    )
-    _refuse_the_same(found, source, records)
-    return found.prior
-
-
-def _refuse_the_same(found: PriorFrom, source: str, records: Records) -> None:
-    both = [e.event_id for e in records.events if e.event_id in found.events]
+    find = _of_fit if source.startswith(FIT) else _of_model
+    prior, speak = find(database, source, specification, effects)
+    both = [e.event_id for e in records.events if e.event_id in speak]
     if both:
         more = f" and {len(both) - SHOWN} more" if len(both) > SHOWN else ""
         raise AvahazardError(
@@ -71,11 +154,13 @@ def _refuse_the_same(found: PriorFrom, source: str, records: Records) -> None:
             f"({', '.join(both[:SHOWN])}{more}): they would count twice.",
             "Calibrate on other paths (--path PATH), or take a source without these events.",
         )
+    return prior
 
 
 def _of_model(
     database: str, name: str, specification: Specification, effects: Sequence[Effect]
-) -> PriorFrom:
+) -> tuple[LawPrior, set[str]]:
+    """The prior by a stored model, and the events that speak through it."""
     stored, records = load_stored(database, name)
     require_unchanged(stored)
     theirs = stored.specification
@@ -97,7 +182,7 @@ def _of_model(
             )
     mean, covariance = _moments(stored, {e.key for e in effects})
     prior = law_prior(name, law(specification.law), mean, covariance)
-    return PriorFrom(prior, frozenset(_events_behind(database, stored, records)))
+    return prior, _events_behind(database, stored, records)
 
 
 def _moments(model: FittedModel, keys: set[str]) -> tuple[np.ndarray, np.ndarray]:
@@ -116,9 +201,7 @@ def _events_behind(database: str, stored: FittedModel, records: Records) -> set[
     """The events of a model's calibration, and those behind its own prior."""
     events = set(stored.columns.event_id)
     prior = stored.specification.prior
-    if prior is None:
-        return events
-    if prior.source.startswith(GIVEN):
+    if prior is None or prior.source.startswith(GIVEN):
         return events
     if prior.source.startswith(FIT):
         return events | {e.event_id for e in _paths_of(records, prior.source).events}
@@ -127,7 +210,8 @@ def _events_behind(database: str, stored: FittedModel, records: Records) -> set[
 
 def _of_fit(
     database: str, source: str, specification: Specification, effects: Sequence[Effect]
-) -> PriorFrom:
+) -> tuple[LawPrior, set[str]]:
+    """The prior by least squares, and the events that were fitted."""
     if _on_the_motion(effects):
         raise AvahazardError(
             f"A fit knows no {_told(_on_the_motion(effects))}: its friction is not that of this "
@@ -142,7 +226,7 @@ def _of_fit(
     volume, mu = usable(np.exp(observations.columns.log_volume), mu)
     fit = fit_law(law(specification.law), volume, mu)
     prior = prior_of_fit(source, fit.law, fit.parameters, fit.covariance, len(mu))
-    return PriorFrom(prior, frozenset(event.event_id for event in records.events))
+    return prior, {event.event_id for event in records.events}
 
 
 def _paths_of(records: Records, source: str) -> Records:
