@@ -25,7 +25,7 @@ from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.inference.sampling import calibrate_model
 from avahazard.inference.seeds import generator
 from benchmarks.study import DOCS, HERE, Line, run_missing, table, write_parts
 from benchmarks.true_worlds import (

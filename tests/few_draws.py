@@ -17,7 +17,7 @@ FEW: dict[str, object] = {
     "avahazard.criticism.scoring.loo.MAX_DRAWS": 200,
     "avahazard.criticism.scoring.held_out.RECORD_DRAWS": 60,
     "avahazard.criticism.scoring.held_out.DENSITY_DRAWS": 60,
-    "avahazard.inference.prediction.stops.MAX_TABLES": 4,
+    "avahazard.inference.prediction.MAX_TABLES": 4,
     "avahazard.hazard.path_hazard.MAX_TABLES": 8,
 }
 

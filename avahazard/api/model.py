@@ -62,7 +62,7 @@ class Model:
         >>> base.draws["sigma"].shape
         (2, 150)
         """
-        from avahazard.workflow.stored.model import load_parameter_draws  # noqa: PLC0415
+        from avahazard.workflow.stored import load_parameter_draws  # noqa: PLC0415
 
         return load_parameter_draws(self.database, self.name)
 

@@ -14,7 +14,7 @@ import numpy as np
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns
 from avahazard.effects.site import Site, build_site, release_places
-from avahazard.inference.model.release_error import stated_release_sigma
+from avahazard.inference.model.observations import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records

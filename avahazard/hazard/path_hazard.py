@@ -27,9 +27,9 @@ from avahazard.hazard.avalanches import (
 from avahazard.hazard.exceedance import with_unseen
 from avahazard.hazard.frequency import N_DRAWS
 from avahazard.hazard.future_events import FutureEvents, future_events, path_release_zone
+from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.likelihood.predicted import Values, front_ahead, fronts
 from avahazard.inference.model.friction_model import FrictionModel
-from avahazard.inference.prediction.fitted_model import FittedModel, table_groups
 from avahazard.inference.seeds import generator
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import RunoutCurve

@@ -11,13 +11,13 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import with_explained
 from avahazard.criticism.scoring.held_out import error_fall
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.fitting.mode import FIRST_SPREAD
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.calibrate import N_CHAINS, calibrate_model
+from avahazard.inference.sampling import N_CHAINS, calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.records.plain import plain
@@ -30,8 +30,8 @@ from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import comparison, standing, stored_comparison
 from avahazard.workflow.effects import effects_of, read_own_of, stored_text
-from avahazard.workflow.stored.calibration import calibration_result
-from avahazard.workflow.stored.model import (
+from avahazard.workflow.stored import (
+    calibration_result,
     load_stored,
     require_unchanged,
     save_calibrated,

@@ -1,20 +1,43 @@
-"""Calibration of a model on the stored records, and its storage."""
+"""Calibration of a model on the stored records, its priors, and its storage."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from avahazard.effects.catalogue import catalogue, definition, require
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, Effect, MotionEffect, of_kind
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.laws import Law, law
+from avahazard.inference.model.layout import Layout, build_layout
+from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.priors import (
+    GIVEN,
+    GivenPrior,
+    LawPrior,
+    free_parameters,
+    given_law_prior,
+    in_coordinate,
+    law_prior,
+    positive_parameters,
+    prior_of_fit,
+    require_possible,
+    require_width,
+)
 from avahazard.inference.model.specification import (
     Specification,
 )
+from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.calibration import check_method
-from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.inference.paper.least_squares import fit_law, usable
+from avahazard.inference.sampling import calibrate_model
+from avahazard.physics.runout_curve import MU
+from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, silent
@@ -22,10 +45,13 @@ from avahazard.results.calibration import Calibration
 from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
-from avahazard.workflow.priors import find_prior, with_given_priors
 from avahazard.workflow.requests import CalibrateRequest
-from avahazard.workflow.stored.calibration import calibration_result
-from avahazard.workflow.stored.model import save_calibrated
+from avahazard.workflow.stored import (
+    calibration_result,
+    load_stored,
+    require_unchanged,
+    save_calibrated,
+)
 
 
 def calibrate(
@@ -105,3 +131,216 @@ def _kept_effects(with_: Sequence[str], left_out: Sequence[Definition]) -> list[
             )
     away = {entry.key for entry in left_out}
     return [key for key in dict.fromkeys(with_) if key not in away]
+
+
+Numbers = Mapping[str, Sequence[float]]
+"""Mean and standard deviation by parameter."""
+
+
+def with_given_priors(
+    specification: Specification,
+    numbers: Numbers,
+    effects: Sequence[Effect],
+    observations: Observations,
+) -> Specification:
+    """The specification with these priors, of parameters as `model NAME` lists them.
+
+    Raises:
+        AvahazardError: the model has no such parameter, it cannot have such a prior, or the law
+            has its prior from other records.
+    """
+    speeds = bool(observations.speeds)
+    layout = build_layout(specification, tuple(effects), {}, speeds=speeds)
+    others = layout.beside_the_law()
+    in_log = {*layout.logs, *layout.spreads.values()}
+    positive = {*positive_parameters(layout.law), *(n for n, k in others.items() if k in in_log)}
+    known = (*free_parameters(layout.law), *others)
+    given: tuple[GivenPrior, ...] = ()
+    for name, pair in numbers.items():
+        if len(pair) != 2:
+            raise AvahazardError(
+                f"The prior of {name} has {len(pair)} of two numbers.",
+                "It is two: a mean and a standard deviation.",
+            )
+        told = GivenPrior(name, float(pair[0]), float(pair[1]))
+        given += (told,)
+        if told.name not in known:
+            raise AvahazardError(
+                f"There is no prior of '{told.name}' in this model ({specification.law} law).",
+                f"It may be of {', '.join(sorted(known))}.",
+            )
+        require_possible(told, told.name in positive)
+        if told.name in others:
+            k = others[told.name]
+            _require_in_range(told, layout, k)
+            require_width(told.name, in_coordinate(layout, k, told)[1], layout.slots[k].sd)
+    prior = given_law_prior(layout.law, given)
+    if prior is not None and specification.prior is not None:
+        raise AvahazardError(
+            f"The law has its prior from {specification.prior.source}: it cannot have another one "
+            f"of {prior.source.partition(':')[2]}.",
+            "Give --prior-from, or --prior for the parameters of the law.",
+        )
+    if prior is not None:
+        _require_friction(prior, law(specification.law), observations, given)
+    return replace(specification, prior=prior or specification.prior, given=given)
+
+
+def _require_in_range(told: GivenPrior, layout: Layout, k: int) -> None:
+    slot = layout.slots[k]
+    low, high = slot.low * slot.scale, slot.high * slot.scale
+    if k in layout.logs:
+        low, high = float(np.exp(slot.low)), float(np.exp(slot.high))
+    if not low <= told.mean <= high:
+        raise AvahazardError(
+            f"The prior {told.name}={told.mean:g},{told.sd:g} is out of range.",
+            f"The mean of {told.name} may be {low:g} to {high:g}.",
+        )
+
+
+def _require_friction(
+    prior: LawPrior, of: Law, observations: Observations, given: Sequence[GivenPrior]
+) -> None:
+    """Refuse what gives the middle volume no friction that a block can have: a slip of units."""
+    volume = float(np.exp(np.median(observations.volumes.mean))) if of.uses_volume else 1.0
+    mu = float(np.exp(of.log_friction(np.array(prior.mean), np.array([volume]))[0]))
+    if not MU[0] <= mu <= MU[-1]:
+        units = dict(zip(of.names, of.units, strict=True))
+        told = ", ".join(
+            f"{g.name}={g.mean:g} {units[g.name]}".rstrip() for g in given if g.name in units
+        )
+        at = f" at the middle volume of {volume:.3g} m3" if of.uses_volume else ""
+        raise AvahazardError(
+            f"The prior ({told}) gives friction {mu:.2g}{at}.",
+            f"Friction is {MU[0]:g} to {MU[-1]:g}; n of the exponential law is some 1e-6 1/m3."
+            if "n" in units
+            else f"Friction is {MU[0]:g} to {MU[-1]:g}.",
+        )
+
+
+FIT = "fit:"
+SHOWN = 4
+"""Event names that a message lists."""
+
+
+def find_prior(
+    database: str,
+    source: str,
+    specification: Specification,
+    effects: Sequence[Effect],
+    records: Records,
+) -> LawPrior:
+    """The prior that `source` gives the law of a model of `specification` on `records`.
+
+    `source` is a stored model, or `fit:PATH[,PATH]…`: least squares on the apparent friction of the
+    events of these paths. Paths differ by a source that knows it: where the model does not know it,
+    its one path may be any, and the spread between paths is added to the prior of the level.
+
+    Raises:
+        AvahazardError: there is no such model or path, records are in both, or friction means
+            something else in it (another law, distribution, or effects on the motion).
+    """
+    find = _of_fit if source.startswith(FIT) else _of_model
+    prior, speak = find(database, source, specification, effects)
+    both = [e.event_id for e in records.events if e.event_id in speak]
+    if both:
+        more = f" and {len(both) - SHOWN} more" if len(both) > SHOWN else ""
+        raise AvahazardError(
+            f"{len(both)} of {len(records.events)} events already speak through {source} "
+            f"({', '.join(both[:SHOWN])}{more}): they would count twice.",
+            "Calibrate on other paths (--path PATH), or take a source without these events.",
+        )
+    return prior
+
+
+def _of_model(
+    database: str, name: str, specification: Specification, effects: Sequence[Effect]
+) -> tuple[LawPrior, set[str]]:
+    """The prior by a stored model, and the events that speak through it."""
+    stored, records = load_stored(database, name)
+    require_unchanged(stored)
+    theirs = stored.specification
+    asked = {
+        "law": (theirs.law, specification.law),
+        "distribution": (theirs.distribution, specification.distribution),
+        "curvature": (theirs.centrifugal, specification.centrifugal),
+        "set of effects on the motion": (
+            _on_the_motion(stored.effects),
+            _on_the_motion(effects),
+        ),
+    }
+    for what, (one, other) in asked.items():
+        if one != other:
+            raise AvahazardError(
+                f"{name} has another {what} ({_told(one)}) than this model ({_told(other)}): its "
+                "friction is another one.",
+                "Give both models the same.",
+            )
+    mean, covariance = _moments(stored, {e.key for e in effects})
+    prior = law_prior(name, law(specification.law), mean, covariance)
+    return prior, _events_behind(database, stored, records)
+
+
+def _moments(model: FittedModel, keys: set[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and covariance of the law's coordinates, the spread between paths in the level."""
+    layout = model.layout
+    u = model.draws[:, : len(layout.law.coordinates)]
+    covariance = np.atleast_2d(np.cov(u, rowvar=False))
+    for k, (key, lasts) in enumerate(zip(layout.spreads, model.friction.lasting, strict=True)):
+        if lasts and key not in keys:
+            # The first coordinate of every law is the log of a level of friction.
+            covariance[0, 0] += float(np.mean(layout.spread_values(model.draws)[:, k] ** 2))
+    return u.mean(axis=0), covariance
+
+
+def _events_behind(database: str, stored: FittedModel, records: Records) -> set[str]:
+    """The events of a model's calibration, and those behind its own prior."""
+    events = set(stored.columns.event_id)
+    prior = stored.specification.prior
+    if prior is None or prior.source.startswith(GIVEN):
+        return events
+    if prior.source.startswith(FIT):
+        return events | {e.event_id for e in _paths_of(records, prior.source).events}
+    return events | _events_behind(database, *load_stored(database, prior.source))
+
+
+def _of_fit(
+    database: str, source: str, specification: Specification, effects: Sequence[Effect]
+) -> tuple[LawPrior, set[str]]:
+    """The prior by least squares, and the events that were fitted."""
+    if _on_the_motion(effects):
+        raise AvahazardError(
+            f"A fit knows no {_told(_on_the_motion(effects))}: its friction is not that of this "
+            "model.",
+            "Take a model with the same effects: --prior-from MODEL.",
+        )
+    with reading(database) as session:
+        records = _paths_of(load_records(session), source)
+    observations = build_observations(records)
+    curvature = float(specification.centrifugal)
+    mu = back_calculate(observations, predict_records(observations, (), {}, curvature)).mu
+    volume, mu = usable(np.exp(observations.columns.log_volume), mu)
+    fit = fit_law(law(specification.law), volume, mu)
+    prior = prior_of_fit(source, fit.law, fit.parameters, fit.covariance, len(mu))
+    return prior, {event.event_id for event in records.events}
+
+
+def _paths_of(records: Records, source: str) -> Records:
+    names = tuple(name.strip() for name in source.removeprefix(FIT).split(",") if name.strip())
+    if not names:
+        raise AvahazardError(
+            "The prior names no path.", "Name those to fit: --prior-from fit:PATH,PATH"
+        )
+    return only_paths(records, names)
+
+
+def _on_the_motion(effects: Sequence[Effect]) -> tuple[str, ...]:
+    return tuple(sorted(effect.key for effect in of_kind(effects, MotionEffect)))
+
+
+def _told(value: object) -> str:
+    if isinstance(value, tuple):
+        return ", ".join(value) or "none"
+    if isinstance(value, bool):
+        return "with" if value else "without"
+    return str(value)

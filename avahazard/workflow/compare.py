@@ -40,9 +40,9 @@ from avahazard.criticism.scoring.speed_misfit import (
     speed_misfit,
 )
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import ground_error
+from avahazard.inference.prediction import ground_error
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
@@ -61,8 +61,7 @@ from avahazard.store.records import load_records
 from avahazard.store.results import COMPARISON, latest_result, save_result
 from avahazard.store.session import reading, writing
 from avahazard.workflow.effects import effects_of, own_effects
-from avahazard.workflow.stored.model import load_stored, require_unchanged
-from avahazard.workflow.stored.notes import notes_of, notes_of_fit
+from avahazard.workflow.stored import load_stored, notes_of, notes_of_fit, require_unchanged
 
 RECORD_DRAWS = 1000
 COORDINATES = {ELEVATION: "elevation", LEFT: "elevation", PLACE: "x", LENGTH: "length"}

@@ -15,9 +15,9 @@ from avahazard.criticism.diagnosis.together import Together
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import LEFT
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
@@ -39,8 +39,7 @@ from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import coordinate_name, stored_comparison
 from avahazard.workflow.effects import read_own_of
 from avahazard.workflow.requests import DiagnoseRequest
-from avahazard.workflow.stored.model import load_stored, require_unchanged
-from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored import load_stored, notes_of_fit, require_unchanged
 
 CHANCE, MOST_PATHS = 0.05, 4
 

@@ -32,7 +32,7 @@ from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, ZONES, latest_documents, latest_run, read_run
 from avahazard.store.session import reading
 from avahazard.whole_file import put_in_place
-from avahazard.workflow.stored.notes import notes_of
+from avahazard.workflow.stored import notes_of
 
 if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MapLayer, MappedPath, PathLine

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.friction_model import FrictionModel
 from avahazard.inference.model.laws import law
@@ -27,7 +28,6 @@ from avahazard.inference.paper.apparent import (
 )
 from avahazard.inference.paper.density import DEFAULT_KAPPA, choose_kappa, holy_density
 from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law, usable
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
@@ -51,8 +51,7 @@ from avahazard.results.friction import (
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.effects import own_effects
-from avahazard.workflow.stored.model import load_stored, on_events
-from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored import load_stored, notes_of_fit, on_events
 
 Kappa = float | Literal["auto"]
 

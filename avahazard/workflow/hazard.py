@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import shutil
+import sys
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
+from pathlib import Path
 from statistics import mean
 from typing import Any
 
 import numpy as np
 
 from avahazard.engine import chosen
-from avahazard.engine.memory import free_bytes, peak_bytes
 from avahazard.hazard.avalanches import EventVolumes
 from avahazard.hazard.frequency import Frequencies, return_volume, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.rows import Scenario, path_rows
 from avahazard.hazard.volume_source import VolumeSource
-from avahazard.inference.prediction.extrapolation import extrapolation
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.fitted_model import FittedModel
+from avahazard.inference.prediction import extrapolation
 from avahazard.notes import Note, placed
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
@@ -30,9 +33,7 @@ from avahazard.results.hazard import Hazard, HazardPlan, HazardRow, failed_docum
 from avahazard.store.results import BOUNDS, interrupted_run, read_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
-from avahazard.workflow.effects import own_effects
-from avahazard.workflow.requests import HazardRequest
-from avahazard.workflow.stored.by_path import (
+from avahazard.workflow.by_path import (
     PathAnswer,
     PathRun,
     PathTask,
@@ -43,8 +44,9 @@ from avahazard.workflow.stored.by_path import (
     run_paths,
     went_on,
 )
-from avahazard.workflow.stored.model import load_for_paths
-from avahazard.workflow.stored.notes import hazard_notes
+from avahazard.workflow.effects import own_effects
+from avahazard.workflow.requests import HazardRequest
+from avahazard.workflow.stored import hazard_notes, load_for_paths
 
 DEFAULT_RETURN_PERIOD = 100.0
 
@@ -298,3 +300,34 @@ def _refuse(plan: HazardPlan, taken: int) -> None:
                 "free.",
                 hint,
             )
+
+
+MEMINFO = Path("/proc/meminfo")
+CGROUP = Path("/sys/fs/cgroup")
+LIMIT, USED, STAT = CGROUP / "memory.max", CGROUP / "memory.current", CGROUP / "memory.stat"
+
+
+def peak_bytes() -> int:
+    """The most that this process has held so far; 0 where the system does not tell."""
+    try:
+        import resource  # noqa: PLC0415 (not on Windows)
+    except ImportError:
+        return 0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak
+
+
+def free_bytes() -> int | None:
+    """What may still be taken on this machine, or in this container; None where unknown."""
+    found = []
+    if MEMINFO.is_file():
+        lines = MEMINFO.read_text(encoding="ascii").splitlines()
+        found += [1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable")]
+    elif hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
+        found.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    # A container may have less; files that it has read count as used, and are given back.
+    with suppress(OSError, ValueError, KeyError):
+        stat = dict(line.split() for line in STAT.read_text(encoding="ascii").splitlines())
+        used = int(USED.read_text()) - int(stat["inactive_file"]) - int(stat["active_file"])
+        found.append(int(LIMIT.read_text()) - used)
+    return min(found) if found else None

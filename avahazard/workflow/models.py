@@ -11,7 +11,7 @@ import numpy as np
 
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.inference.sampling import calibrate_model
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
@@ -24,13 +24,13 @@ from avahazard.store.results import latest_calibration
 from avahazard.store.session import reading
 from avahazard.workflow.add import start_from
 from avahazard.workflow.effects import own_effects
-from avahazard.workflow.stored.model import (
+from avahazard.workflow.stored import (
     load_parameter_draws,
     load_stored,
+    notes_of,
     require_unchanged,
     surroundings,
 )
-from avahazard.workflow.stored.notes import notes_of
 
 IN_SHORT = ("parent", "law", "scatter", "distribution", "method", "effects", "n_events")
 

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.friction_scatter import log_density
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper.apparent import BackCalculation, back_calculate
 from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.paper.density import DEFAULT_KAPPA, density_band
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import look_up
+from avahazard.inference.prediction import look_up
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
@@ -38,7 +38,7 @@ from avahazard.workflow.friction import (
     from_reference,
 )
 from avahazard.workflow.runout import run_path
-from avahazard.workflow.stored.model import load_parameter_draws, load_stored
+from avahazard.workflow.stored import load_parameter_draws, load_stored
 
 KINDS = tuple(name.removeprefix(".") for name in FORMATS)
 MU_SHOWN = 0.4

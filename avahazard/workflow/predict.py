@@ -14,11 +14,9 @@ from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import error_budget
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import record_pit, runout_scores, x_scores
-from avahazard.inference.model.observations import LENGTH
-from avahazard.inference.model.release_error import stated_release_sigma
-from avahazard.inference.prediction.extrapolation import extrapolation
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import predict_stops, stops_over_releases, told
+from avahazard.inference.fitted_model import FittedModel
+from avahazard.inference.model.observations import LENGTH, stated_release_sigma
+from avahazard.inference.prediction import extrapolation, predict_stops, stops_over_releases, told
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.records.collection import Records
@@ -29,8 +27,7 @@ from avahazard.results.base import RATIO, Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import RECORD_DRAWS, coordinate_name, require_comparable
 from avahazard.workflow.effects import own_effects
-from avahazard.workflow.stored.model import load_stored, on_events
-from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored import load_stored, notes_of_fit, on_events
 
 STOP_DRAWS = 2000
 DENSITY_DRAWS = 500

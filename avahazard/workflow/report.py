@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
@@ -35,8 +35,7 @@ from avahazard.workflow.models import show_model
 from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import event_views, path_views, unknown_columns
 from avahazard.workflow.requests import ReportRequest
-from avahazard.workflow.stored.model import load_parameter_draws, load_stored, surroundings
-from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored import load_parameter_draws, load_stored, notes_of_fit, surroundings
 
 ENDINGS = (".html", ".htm")
 

@@ -14,9 +14,9 @@ from avahazard.criticism.scoring.scores import crps
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.hazard.future_events import FutureEvents, classes_of
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.fitting.mode_search import held_climb
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.block import LEFT_PROFILE
@@ -33,7 +33,7 @@ from avahazard.store.models import StoredModel
 from avahazard.workflow.compare import RECORD_DRAWS
 from avahazard.workflow.effects import effects_of
 from avahazard.workflow.report_paths import QUANTILES
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored import load_stored
 
 MOST_MODELS, MOST_SWEEPS = 8, 2
 

@@ -13,11 +13,11 @@ from avahazard.criticism.scoring.expected import expected_records
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import release_place, stop_place
 from avahazard.hazard.future_events import classes_of
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.friction_model import LEAST_LOG_SCATTER
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE
 from avahazard.inference.paper.calibration import recorded_elevation
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import predict_stops
+from avahazard.inference.prediction import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records

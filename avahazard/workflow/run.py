@@ -43,6 +43,7 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import reading
 from avahazard.workflow.add import add
+from avahazard.workflow.by_path import PathWork, run_key
 from avahazard.workflow.calibrate import asked_for, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
@@ -58,8 +59,7 @@ from avahazard.workflow.requests import (
     ReportRequest,
     ZonesRequest,
 )
-from avahazard.workflow.stored.by_path import PathWork, run_key
-from avahazard.workflow.stored.notes import notes_of
+from avahazard.workflow.stored import notes_of
 from avahazard.workflow.zones import zones, zones_work
 
 NAME = "avahazard.toml"

@@ -10,7 +10,7 @@ import numpy as np
 
 from avahazard.effects.site import Site, path_site
 from avahazard.hazard.future_events import classes_of
-from avahazard.inference.prediction.extrapolation import extrapolation
+from avahazard.inference.prediction import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import Resistance, no_resistance
@@ -26,8 +26,7 @@ from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.effects import own_effects
-from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.stored import load_stored, notes_of_fit
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100
 """Speeds are told about so far apart, at so many places at most."""

@@ -12,7 +12,7 @@ from avahazard.hazard.frequency import Frequencies, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones.entry import path_zones
 from avahazard.hazard.zones.limits import PRESETS, Limits, read_limits
-from avahazard.inference.prediction.fitted_model import FittedModel
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
@@ -24,18 +24,17 @@ from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.records import load_paths
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
-from avahazard.workflow.effects import own_effects
-from avahazard.workflow.hazard import source_settings
-from avahazard.workflow.requests import ZonesRequest
-from avahazard.workflow.stored.by_path import (
+from avahazard.workflow.by_path import (
     PathAnswer,
     PathTask,
     PathWork,
     run_paths,
     went_on,
 )
-from avahazard.workflow.stored.model import load_for_paths
-from avahazard.workflow.stored.notes import notes_of_fit
+from avahazard.workflow.effects import own_effects
+from avahazard.workflow.hazard import source_settings
+from avahazard.workflow.requests import ZonesRequest
+from avahazard.workflow.stored import load_for_paths, notes_of_fit
 
 
 def zones(database: str, name: str, request: ZonesRequest, report: Report = silent) -> Zones:

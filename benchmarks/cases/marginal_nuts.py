@@ -15,14 +15,14 @@ from jax.scipy.special import ndtr
 from numpyro.distributions import Distribution, Normal, TruncatedNormal
 from numpyro.infer import MCMC, NUTS, init_to_value
 
+from avahazard.inference.fitted_model import diagnose_chains
 from avahazard.inference.fitting.mode_search import search_mode
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Slot
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.samplers.chains import diagnose_chains
-from avahazard.inference.samplers.marginal import sample
+from avahazard.inference.sampling import sample
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.database import init_database

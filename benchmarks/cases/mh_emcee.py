@@ -8,9 +8,9 @@ import emcee
 import numpy as np
 from numba import njit
 
+from avahazard.inference.fitted_model import diagnose_chains
 from avahazard.inference.model.laws import law
 from avahazard.inference.paper.metropolis import runout_records, squared_residuals, walk
-from avahazard.inference.samplers.chains import diagnose_chains
 from benchmarks.cases.twin import twin
 from benchmarks.measuring import Result, alternate
 

@@ -13,11 +13,11 @@ from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.held_out import choose_groups
 from avahazard.criticism.scoring.scores import crps, record_pit
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.inference.seeds import generator
 from avahazard.synth.making import make_world
 from avahazard.workflow.diagnose import diagnosis

@@ -17,10 +17,10 @@ from avahazard.hazard.notes import (
 )
 from avahazard.hazard.path_hazard import PathHazard, RisingFriction, Varying, path_hazard
 from avahazard.hazard.rows import Scenario, path_rows
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile

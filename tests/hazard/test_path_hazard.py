@@ -20,11 +20,11 @@ from avahazard.hazard.path_hazard import (
     rising_friction,
 )
 from avahazard.hazard.rows import Scenario, path_rows
+from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import FrictionModel, friction_model
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.records.collection import Records

@@ -14,12 +14,12 @@ from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
 from avahazard.hazard.rows import volume_bounds
 from avahazard.hazard.runout_bounds import RunoutBounds
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance

@@ -17,7 +17,7 @@ from avahazard.workflow.compare import ladder
 from avahazard.workflow.effects import own_effects
 from avahazard.workflow.predict import predict
 from avahazard.workflow.runout import run_model
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored import load_stored
 
 LEVELS = """
 from avahazard.effects.effect import Parameter

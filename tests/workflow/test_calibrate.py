@@ -17,7 +17,7 @@ from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.models import show_models
 from avahazard.workflow.requests import CalibrateRequest
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored import load_stored
 from tests.workflow.twin import FEW_PATHS, twin_records
 
 FEW: dict[str, Any] = {"paths": FEW_PATHS, "chains": 2, "draws": 100}

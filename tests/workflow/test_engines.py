@@ -19,7 +19,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
-from avahazard.workflow.stored.model import load_parameter_draws
+from avahazard.workflow.stored import load_parameter_draws
 
 pytestmark = pytest.mark.usefixtures("default_engine")
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from avahazard.effects.catalogue import definition
+from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import N_REPLICATES, back_calculate
-from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -29,7 +29,7 @@ from avahazard.workflow.friction import (
     from_reference,
     show_frictions,
 )
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored import load_stored
 from tests.telling import untold
 from tests.workflow.twin import FEW_PATHS
 from tests.workflow.worlds import bowl, known_stops

@@ -31,7 +31,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored import load_stored
 from avahazard.workflow.zones import zones
 from tests.workflow.twin import twin_records
 

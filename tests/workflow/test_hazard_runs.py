@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from sqlalchemy import func, select
 
@@ -16,11 +17,11 @@ from avahazard.records.plain import plain
 from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.store.tables import PathResultTable, PathRunTable
+from avahazard.workflow import by_path
 from avahazard.workflow import hazard as hazard_module
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard, plan_hazard, run_hazard
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
-from avahazard.workflow.stored import by_path
 from avahazard.workflow.zones import zones
 
 pytestmark = pytest.mark.usefixtures("default_engine")
@@ -155,3 +156,23 @@ def test_progress_tells_paths_and_rate(mine: str) -> None:
     assert told[0] == ("Runout", 0.0, 3)
     assert [done for _, done, _ in told] == [0.0, 1.0, 2.0, 3.0]
     assert told[-1][0].startswith("Runout: 3 of 3 paths, ")
+
+
+def test_the_peak_grows_with_what_is_taken() -> None:
+    before = hazard_module.peak_bytes()
+    taken = np.ones(before // 8 + 10_000_000)
+    assert hazard_module.peak_bytes() > before + 40_000_000
+    del taken
+
+
+def test_a_container_has_what_its_limit_leaves(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    files = {"LIMIT": "5000\n", "USED": "3000\n", "STAT": "inactive_file 500\nactive_file 100\n"}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+        monkeypatch.setattr(hazard_module, name, tmp_path / name)
+    assert hazard_module.free_bytes() == 5000 - (3000 - 600)
+    (tmp_path / "LIMIT").write_text("max\n")
+    whole = hazard_module.free_bytes()
+    assert whole is None or whole > 1_000_000

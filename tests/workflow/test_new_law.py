@@ -14,7 +14,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.friction import fit_laws
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored import load_stored
 from tests.criticism.lengths import as_csv, lengths
 from tests.inference.new_law import NAME, halving
 

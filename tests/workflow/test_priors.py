@@ -18,8 +18,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.models import rerun, show_model, show_provenance
 from avahazard.workflow.requests import CalibrateRequest
-from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.notes import notes_of
+from avahazard.workflow.stored import load_stored, notes_of
 from tests.workflow.twin import DATA
 
 QUICK = {"chains": 2, "draws": 150, "paths": ["scey"]}

@@ -20,7 +20,7 @@ from avahazard.results.terrain import SpeedHere
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.runout import run_model, run_path, run_site, with_table
-from avahazard.workflow.stored.model import load_stored
+from avahazard.workflow.stored import load_stored
 from tests.workflow.worlds import bowl, smooth_bowl, stop_x
 
 

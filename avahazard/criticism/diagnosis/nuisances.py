@@ -19,6 +19,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Effect, Facts
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.fitting.mode import climb
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
@@ -26,7 +27,6 @@ from avahazard.inference.model.friction_model import offset_plan
 from avahazard.inference.model.layout import MIN_SPREAD
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
 
 HEAVY_TAILS = 3.0
 """Gain (nats) above which scatter is taken with Student's tails."""

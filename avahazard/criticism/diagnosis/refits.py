@@ -14,6 +14,7 @@ from avahazard.criticism.screening.parametric_bootstrap import GroupSpreads, gro
 from avahazard.criticism.screening.significance import Screening
 from avahazard.effects.effect import Definition, Facts
 from avahazard.engine import spread_map
+from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
 from avahazard.inference.fitting.mode_search import search_mode
@@ -21,7 +22,6 @@ from avahazard.inference.likelihood.assemble import assemble, definitions_of, wi
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,13 +18,13 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.expected import mean_record_sigma
 from avahazard.criticism.scoring.scores import with_profile
+from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.model.friction_scatter import draws as scatter_draws
 from avahazard.inference.model.friction_scatter import friction as drawn
 from avahazard.inference.model.friction_scatter import shifted
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.inference.model.volumes import drawn_log_volumes
-from avahazard.inference.prediction.fitted_model import FittedModel, table_groups
-from avahazard.inference.prediction.stops import DRAWS_AT_ONCE, group_shift, look_up
+from avahazard.inference.prediction import DRAWS_AT_ONCE, group_shift, look_up
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart, Comparison, EventBudget
 

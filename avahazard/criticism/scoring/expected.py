@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
 from avahazard.effects.effect import LimitEffect, RecordErrorEffect, of_kind
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import raised_by
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.prediction.stops import predict_stops
+from avahazard.inference.prediction import predict_stops
 
 SPARE = 4
 """Draws for each one that is needed, where some would not be seen."""

@@ -18,10 +18,10 @@ from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
 from avahazard.engine import spread_map
+from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Comparison, GroupError

@@ -9,8 +9,8 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.held_out import left_out_log_density
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.fitting.mode import find_mode
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 
 ALIKE = 1e-9

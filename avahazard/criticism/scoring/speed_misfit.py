@@ -11,13 +11,13 @@ from scipy.special import stdtr
 
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.where_it_fails import Levels, holm, terciles
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.track_nodes import drawn_speeds
 from avahazard.inference.model.friction_scatter import below, log_density
 from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.notes import Note
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_curve import MU, between, located, steps_of

@@ -21,7 +21,7 @@ from avahazard.inference.model.friction_model import OffsetPlan
 from avahazard.inference.model.friction_scatter import DEGREES, friction
 from avahazard.inference.model.layout import Slot
 from avahazard.inference.model.observations import LEFT, SpeedRecord, speed_record
-from avahazard.inference.prediction.stops import (
+from avahazard.inference.prediction import (
     draw_friction,
     law_at_drawn_volumes,
     left_by_chance,

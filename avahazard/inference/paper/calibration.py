@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.inference.fitted_model import Chains, FittedModel, fitted_model, in_slots
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.choices import MethodName
@@ -20,8 +21,6 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.gibbs import gibbs
 from avahazard.inference.paper.metropolis import metropolis
-from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model, in_slots
-from avahazard.inference.samplers.chains import Chains
 from avahazard.notes import Note
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
 from avahazard.records.errors import AvahazardError

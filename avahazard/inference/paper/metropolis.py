@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.inference.fitted_model import Chains, chains
 from avahazard.inference.model.laws import Law
-from avahazard.inference.samplers.chains import Chains, chains
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
 from avahazard.records.errors import AvahazardError

@@ -15,16 +15,15 @@ from avahazard.criticism.diagnosis.nuisances import (
     with_nuisances_granted,
 )
 from avahazard.criticism.diagnosis.refits import refit
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel
-from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.inference.sampling import calibrate_model
 from avahazard.records.collection import Records
 from avahazard.report.language import language_of
 from avahazard.synth.making import make_world
-from avahazard.workflow.stored.calibration import calibration_result
-from avahazard.workflow.stored.notes import model_notes
+from avahazard.workflow.stored import calibration_result, model_notes
 from tests.criticism.lengths import lengths
 from tests.criticism.studies import straight
 

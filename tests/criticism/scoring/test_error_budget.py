@@ -15,11 +15,11 @@ from avahazard.criticism.scoring.error_budget import (
     unexplained,
 )
 from avahazard.criticism.scoring.expected import expected_records
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import fitted_model
-from avahazard.inference.samplers.calibrate import calibrate_model
+from avahazard.inference.sampling import calibrate_model
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event

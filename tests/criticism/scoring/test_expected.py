@@ -13,8 +13,8 @@ from avahazard.criticism.scoring.expected import (
     observed_records,
     profile_end,
 )
-from avahazard.inference.prediction.fitted_model import fitted_model
-from avahazard.inference.prediction.stops import predict_stops
+from avahazard.inference.fitted_model import fitted_model
+from avahazard.inference.prediction import predict_stops
 from tests.criticism.studies import draws_about, fitted, slopes, straight, with_left
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.samplers.marginal import sample
+from avahazard.inference.sampling import sample
 from tests.criticism.studies import fitted, slopes, straight
 
 

@@ -21,8 +21,8 @@ from avahazard.criticism.scoring.held_out import (
     left_out_log_density,
     offsets_by_group,
 )
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.results.base import Rows
 from avahazard.results.comparison import (
     BudgetPart,

@@ -10,8 +10,8 @@ import pytest
 from avahazard.criticism.scoring import loo
 from avahazard.criticism.scoring.held_out import left_out_log_density
 from avahazard.criticism.scoring.loo import leave_one_out, smoothed_loo
-from avahazard.inference.prediction.fitted_model import fitted_model
-from avahazard.inference.samplers.marginal import sample
+from avahazard.inference.fitted_model import fitted_model
+from avahazard.inference.sampling import sample
 from tests.criticism.studies import draws_about, fitted, straight
 
 

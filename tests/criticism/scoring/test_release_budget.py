@@ -13,14 +13,14 @@ from avahazard.criticism.scoring.error_budget import (
     error_budget,
     unexplained,
 )
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 from avahazard.synth.integrator import run_track
 from tests.criticism.scoring.test_error_budget import rms
-from tests.inference.model.test_release_error import GROUND, TRACK, Z0
+from tests.inference.model.test_observations import GROUND, TRACK, Z0
 from tests.inference.studies import near, posterior
 
 N, SIGMA_Z, SIGMA_M, SCATTER, VOLUME_SD = 700, 20.0, 8.0, 0.05, 0.3

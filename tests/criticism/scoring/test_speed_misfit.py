@@ -15,8 +15,8 @@ from avahazard.criticism.scoring.speed_misfit import (
     measured_force,
     speed_misfit,
 )
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.physics.constants import GRAVITY
 from avahazard.physics.runout_curve import MU
 from avahazard.records.event import Speed

@@ -10,11 +10,11 @@ import pytest
 from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
 from avahazard.criticism.scoring.scores import randomised_pit
 from avahazard.criticism.scoring.speed_misfit import matched_speeds
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import fitted_model
 from tests.criticism.studies import draws_about, fitted
 from tests.criticism.uneven_tracks import made
 

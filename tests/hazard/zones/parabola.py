@@ -10,10 +10,10 @@ from avahazard.effects.effect import Effect
 from avahazard.hazard.avalanches import Avalanches, EventVolumes
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import hazard_of_events
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.physics.cells import build_cells
 from avahazard.physics.resistance import no_resistance
 from avahazard.physics.speed import speeds_along

@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.samplers.marginal import sample
+from avahazard.inference.sampling import sample
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Profile

@@ -13,7 +13,7 @@ from avahazard.effects.effect import FrontEffect, MotionEffect, Parameter, Shift
 from avahazard.effects.site import KEPT_TERRAINS
 from avahazard.inference.likelihood.predicted import Predicted, predict_records, resistance_of
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.prediction.stops import look_up
+from avahazard.inference.prediction import look_up
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import build_cells
 from avahazard.physics.ground_spline import GroundPosterior

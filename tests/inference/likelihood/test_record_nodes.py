@@ -20,7 +20,7 @@ from avahazard.inference.likelihood.record_nodes import (
     straight_points,
 )
 from avahazard.inference.model.observations import ELEVATION
-from avahazard.inference.prediction.stops import look_up
+from avahazard.inference.prediction import look_up
 from avahazard.physics.runout_curve import MU
 from tests.inference import studies
 

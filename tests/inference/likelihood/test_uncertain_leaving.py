@@ -14,10 +14,10 @@ from scipy import stats
 
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.screening.parametric_bootstrap import simulate
+from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import fitted_model
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path

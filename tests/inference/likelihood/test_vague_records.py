@@ -11,7 +11,7 @@ from scipy import stats
 
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.samplers.marginal import sample
+from avahazard.inference.sampling import sample
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 from tests.workflow.twin import twin_study

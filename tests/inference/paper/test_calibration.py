@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper, check_method, recorded_elevation
-from avahazard.inference.prediction.fitted_model import FittedModel
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.workflow.stored.calibration import summary
+from avahazard.workflow.stored import summary
 from tests.workflow.twin import TRUTH, twin_study
 from tests.workflow.worlds import bowl, height, stop_x
 

@@ -19,7 +19,7 @@ from avahazard.inference.paper.least_squares import fit_law
 from avahazard.inference.paper.metropolis import metropolis
 from avahazard.inference.seeds import generator
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
-from tests.inference.samplers.sbc import LEVEL, N_DRAWS, least_p, rank
+from tests.inference.sbc import LEVEL, N_DRAWS, least_p, rank
 from tests.inference.studies import observations, posterior
 
 N_EVENTS = 30

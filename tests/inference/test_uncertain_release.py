@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction.fitted_model import FittedModel, fitted_model
-from avahazard.inference.prediction.stops import (
+from avahazard.inference.prediction import (
     N_RELEASES,
     from_each_release,
     normal_places,

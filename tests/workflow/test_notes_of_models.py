@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 from sqlalchemy import text
 
+from avahazard.inference.fitted_model import FittedModel, exact_volumes, fitted_model
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.model.volume_shape import VolumeShape
-from avahazard.inference.model.volumes import VolumeNodes, bounded, rescaled
-from avahazard.inference.prediction.fitted_model import FittedModel, exact_volumes, fitted_model
+from avahazard.inference.model.volumes import VolumeNodes, VolumeShape, bounded, rescaled
 from avahazard.notes import grouped
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
@@ -43,8 +42,7 @@ from avahazard.workflow.requests import (
     ZonesRequest,
 )
 from avahazard.workflow.runout import run_model
-from avahazard.workflow.stored.model import load_stored
-from avahazard.workflow.stored.notes import model_notes, record_notes, volume_notes
+from avahazard.workflow.stored import load_stored, model_notes, record_notes, volume_notes
 from avahazard.workflow.zones import zones
 from tests.inference import studies
 from tests.workflow.worlds import bowl, height, known_stops

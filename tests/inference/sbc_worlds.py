@@ -23,7 +23,7 @@ from avahazard.inference.model.observations import (
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
-from tests.inference.samplers.sbc_records import Case, groups, without_stops
+from tests.inference.sbc_records import Case, groups, without_stops
 
 PRIORS = {
     "n in 1e-6/m3": (1.0, 1.0),

@@ -26,12 +26,8 @@ from avahazard.store import records as store_records
 from avahazard.store.records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.synth.making import make_world
-from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.database import init_database
-from avahazard.workflow.hazard import MEASURED, hazard_work, plan_hazard
-from avahazard.workflow.requests import CalibrateRequest, HazardRequest
-from avahazard.workflow.stored import by_path
-from avahazard.workflow.stored.by_path import (
+from avahazard.workflow import by_path
+from avahazard.workflow.by_path import (
     PathAnswer,
     PathTask,
     any_events,
@@ -39,6 +35,10 @@ from avahazard.workflow.stored.by_path import (
     path_answer,
     survey,
 )
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import init_database
+from avahazard.workflow.hazard import MEASURED, hazard_work, plan_hazard
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest
 from tests.workflow.worlds import height
 
 N_POINTS = 400

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from avahazard.inference.model.observations import LEFT
-from avahazard.inference.samplers.marginal import sample
+from avahazard.inference.sampling import sample
 from avahazard.inference.seeds import generator
-from tests.inference.samplers.sbc import LEVEL, N_DRAWS, N_WORLDS, least_p, p_value, rank
-from tests.inference.samplers.sbc_records import Case
-from tests.inference.samplers.sbc_worlds import world
+from tests.inference.sbc import LEVEL, N_DRAWS, N_WORLDS, least_p, p_value, rank
+from tests.inference.sbc_records import Case
+from tests.inference.sbc_worlds import world
 
 COLUMNS = ("snow-type", "path-section", "release-elevation", "season", "covariate:wind")
 PLACES = (150.0, 300.0, 450.0)

@@ -1,1 +1,0 @@
-"""Draws of the posterior, and whether they have converged."""

@@ -1,0 +1,593 @@
+"""What is stored of a model: saving and loading it, what its calibration found, its notes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from importlib.metadata import version
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+import avahazard
+from avahazard.arrays import Floats
+from avahazard.criticism.diagnosis.nuisances import (
+    HEAVY_TAILS,
+    WORTH_A_NOTE,
+    heavier_tails,
+    paths_differ,
+)
+from avahazard.effects.columns import NO_EVENTS, build_columns
+from avahazard.effects.effect import Definition
+from avahazard.effects.site import Site
+from avahazard.inference.fitted_model import FittedModel, in_slots
+from avahazard.inference.fitting.star import REACH
+from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.friction_model import friction_model
+from avahazard.inference.model.laws import LAWS
+from avahazard.inference.model.layout import TRACK_SLOT, Layout, arm_between, with_arms
+from avahazard.inference.model.observations import (
+    build_observations,
+    require_one_scale,
+    require_profiles,
+)
+from avahazard.inference.model.priors import GIVEN, GivenPrior, prior_from_document
+from avahazard.inference.model.specification import Specification
+from avahazard.notes import Note
+from avahazard.records.collection import Records
+from avahazard.records.crosscheck import place_fault, unseen_elevation, volume_fault
+from avahazard.records.doubts import repeated, repeated_notes
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.lookup import only_paths, unknown_path
+from avahazard.records.path import Path, Profile
+from avahazard.records.plain import plain
+from avahazard.results.calibration import (
+    Calibration,
+    Convergence,
+    GivenTold,
+    HeavierTails,
+    ParameterSummary,
+    PathSpread,
+    PriorCoordinate,
+    PriorDominated,
+    PriorTold,
+)
+from avahazard.results.models import Surroundings
+from avahazard.store.models import StoredModel, load_model, save_model
+from avahazard.store.records import load_records, load_without_profiles
+from avahazard.store.results import latest_calibration, load_draws, save_calibration
+from avahazard.store.session import Session, reading
+from avahazard.workflow.by_path import Survey, any_events, fingerprint_of, survey
+
+COORDINATE, OFFSET = "coordinate:", "offset:"
+"""How the draws of coordinates and path offsets are told from readable ones in the store."""
+POINTS_ON_DRAWS = 8
+"""Points of an arm about the draws of a model that was stored without any."""
+PACKAGES = ("numpy", "scipy", "numba", "plotly")
+LOCK = FilePath(avahazard.__file__).parents[1] / "requirements.lock"
+
+
+def surroundings() -> Surroundings:
+    """Versions and lock file of the running program."""
+    versions = {"avahazard": avahazard.__version__} | {name: version(name) for name in PACKAGES}
+    lock = hashlib.sha256(LOCK.read_bytes()).hexdigest() if LOCK.is_file() else None
+    return Surroundings(versions, lock)
+
+
+def save_calibrated(
+    session: Session,
+    model: FittedModel,
+    result: Calibration,
+    *,
+    paths: tuple[str, ...] = (),
+    effect_file: str | None = None,
+) -> None:
+    """Store a model with its calibration in the transaction of `session`.
+
+    `paths` are those that it was calibrated on, none: all; `effect_file` is the text of the
+    user's effects. Raises `AvahazardError` for a taken name or a
+    parent that is not there.
+    """
+    name, document = result.model, plain(result, keyed=True)
+    chains = model.chains
+    by_chain = chains.draws.shape[:2]
+    slots = [slot.name for slot in model.layout.slots]
+    draws = {key: chains.draws[..., k] for k, key in enumerate(chains.names)}
+    draws |= {f"{COORDINATE}{s}": model.draws[:, k].reshape(by_chain) for k, s in enumerate(slots)}
+    draws |= {f"{OFFSET}{path}": v.reshape(by_chain) for path, v in model.offsets.items()}
+    specification = {
+        "specification": asdict(model.specification),
+        "facts": model.facts,
+        "method": model.method,
+        "paths": paths,
+        "arms": model.layout.arms,
+        "slots": slots,
+    }
+    save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
+    save_calibration(
+        session,
+        name,
+        settings={
+            "method": model.method,
+            "chains": by_chain[0],
+            "draws": by_chain[1],
+            "made_with": surroundings().to_dict(),
+        },
+        seed=result.seed,
+        data_fingerprint=result.data_fingerprint,
+        diagnostics=document["diagnostics"],
+        converged=result.diagnostics.converged,
+        result=document,
+        draws=draws,
+    )
+
+
+def load_stored(
+    database: str, name: str, own: Sequence[Definition] = ()
+) -> tuple[FittedModel, Records]:
+    """The model `name` on the records of its calibration, and all records of the database.
+
+    All of one moment. `own` are the effects of the user's file, which is never run from the
+    database. Raises `AvahazardError` where there is no such model, its own effects are not given,
+    or there is nothing left of the records that it was calibrated on.
+    """
+    with reading(database) as session:
+        model = _load(session, name, own)
+        records = load_records(session)
+    training = only_paths(records, model.paths)
+    observations = build_observations(training)
+    posterior = Posterior(observations, model.specification, model.effects, model.layout.arms)
+    slots = [slot.name for slot in model.layout.slots]
+    fitted = replace(
+        model,
+        friction=posterior.friction,
+        columns=observations.columns,
+        draws=in_slots(posterior.layout, slots, model.draws),
+        likelihood=posterior,
+        records_changed=data_fingerprint(training) != model.calibration.data_fingerprint,
+    )
+    # The paper's methods take volumes as exact.
+    return fitted if model.knows_errors else fitted.on(observations), records
+
+
+def load_for_paths(
+    database: str, name: str, own: Sequence[Definition] = ()
+) -> tuple[FittedModel, Survey]:
+    """The model `name` for work path by path, without the records of the region in memory.
+
+    It has the columns of its events, and no likelihood. Raises as `load_stored`.
+    """
+    with reading(database) as session:
+        model = _load(session, name, own)
+        found = survey(session)
+        for path_id in model.paths:
+            if path_id not in found.digests:
+                raise unknown_path(path_id, list(found.digests))
+        training = only_paths(load_without_profiles(session, model.paths), model.paths)
+        today = fingerprint_of(session, model.paths) if model.paths else found.fingerprint
+        if model.takes_event_columns:
+            found = replace(found, others=any_events(session))
+    require_one_scale(training.events)
+    used = dict.fromkeys(e.path_id for e in training.events if e.path_id is not None)
+    require_profiles(path_id for path_id in used if path_id not in found.with_profile)
+    paths = {path.path_id: path for path in training.paths}
+    columns = build_columns(training.events, paths, np.full(len(training.events), np.nan))
+    changed = today != model.calibration.data_fingerprint
+    return replace(model, columns=columns, records_changed=changed), found
+
+
+def on_events(model: FittedModel, records: Records, events: Sequence[Event]) -> FittedModel:
+    """A loaded model on other events of the database's paths.
+
+    Their volumes are read in the light of those that it was calibrated on.
+    """
+    there = Records(records.paths, records.profiles, tuple(events))
+    return model.on(build_observations(there, model.observations))
+
+
+def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
+    """Draws `[n_chains, n_draws]` of the parameters that people read, in the result's order."""
+    with reading(database) as session:
+        calibration = latest_calibration(session, name)
+        draws = load_draws(session, calibration.id)
+    return {key: draws[key] for key in calibration.result["parameters"] if key in draws}
+
+
+def require_unchanged(model: FittedModel) -> None:
+    """Raise `AvahazardError` where the records have changed since the calibration."""
+    if model.records_changed:
+        raise AvahazardError(
+            f"The records have changed since {model.name} was calibrated.",
+            "Calibrate it again under another name: avahazard calibrate NAME.",
+        )
+
+
+def version_of(settings: Mapping[str, Any]) -> str | None:
+    """The version of the program that made a calibration; None where it was not kept."""
+    versions: dict[str, str] = (settings.get("made_with") or {}).get("versions", {})
+    return versions.get("avahazard")
+
+
+def _load(session: Session, name: str, own: Sequence[Definition]) -> FittedModel:
+    """What is stored of a model, on no events yet."""
+    stored = load_model(session, name)
+    calibration = latest_calibration(session, name)
+    kept = stored.specification
+    fields = kept["specification"]
+    specification = Specification(
+        **{
+            **fields,
+            "effects": tuple(fields["effects"]),
+            "prior": prior_from_document(fields.get("prior")),
+            "given": tuple(GivenPrior(**told) for told in fields.get("given", ())),
+        }
+    )
+    _require_own(stored, specification, own)
+    effects = build_effects(specification, kept["facts"], own)
+    slots = kept["slots"]
+    draws = {key: v.ravel() for key, v in load_draws(session, calibration.id).items()}
+    u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
+    friction = friction_model(specification, effects, kept.get("arms"), speeds=TRACK_SLOT in slots)
+    if "arms" not in kept:
+        friction = replace(friction, layout=_on_draws(friction.layout, slots, u))
+    return FittedModel(
+        specification=specification,
+        effects=effects,
+        friction=friction,
+        columns=NO_EVENTS,
+        draws=in_slots(friction.layout, slots, u),
+        offsets={k.removeprefix(OFFSET): v for k, v in draws.items() if k.startswith(OFFSET)},
+        method=kept["method"],
+        definitions=definitions_of(specification, own),
+        facts=kept["facts"],
+        stored=Calibration.from_dict(calibration.result),
+        paths=tuple(kept["paths"]),
+        version=version_of(calibration.settings),
+    )
+
+
+def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
+    """A star about the draws u `[n_draws, n_slots]` of slots, for a model that was stored without.
+
+    Versions before this interpolated on grids, from one end of a range to the other.
+    """
+    arms = {}
+    for slot in layout.slots:
+        drawn = u[:, slots.index(slot.name)]
+        if slot.arm and np.ptp(drawn) > 0.0:
+            middle, reach = np.median(drawn), REACH * np.std(drawn)
+            low = max(slot.low, min(middle - reach, np.min(drawn)))
+            high = min(slot.high, max(middle + reach, np.max(drawn)))
+            arms[slot.name] = arm_between(float(middle), float(low), float(high), POINTS_ON_DRAWS)
+    return with_arms(layout, arms)
+
+
+def _require_own(
+    model: StoredModel, specification: Specification, own: Sequence[Definition]
+) -> None:
+    for key in specification.effects:
+        try:
+            find_definition(key, own)
+        except AvahazardError as error:
+            if model.effect_file is None:
+                raise
+            raise AvahazardError(
+                f"The model {model.name} has the effect '{key}' from its user's file.",
+                "Name that file again: --effect-file FILE. It is never run from the database.",
+            ) from error
+
+
+KDE_DRAWS, KDE_POINTS = 4000, 401
+NARROWEST = 1e-9
+"""Width of the middle half of draws, over their sd, below which it counts as one value."""
+STILL_PRIOR = 0.75
+"""Posterior over prior standard deviation where the records tell less than the prior (with
+independent normals they tell as much at 0.71)."""
+
+
+def calibration_result(
+    found: FittedModel, name: str, records: Records, *, seed: int, parent: str | None = None
+) -> Calibration:
+    """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
+    specification, chains = found.specification, found.chains
+    n_chains, n_draws = chains.draws.shape[:2]
+    checks = chains.diagnostics
+    rhat_max = float(checks.rhat_max) if np.isfinite(checks.rhat_max) else None
+    notes = list(found.notes)
+    if not checks.converged:
+        ess = min(checks.ess_bulk_min, checks.ess_tail_min)
+        notes.append(Note("not_converged", rhat=rhat_max, ess=ess))
+    dominated = prior_dominated(found)
+    given, prior = _given_told(found), _prior_told(found)
+    notes += prior_notes(name, given, prior, dominated)
+    of_records = (
+        *record_notes(records, found.observations.sites),
+        *volume_notes(found, name),
+    )
+    notes += of_records
+    spread = _path_spread(found)
+    tails = _heavier_tails(found)
+    notes[:0] = [told.note(name) for told in (spread, tails) if told is not None]
+    return Calibration(
+        model=name,
+        parent=parent,
+        law=specification.law,
+        scatter=specification.scatter,
+        distribution=specification.distribution,
+        tails=specification.tails,
+        centrifugal=specification.centrifugal,
+        method=found.method,
+        effects=specification.effects,
+        n_events=found.n_events,
+        left_out=dict(found.left_out),
+        parameters={key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
+        diagnostics=Convergence(
+            rhat_max=rhat_max,
+            ess_bulk_min=checks.ess_bulk_min,
+            ess_tail_min=checks.ess_tail_min,
+            acceptance=checks.acceptance,
+            divergent_or_stuck_chains=checks.stuck_chains,
+            converged=checks.converged,
+        ),
+        chains=n_chains,
+        draws=n_draws,
+        seed=seed,
+        data_fingerprint=data_fingerprint(records),
+        notes=tuple(notes),
+        path_spread=spread,
+        heavier_tails=tails,
+        prior_dominated=dominated or None,
+        of_records=of_records or None,
+        prior=prior,
+        given_priors=given or None,
+    )
+
+
+def _prior_told(model: FittedModel) -> PriorTold | None:
+    """Where the prior of the law comes from, and what it was, by coordinate."""
+    prior, law = model.specification.prior, model.layout.law
+    if prior is None:
+        return None
+    each = zip(law.coordinates, prior.mean, prior.sd.tolist(), strict=True)
+    return PriorTold(prior.source, {name: PriorCoordinate(m, s) for name, m, s in each})
+
+
+def _given_told(found: FittedModel) -> dict[str, GivenTold]:
+    """The priors that were given as numbers, with the units of their parameters."""
+    units = dict(zip(found.chains.names, found.chains.units, strict=True))
+    given = found.specification.given
+    return {g.name: GivenTold(g.mean, g.sd, units[g.name]) for g in given}
+
+
+def _path_spread(found: FittedModel) -> PathSpread | None:
+    """The spread between paths that the model lacks, where the records speak for one."""
+    differ = paths_differ(found)
+    if differ is None or differ.evidence < WORTH_A_NOTE:
+        return None
+    effect = None if differ.lacking else differ.effect
+    return PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
+
+
+def _heavier_tails(found: FittedModel) -> HeavierTails | None:
+    """What heavy tails would gain, where the records ask for them."""
+    gain = heavier_tails(found)
+    return None if gain is None or gain <= HEAVY_TAILS else HeavierTails(gain)
+
+
+def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:
+    """The parameters that the records hardly narrow, by their coordinate."""
+    from scipy.stats import truncnorm  # noqa: PLC0415 (slow)
+
+    layout = model.layout
+    # The paper's methods have a σ of their own.
+    n_slots = len(layout.slots) if model.knows_errors else len(layout.law.coordinates)
+    found = {}
+    for k, slot in enumerate(layout.slots[:n_slots]):
+        prior = truncnorm(*slot.bounds, loc=slot.mean, scale=slot.sd)
+        mean, sd = float(prior.mean()), float(prior.std())
+        draws = np.log(model.draws[:, k]) if slot.lognormal else model.draws[:, k]
+        ratio = float(np.std(draws, ddof=1)) / sd
+        if ratio > STILL_PRIOR:
+            moved = (float(np.mean(draws)) - mean) / sd
+            found[slot.name] = PriorDominated(ratio, moved)
+    return found
+
+
+def _all_draws(found: FittedModel) -> Iterator[tuple[str, Floats, str]]:
+    """Name, draws and unit of every parameter, offsets of paths last."""
+    for k, (name, unit) in enumerate(zip(found.chains.names, found.chains.units, strict=True)):
+        yield name, found.chains.draws[..., k].ravel(), unit
+    plan = found.posterior.plan
+    for name, told, g in zip(plan.names, plan.told, plan.of, strict=True):
+        # Winters and storms are past: their spread is what matters.
+        if plan.lasting[g] and name in found.offsets:
+            yield told, found.offsets[name], "log friction"
+
+
+def summary(draws: Floats, unit: str) -> ParameterSummary:
+    """Mean, sd, mode and 5 and 95 % quantiles of draws `[n]`."""
+    low, high = np.quantile(draws, [0.05, 0.95])
+    return ParameterSummary(
+        mean=float(draws.mean()),
+        sd=float(draws.std(ddof=1)),
+        mode=mode(draws),
+        q05=float(low),
+        q95=float(high),
+        unit=unit,
+    )
+
+
+def mode(draws: Floats) -> float:
+    """Where the density of draws `[n]` is highest, by a normal kernel.
+
+    Its width is Silverman's rule, which a long tail does not widen.
+    """
+    from scipy.stats import gaussian_kde  # noqa: PLC0415 (slow)
+
+    draws = draws[:: max(1, len(draws) // KDE_DRAWS)]
+    middle, width = float(np.median(draws)), float(np.ptp(draws))
+    if not 1e-12 * float(np.max(np.abs(draws))) < width < np.inf:
+        return middle
+    z = (draws - middle) / width  # whose squares neither vanish nor overflow
+    sd = float(np.std(z, ddof=1))
+    kernel = min(sd, float(np.ptp(np.quantile(z, [0.25, 0.75]))) / 1.349)
+    # Where half of the draws are all but one value, that is it.
+    if kernel <= NARROWEST * sd:
+        return middle
+    density = gaussian_kde(z / sd, bw_method=0.9 * kernel / sd * len(z) ** -0.2)
+    # Places close together where the draws are dense.
+    x = np.quantile(z, np.linspace(0.005, 0.995, KDE_POINTS))
+    return float(middle + width * x[np.argmax(density(x / sd))])
+
+
+FEW_EVENTS = 10
+"""Events under which a model is one of its priors, whatever the chains say."""
+MISFIT_M = 10.0
+"""Deviation of the regularised path from its points that is worth a note."""
+MISFIT_SIGMAS = 4.0
+"""… where it is also that many times their error: the farthest of hundreds lies some 3 away."""
+
+
+def hazard_notes(model: FittedModel) -> tuple[Note, ...]:
+    """What goes with every row of `hazard` by a model."""
+    return (*notes_of_fit(model), *((Note("any_volume"),) if model.ignores_volume else ()))
+
+
+def notes_of_fit(model: FittedModel) -> tuple[Note, ...]:
+    """The notes on a model that is loaded."""
+    return model_notes(model.calibration, model.records_changed, model.version)
+
+
+def notes_of(session: Session, name: str, records: Records) -> tuple[Note, ...]:
+    """The notes on the model `name`, without loading its draws; `records` are those of today."""
+    try:
+        calibration = latest_calibration(session, name)
+    except AvahazardError:  # nothing to say of a model that has not been calibrated
+        return ()
+    paths: Sequence[str] = load_model(session, name).specification["paths"]
+    changed = True
+    known = {path.path_id for path in records.paths}
+    if known.issuperset(paths):
+        mine = only_paths(records, tuple(paths))
+        changed = data_fingerprint(mine) != calibration.data_fingerprint
+    return model_notes(
+        Calibration.from_dict(calibration.result), changed, version_of(calibration.settings)
+    )
+
+
+def model_notes(
+    result: Calibration, records_changed: bool, version: str | None
+) -> tuple[Note, ...]:
+    """The notes on what a calibration found; `version` is that of the program that made it."""
+    name, n, now = result.model, result.n_events, avahazard.__version__
+    notes = [
+        found.note(name)
+        for found in (result.path_spread, result.heavier_tails)
+        if found is not None
+    ]
+    if records_changed:
+        notes.append(Note("stale", model=name))
+    if not result.diagnostics.converged:
+        notes.append(Note("unconverged", model=name))
+    if n < FEW_EVENTS:
+        notes.append(Note("few_events", model=name, n=n))
+    given, dominated = result.given_priors or {}, result.prior_dominated or {}
+    notes += prior_notes(name, given, result.prior, dominated)
+    notes += result.of_records or ()
+    if "speed_sigma" in result.parameters:
+        notes.append(Note("other_speeds", model=name))
+    if version is not None and version != now:
+        notes.append(Note("older_version", model=name, version=version, now=now))
+    return tuple(notes)
+
+
+def prior_notes(
+    name: str,
+    given: Mapping[str, GivenTold],
+    prior: PriorTold | None,
+    dominated: Mapping[str, PriorDominated],
+) -> list[Note]:
+    """Where the priors are not the program's own, and which parameters they dominate."""
+    notes = [found.note(name, key) for key, found in given.items()]
+    if prior is not None and not prior.source.startswith(GIVEN):
+        notes.append(Note("prior_from", model=name, source=prior.source))
+    return notes + [found.note(name, key) for key, found in dominated.items()]
+
+
+def volume_notes(model: FittedModel, name: str) -> tuple[Note, ...]:
+    """That its volumes are not taken for lognormal, where friction goes by volumes with errors."""
+    volumes = model.observations.volumes
+    if not LAWS[model.specification.law].uses_volume or not np.any(volumes.sd > 0.0):
+        return ()
+    if volumes.population.shape is not None:
+        return (Note("volume_shape", model=name),)
+    if np.isinf(volumes.largest):
+        return ()
+    return (Note("largest_volume", model=name, largest=float(f"{volumes.largest:.2g}")),)
+
+
+def record_notes(records: Records, sites: Sequence[Site]) -> tuple[Note, ...]:
+    """Paths that miss their terrain, events that cannot be true, or are there twice, unseen stops.
+
+    An import refuses the second; a database of an earlier version may hold them.
+    """
+    profiles = {profile.path_id: profile for profile in records.profiles}
+    paths = {path.path_id: path for path in records.paths}
+    return (
+        *_misfits(profiles, sites),
+        *_contradictions(records.events, paths, profiles),
+        *_above_limits(records.events, paths, profiles),
+        *repeated_notes(repeated(records.events)),
+    )
+
+
+def _misfits(profiles: Mapping[str, Profile], sites: Sequence[Site]) -> Iterator[Note]:
+    for path_id, site in {site.path.path_id: site for site in sites}.items():
+        profile, smooth = profiles.get(path_id), site.smooth
+        if profile is None:  # a straight line has no points to miss
+            continue
+        away = np.abs(smooth.height(profile.x_m) - profile.y_m)
+        k = int(np.argmax(away))
+        if away[k] > max(MISFIT_M, MISFIT_SIGMAS * smooth.sigma_m):
+            yield Note("misses_points", path_id, away=float(away[k]), x=float(profile.x_m[k]))
+
+
+def _contradictions(
+    events: Sequence[Event], paths: Mapping[str, Path], profiles: Mapping[str, Profile]
+) -> Iterator[Note]:
+    for event in events:
+        fault = volume_fault(event)
+        profile = profiles.get(event.path_id or "")
+        if fault is None and profile is not None:
+            fault = place_fault(event, paths.get(profile.path_id), profile)
+        if fault is not None:
+            values = dict(zip(("column", "value", "accepted"), fault, strict=True))
+            yield Note("contradicts_itself", event.event_id, **values)
+
+
+def _above_limits(
+    events: Sequence[Event], paths: Mapping[str, Path], profiles: Mapping[str, Profile]
+) -> Iterator[Note]:
+    above: dict[str, list[tuple[float, str]]] = {}
+    for event in events:
+        path = paths.get(event.path_id or "")
+        if path is None:
+            continue
+        elevation = unseen_elevation(event, path, profiles.get(path.path_id))
+        if elevation is not None:
+            above.setdefault(path.path_id, []).append((elevation, event.event_id))
+    for path_id, stops in above.items():
+        stops.sort(reverse=True)
+        yield Note(
+            "above_limit",
+            path_id,
+            n=len(stops),
+            limit=paths[path_id].observed_below_m,
+            events=[event_id for _, event_id in stops],
+            elevation=stops[0][0],
+        )

@@ -1,1 +1,0 @@
-"""Models in the database: how they are kept, found again and told."""
