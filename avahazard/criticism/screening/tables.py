@@ -14,6 +14,7 @@ from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.speed_points import STRETCH, SpeedGrid
 from avahazard.effects.effect import Effect
 from avahazard.inference.likelihood.kept_runs import stops_asked
+from avahazard.inference.likelihood.node_charts import EVENTS_AT_ONCE, in_parts
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
     Predicted,
@@ -22,7 +23,6 @@ from avahazard.inference.likelihood.predicted import (
     run_blocks,
 )
 from avahazard.inference.likelihood.record_nodes import hidden_from
-from avahazard.inference.likelihood.record_parts import EVENTS_AT_ONCE, in_parts
 from avahazard.inference.likelihood.track_nodes import squares
 from avahazard.inference.model.observations import LENGTH, Observations, part_of, whole_paths
 from avahazard.physics.block import LEFT_PROFILE

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,19 +27,23 @@ from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.near_stops import Asked
 from avahazard.physics.runout_curve import MU, RunoutCurve
 
+Key = TypeVar("Key")
+T = TypeVar("T")
+
 MOST_BYTES, LEAST_KEPT = 64_000_000, 2
 """Memory of what is kept of one kind, and how many are kept whatever they take."""
 
 
-def within(most: int, size: int) -> int:
-    """How many things of `size` bytes are kept: at most `most`, fewer where they are large."""
-    return max(LEAST_KEPT, min(most, MOST_BYTES // max(size, 1)))
+def keep(kept: dict[Key, T], key: Key, value: T, most: int, size: int = 0) -> T:
+    """Keep a value of `size` bytes beside `most` - 1 others, fewer where they are large.
 
-
-def make_room(kept: dict, most: int) -> None:  # type: ignore[type-arg]
-    """Drop the oldest of what is kept, so that one more stays within `most`."""
-    while len(kept) >= most:
+    The oldest goes first.
+    """
+    room = max(LEAST_KEPT, min(most, MOST_BYTES // max(size, 1)))
+    while len(kept) >= room:
         del kept[next(iter(kept))]
+    kept[key] = value
+    return value
 
 
 FAR = 9.0
@@ -119,7 +124,7 @@ class KeptRuns:
     """Runs on the sites of observations; `curvature` is that of `run_blocks`.
 
     Without a motion among the effects, or with a limit of sight (not `in_sight`), blocks are run
-    over all frictions wherever their records lie.
+    over all frictions wherever their records lie, else `near` these.
     """
 
     def __init__(
@@ -134,12 +139,16 @@ class KeptRuns:
         self._curvature = curvature
         self._moving = of_kind(effects, MotionEffect)
         # What sight is limited of is looked at over all frictions.
-        self._near = in_sight and len(self._moving) > 0
+        self.near = in_sight and len(self._moving) > 0
         self._runs: dict[tuple[bytes, ...], BlockRuns] = {}
         self._asked: dict[tuple[bytes, ...], tuple[Asked, ...]] = {}
 
+    def forget(self) -> None:
+        """Give back the memory of the runs kept so far."""
+        self._runs.clear()
+
     def emptied(self) -> KeptRuns:
-        """The same without the runs kept so far, which hold much memory."""
+        """The same without the runs kept so far."""
         other = copy(self)
         other._runs = {}
         return other
@@ -155,7 +164,7 @@ class KeptRuns:
     def near_records(self, values: Values) -> Predicted:
         """Tables of expected records, which nodes are made of: right near the records alone."""
         return self._predicted(
-            values, self._near_runs(values) if self._near else self._block_runs(values)
+            values, self._near_runs(values) if self.near else self._block_runs(values)
         )
 
     def _block_runs(self, values: Values) -> BlockRuns:
@@ -165,8 +174,8 @@ class KeptRuns:
             n_curves = sum(len(site.release_x) for site in self._observations.sites)
             n_speeds = sum(len(track.x) for track in self._observations.speeds)
             size = n_curves * RUN_BYTES + n_speeds * 8 * len(MU)
-            make_room(self._runs, within(KEPT_RUNS, size))
-            self._runs[key] = run_blocks(self._observations, self._effects, values, self._curvature)
+            runs = run_blocks(self._observations, self._effects, values, self._curvature)
+            keep(self._runs, key, runs, KEPT_RUNS, size)
         return self._runs[key]
 
     def _predicted(self, values: Values, runs: BlockRuns | None) -> Predicted:
@@ -177,8 +186,8 @@ class KeptRuns:
         on_record = of_kind(self._effects, RecordEffect)
         key = tuple(values[e.key].tobytes() for e in on_record)
         if key not in self._asked:
-            make_room(self._asked, KEPT_ASKED)
-            self._asked[key] = stops_asked(self._observations, self._effects, values)
+            found = stops_asked(self._observations, self._effects, values)
+            keep(self._asked, key, found, KEPT_ASKED)
         runs = run_blocks(
             self._observations, self._effects, values, self._curvature, self._asked[key]
         )

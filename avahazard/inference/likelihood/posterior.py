@@ -11,15 +11,15 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.effects.effect import Effect, VolumeErrorEffect, of_kind
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.kept_runs import make_room
+from avahazard.inference.likelihood.kept_runs import keep
 from avahazard.inference.likelihood.node_charts import NodeCharts
 from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share, log_wrong
 from avahazard.inference.likelihood.offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
-from avahazard.inference.likelihood.terms import EventTerms, event_terms, event_values, summed_terms
+from avahazard.inference.likelihood.terms import event_terms, summed_terms
 from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
 from avahazard.inference.model.layout import Arms, Layout, with_arms
 from avahazard.inference.model.observations import Observations
@@ -30,23 +30,14 @@ from avahazard.workers import ordered_map
 
 T = TypeVar("T")
 
-WORTH_SHARING = 5000
-"""Numbers (events times their volumes) of one call from which on it goes to another thread."""
-
-
-def side_by_side(function: Callable[..., T], *items: Iterable[Any], n_numbers: int) -> Iterator[T]:
-    """As `map`, by the threads where each call goes through many numbers."""
-    if n_numbers < WORTH_SHARING:
-        return map(function, *items)
-    return ordered_map(function, *items)
-
-
 KEPT_VOLUMES = 32
 """Factors of the volumes' errors for which the volumes are kept."""
 MOST_NUMBERS = 1_000_000
 """Numbers of one array where many coordinates are taken at once."""
 EVENTS_AT_ONCE = 1000
 """Events whose nodes stand in the cache of a processor, 1 kB each."""
+WORTH_SHARING = 5000
+"""Numbers (events times their volumes) of one call from which on it goes to another thread."""
 
 
 class Posterior:
@@ -69,10 +60,10 @@ class Posterior:
         self.effects = effects
         speeds = bool(observations.speeds)
         self.friction = friction_model(specification, effects, arms, speeds=speeds)
-        self._student = self.friction.student
         self._in_log = self.layout.log_scatter
+        self._volume_errors = of_kind(effects, VolumeErrorEffect)
         self._volumes: dict[float, VolumeNodes] = {}
-        self._keep: NDArray[np.bool_] | None = None
+        self._keep: Bools = np.ones(observations.n_events, dtype=np.bool_)
         self.nodes = NodeCharts(
             observations, effects, self.layout, float(specification.centrifugal), self._in_log
         )
@@ -100,7 +91,7 @@ class Posterior:
     def _covariate(self) -> Floats | None:
         return self.friction.line_covariate(self.observations.volumes.volume)
 
-    def restricted(self, keep: NDArray[np.bool_]) -> Posterior:
+    def restricted(self, keep: Bools) -> Posterior:
         """The posterior given only the events in `keep` `[n_events]`; tables are shared."""
         part = copy(self)
         part._keep = keep
@@ -123,6 +114,13 @@ class Posterior:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""
         return self.density_and_offsets(u)[0]
 
+    def density_and_offsets(self, u: Floats) -> tuple[float, Offsets | None]:
+        """`log_density`, with the groups' offsets that it rests on where there are any."""
+        if (u < self.layout.low).any() or (u > self.layout.high).any():
+            return -np.inf, None
+        value, offsets = self._given(u, self._nodes(u), *self.location_and_scatter(u))
+        return value + float(self.layout.log_prior(u)), offsets
+
     def log_densities(self, u: Floats) -> Floats:
         """`log_density` `[n]` at many coordinates u `[n, n_slots]`: most of the work is shared."""
         layout = self.layout
@@ -130,8 +128,8 @@ class Posterior:
         inside = np.flatnonzero(np.all((u >= layout.low) & (u <= layout.high), axis=1))
         if not len(inside):
             return result
-        if of_kind(self.effects, VolumeErrorEffect):
-            result[inside] = [self._log_likelihood(v, self._nodes(v))[0] for v in u[inside]]
+        if self._volume_errors:
+            result[inside] = [self.log_likelihood(v) for v in u[inside]]
         else:
             size = self.observations.volumes.volume.size
             if self.nodes.varies:  # each has nodes of its own
@@ -142,16 +140,14 @@ class Posterior:
         result[inside] += layout.log_prior(u[inside])
         return result
 
-    def density_and_offsets(self, u: Floats) -> tuple[float, Offsets | None]:
-        """`log_density`, with the groups' offsets that it rests on where there are any."""
-        if (u < self.layout.low).any() or (u > self.layout.high).any():
-            return -np.inf, None
-        value, offsets = self._log_likelihood(u, self._nodes(u))
-        return value + float(self.layout.log_prior(u)), offsets
-
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, groups' offsets integrated out (Laplace's method)."""
-        return self._log_likelihood(u, self._nodes(u))[0]
+        return self._given(u, self._nodes(u), *self.location_and_scatter(u))[0]
+
+    def exact_log_likelihood(self, u: Floats) -> float:
+        """The same from tables made for just these coordinates, not interpolated."""
+        nodes = self._or_wrong(self.nodes.exact(u), u)
+        return self._given(u, nodes, *self.location_and_scatter(u))[0]
 
     @property
     def sloped(self) -> NDArray[np.int64]:
@@ -162,41 +158,33 @@ class Posterior:
         if self.plan:
             return np.empty(0, dtype=np.int64)
         held = {*self.layout.tables, self.layout.track_scatter}
-        for effect in of_kind(self.effects, VolumeErrorEffect):
+        for effect in self._volume_errors:
             held |= set(range(len(self.layout.slots))[self.layout.places[effect.key]])
         return np.array([k for k in range(len(self.layout.slots)) if k not in held], np.int64)
 
     def density_and_slopes(self, u: Floats) -> tuple[float, Floats]:
         """`log_density` at u, within the bounds, and its derivatives `[n_slots]` by `sloped`."""
         nodes = self._nodes(u)
-        location, scatter = self.location_and_scatter(u)
-        terms = self.terms(nodes, location, scatter, self._keep)
-        value = terms.value if self._keep is None else terms.value[self._keep]
+        at = self.location_and_scatter(u)
+        weight, student, keep = self.observations.volumes.weight, self.friction.student, self._keep
+        terms = event_terms(nodes, *at, weight, student, keep)
         volume = self.volumes(u).volume
         by_friction = terms.by_location, terms.by_scatter
         slopes = self.friction.pulled(u, volume, self.of_events, *by_friction)
         if self.layout.wrong_share is not None:
             k = self.layout.wrong_share
-            by_share = by_wrong_share(nodes.log_wrong, terms.value, float(u[k]))
-            slopes[k] = np.sum(by_share if self._keep is None else by_share[self._keep])
+            slopes[k] = np.sum(by_wrong_share(nodes.log_wrong, terms.value, float(u[k]))[keep])
         slopes += self.layout.prior_slopes(u)
-        return float(np.sum(value)) + float(self.layout.log_prior(u)), slopes
-
-    def exact_log_likelihood(self, u: Floats) -> float:
-        """The same from tables made for just these coordinates, not interpolated."""
-        return self._log_likelihood(u, self._or_wrong(self.nodes.exact(u), u))[0]
-
-    def _log_likelihood(self, u: Floats, nodes: Nodes) -> tuple[float, Offsets | None]:
-        return self._given(u, nodes, *self.location_and_scatter(u))
+        return float(np.sum(terms.value[keep])) + float(self.layout.log_prior(u)), slopes
 
     def _log_likelihoods(self, u: Floats) -> Floats:
         """Log likelihoods `[n]` at u `[n, n_slots]`, within the bounds."""
         location, scatter = self.location_and_scatter(u)
         weight = self.observations.volumes.weight
         if self.plan or self.nodes.varies or self.layout.wrong_share is not None:
-            # Nodes are kept by the grid, which is not for several threads at once.
+            # Nodes are kept by the chart, which is not for several threads at once.
             each = u, [self._nodes(v) for v in u], location, scatter
-            given = side_by_side(self._given, *each, n_numbers=location[0].size)
+            given = _side_by_side(self._given, *each, n_numbers=location[0].size)
             return np.array([value for value, _ in given])
         nodes = self.nodes.at(u[0])
         total = np.zeros(len(u))
@@ -204,10 +192,12 @@ class Posterior:
         for first in range(0, len(weight), EVENTS_AT_ONCE):
             part = slice(first, first + EVENTS_AT_ONCE)
             some = Nodes._make(column[part] for column in nodes)
-            keep = None if self._keep is None else self._keep[part]
-            summed = partial(summed_terms, some, weight[part], self._student, keep)
-            values = side_by_side(
-                summed, location[:, None, part], scatter[:, None, part], n_numbers=weight[part].size
+            student, keep = self.friction.student, self._keep[part]
+            values = _side_by_side(
+                partial(summed_terms, some, weight[part], student, keep),
+                location[:, None, part],
+                scatter[:, None, part],
+                n_numbers=weight[part].size,
             )
             total += np.array([value[0] for value in values])
         return total
@@ -218,8 +208,9 @@ class Posterior:
         """Log likelihood with all that rests on u, offsets of groups integrated out."""
         tau = self.layout.spread_values(u)
         if not self.plan or not np.any(tau):
-            value = self._values(nodes, location, scatter, self._keep)
-            return float(np.sum(value if self._keep is None else value[self._keep])), None
+            weight, student = self.observations.volumes.weight, self.friction.student
+            of_nodes = nodes, location, scatter, weight, student, self._keep
+            return float(np.sum(event_terms(*of_nodes, slopes=False).value[self._keep])), None
         offsets, value_there = self._offsets(tau, nodes, location, scatter)
         spread = tau[self.plan.of]
         penalty = 0.5 * np.sum((offsets.mode / spread) ** 2)
@@ -228,14 +219,17 @@ class Posterior:
         return float(value_there - penalty) + widths, offsets
 
     def event_log_likelihood(
-        self, u: Floats, offsets: Floats | None = None, keep: NDArray[np.bool_] | None = None
+        self, u: Floats, offsets: Floats | None = None, keep: Bools | None = None
     ) -> Floats:
         """Log likelihood of each event `[n_events]`, given offsets `[n_offsets]` of the groups.
 
         0 for those not in `keep` `[n_events]`.
         """
         location, scatter = self.location_and_scatter(u)
-        return self._values(self._nodes(u), self.shifted(location, offsets), scatter, keep)
+        location = self.shifted(location, offsets)
+        weight, student = self.observations.volumes.weight, self.friction.student
+        of_nodes = self._nodes(u), location, scatter, weight, student, keep
+        return event_terms(*of_nodes, slopes=False).value
 
     def offsets(self, u: Floats) -> Offsets:
         """The offsets of the groups given coordinates u."""
@@ -264,16 +258,14 @@ class Posterior:
 
     def volumes(self, u: Floats) -> VolumeNodes:
         """True volumes given their records, with the factors of effects on the volumes' errors."""
-        scales = of_kind(self.effects, VolumeErrorEffect)
-        if not scales:
+        if not self._volume_errors:
             return self.observations.volumes
         values = self.layout.effect_values(u)
-        factor = float(np.prod([e.scale(values[e.key]) for e in scales]))
+        factor = float(np.prod([e.scale(values[e.key]) for e in self._volume_errors]))
         if factor == 1.0:
             return self.observations.volumes
         if factor not in self._volumes:
-            make_room(self._volumes, KEPT_VOLUMES)
-            self._volumes[factor] = rescaled(self.observations.volumes, factor)
+            keep(self._volumes, factor, rescaled(self.observations.volumes, factor), KEPT_VOLUMES)
         return self._volumes[factor]
 
     def record_sigma(self, u: Floats) -> Floats:
@@ -295,28 +287,6 @@ class Posterior:
             covariate = self._covariate if volumes is self.observations.volumes else None
         return self.friction.location_and_scatter(u, volume, self.of_events, covariate)
 
-    def terms(
-        self,
-        nodes: Nodes,
-        location: Floats,
-        scatter: Floats,
-        keep: NDArray[np.bool_] | None = None,
-    ) -> EventTerms:
-        """Terms of every event (or of those in `keep`) at given nodes, location and scatter."""
-        weight = self.observations.volumes.weight
-        return event_terms(nodes, location, scatter, weight, self._student, keep)
-
-    def _values(
-        self,
-        nodes: Nodes,
-        location: Floats,
-        scatter: Floats,
-        keep: NDArray[np.bool_] | None = None,
-    ) -> Floats:
-        """Log likelihoods alone `[n_events]`, as in `terms`."""
-        weight = self.observations.volumes.weight
-        return event_values(nodes, location, scatter, weight, self._student, keep)
-
     def resistance(self, site: Site, values: Values) -> Resistance:
         """The resistance on a site with this model's effects at these values."""
         return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
@@ -331,17 +301,22 @@ class Posterior:
         self, tau: Floats, nodes: Nodes, location: Floats, scatter: Floats
     ) -> tuple[Offsets, float]:
         """The offsets given their spreads `[n_groupings]`, and the log likelihood at their mode."""
-        keep = np.ones(len(location), dtype=np.bool_) if self._keep is None else self._keep
         mode, bend, cross, root, value = newton_offsets(
             nodes,
             location,
             scatter,
             self.observations.volumes.weight,
-            self._student,
+            self.friction.student,
             self._in_log,
             self.plan.index,
             self._rest,
-            keep,
+            self._keep,
             tau[self.plan.of] ** -2.0,
         )
         return Offsets(mode, self._rest, bend, cross, root), float(np.sum(value))
+
+
+def _side_by_side(function: Callable[..., T], *items: Iterable[Any], n_numbers: int) -> Iterator[T]:
+    """As `map`, by the threads where each call goes through many numbers."""
+    share = n_numbers >= WORTH_SHARING
+    return ordered_map(function, *items) if share else map(function, *items)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.density_sums import (
     BLOCK,
     BlockMemory,
@@ -89,8 +88,13 @@ class TermMemory(NamedTuple):
     seen_scatter: Floats
 
 
-class Terms(NamedTuple):
-    """The arrays of `EventTerms` to be filled; without slopes one row of them serves all."""
+class EventTerms(NamedTuple):
+    """Per event: log likelihood `value` `[n_events]` and its derivatives.
+
+    `by_location`, `by_scatter` `[n_events, n_volumes]` are derivatives in m and log σ at each
+    volume node; `curvature` `[n_events]` is the second derivative in a shift common to all m.
+    Without slopes one row of them serves all.
+    """
 
     value: Floats
     by_location: Floats
@@ -100,13 +104,10 @@ class Terms(NamedTuple):
 
 @kernel
 def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, slopes):  # type: ignore[no-untyped-def]
-    """The arrays of `EventTerms`, 0 for events not in `keep` `[n_events]`.
-
-    Without `slopes` the values alone are good.
-    """
+    """The arrays of `EventTerms`, as `event_terms` has them."""
     n, n_volumes = location.shape
     n_nodes, n_slopes = nodes.place.shape[1], n if slopes else 1
-    terms = Terms(
+    terms = EventTerms(
         np.zeros(n), np.zeros((n_slopes, n_volumes)), np.zeros((n_slopes, n_volumes)), np.zeros(n)
     )
     memory = TermMemory(
@@ -239,75 +240,38 @@ def _gather(part, weight, floor, by_location, by_scatter):  # type: ignore[no-un
     return total, second / safe - (first / safe) ** 2
 
 
-class EventTerms(NamedTuple):
-    """Per event: log likelihood `value` `[n_events]` and its derivatives.
-
-    `by_location`, `by_scatter` `[n_events, n_volumes]` are derivatives in m and log σ at each
-    volume node; `curvature` `[n_events]` is the second derivative in a shift common to all m.
-    """
-
-    value: Floats
-    by_location: Floats
-    by_scatter: Floats
-    curvature: Floats
-
-
 def event_terms(
     nodes: Nodes,
     location: Floats,
     scatter: Floats,
     volume_weight: Floats,
     student: bool = False,
-    keep: NDArray[np.bool_] | None = None,
+    keep: Bools | None = None,
+    *,
+    slopes: bool = True,
 ) -> EventTerms:
     """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
 
     Tails of vague records are added (`Nodes`).
     `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
     `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t,
-    a few records being grossly wrong (`nodes.log_wrong`).
-    Terms of events not in `keep` `[n_events]` are 0.
+    a few records being grossly wrong (`nodes.log_wrong`). Terms of events not in `keep`
+    `[n_events]` are 0. Without `slopes` the values alone are good, and their last bit may be
+    another; it takes less time.
     """
     keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
-    return EventTerms(
-        *event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, True)
-    )
-
-
-def event_values(
-    nodes: Nodes,
-    location: Floats,
-    scatter: Floats,
-    volume_weight: Floats,
-    student: bool = False,
-    keep: NDArray[np.bool_] | None = None,
-) -> Floats:
-    """`EventTerms.value` alone `[n_events]` in less time; the last bit may be another."""
-    keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
-    terms = event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, False)
-    return np.asarray(terms[0])
-
-
-def summed_terms(
-    nodes: Nodes,
-    volume_weight: Floats,
-    student: bool,
-    keep: NDArray[np.bool_] | None,
-    locations: Floats,
-    scatters: Floats,
-) -> Floats:
-    """Sums `[n]` of the events' log likelihoods at `[n, n_events, n_volumes]` of both."""
-    keep = np.ones(locations.shape[1], dtype=np.bool_) if keep is None else keep
-    return np.asarray(_sums(nodes, locations, scatters, volume_weight, student, keep))
+    terms = event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, slopes)
+    return EventTerms(*terms)
 
 
 @kernel
-def _sums(nodes, locations, scatters, volume_weight, student, keep):  # type: ignore[no-untyped-def]
+def summed_terms(nodes, volume_weight, student, keep, locations, scatters):  # type: ignore[no-untyped-def]
+    """Sums `[n]` of the events' log likelihoods at `[n, n_events, n_volumes]` of both."""
     result = np.empty(len(locations))
     slopes = bool(0)  # for a constant the called kernel would be compiled once more
     for j in range(len(locations)):
-        value, _, _, _ = event_terms_kernel(
+        terms = event_terms_kernel(
             nodes, locations[j], scatters[j], volume_weight, student, keep, slopes
         )
-        result[j] = np.sum(value)
+        result[j] = np.sum(terms[0])
     return result

@@ -223,11 +223,11 @@ class FrictionModel:
             least = layout.slots[layout.scatter].low
         if not layout.log_scatter:
             location = np.exp(location)
-        scatter = np.exp(np.clip(log_scatter, least, MOST_LOG_SCATTER))
-        scatter = np.broadcast_to(scatter, location.shape)
-        if np.any(own):
-            return location, widened(scatter, own[..., None], location, layout.log_scatter)
-        return location, np.array(scatter)
+        scatter = np.zeros(location.shape)
+        scatter += np.exp(np.minimum(np.maximum(log_scatter, least), MOST_LOG_SCATTER))
+        if own.any():
+            scatter = widened(scatter, own[..., None], location, layout.log_scatter)
+        return location, scatter
 
     def pulled(
         self, u: Floats, volume: Floats, events: EventFriction, pull: Floats, by_scatter: Floats

@@ -36,7 +36,7 @@ LEAST_SIZE = 1e-100
 
 def bounded(log_mu: Floats) -> Floats:
     """Log μ within ± `MOST_LOG`."""
-    return np.asarray(np.clip(log_mu, -MOST_LOG, MOST_LOG), np.float64)
+    return np.asarray(np.minimum(np.maximum(log_mu, -MOST_LOG), MOST_LOG), np.float64)
 
 
 def bounded_exp(u: Floats) -> Floats:

@@ -11,7 +11,7 @@ import pytest
 from avahazard.criticism.screening import tables as module
 from avahazard.criticism.screening.tables import COLUMNS, model_tables
 from avahazard.effects.effect import Effect, LimitEffect, MotionEffect
-from avahazard.inference.likelihood import record_parts
+from avahazard.inference.likelihood import node_charts
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.predicted import run_blocks
 from avahazard.inference.model import observations as arranging
@@ -59,7 +59,7 @@ def test_tables_in_parts_are_those_of_all_at_once(
     runs = None if isinstance(effect, MotionEffect) else run_blocks(observations, (), {})
     told = observations, (effect,), values, 1.0, limit, 0.0, about, runs, near
     whole = model_tables(*told)
-    monkeypatch.setattr(record_parts, "MANY_EVENTS", 10)
+    monkeypatch.setattr(node_charts, "MANY_EVENTS", 10)
     monkeypatch.setattr(module, "EVENTS_AT_ONCE", 10)
     parts = model_tables(*told)
     for name in COLUMNS:

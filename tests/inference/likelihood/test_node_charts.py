@@ -1,5 +1,8 @@
+"""Nodes from charts and exact ones; those made part by part are those made at once."""
+
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -7,23 +10,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood import kept_runs
-from avahazard.inference.likelihood.kept_runs import LEAST_KEPT, MOST_BYTES, within
-from avahazard.inference.likelihood.node_charts import between, mixing, star
+from avahazard.inference.likelihood import kept_runs, node_charts
 from avahazard.inference.likelihood.nodes import build_nodes
+from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
 from avahazard.inference.model.layout import arm_between
-from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.observations import (
+    Observations,
+    build_observations,
+    part_of,
+    whole_paths,
+)
+from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.path import Path, Profile
 from avahazard.synth.making import make_world
 from avahazard.synth.settings import Settings
 from tests.inference.studies import near, observations, posterior
-
-
-def test_large_tables_are_kept_in_smaller_number() -> None:
-    assert within(16, 1000) == 16
-    assert within(16, MOST_BYTES // 5) == 5
-    assert within(16, 10 * MOST_BYTES) == LEAST_KEPT
 
 
 def test_blocks_that_no_parameter_moves_are_run_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,46 +111,6 @@ def test_a_scatter_along_tracks_asks_for_no_new_run(monkeypatch: pytest.MonkeyPa
     assert not np.array_equal(one.log_scale, other.log_scale)
 
 
-ARMS = ((0.3, 0.0, 0.1, 0.5, 0.8), (-1.0, -3.0, -2.0, 0.0, 1.0), (2.0, 2.5, 3.0, 3.5, 4.0))
-
-
-def test_a_star_has_points_along_each_axis_and_two_for_each_pair() -> None:
-    points = star(ARMS)
-    assert points.shape == (1 + 3 * 4 + 3 * 2, 3)
-    moved = np.sum(points != points[0], axis=1)
-    assert moved.tolist() == [0] + 12 * [1] + 6 * [2]
-
-
-def test_a_chart_is_exact_for_products_and_squares() -> None:
-    def value(x: np.ndarray) -> np.ndarray:
-        a, b, c = x.T
-        return 1.0 + a**2 - 2.0 * a - b**2 / 7.0 + c**2 + 3.0 * a * b - b * c
-
-    at = value(star(ARMS))[:, None]
-    rng = np.random.default_rng(1)
-    for _ in range(20):
-        place = np.array([rng.uniform(min(arm), max(arm)) for arm in ARMS])
-        found = between(ARMS, place, at)[0]
-        # The limits of the cubics let go of a turn within a cell.
-        assert found == pytest.approx(value(place[None])[0], abs=0.07)
-        assert mixing(ARMS, place).sum() == pytest.approx(1.0)
-
-
-def test_a_point_of_an_arm_stands_for_itself() -> None:
-    points = star(ARMS)
-    at = np.random.default_rng(2).normal(size=(len(points), 3))
-    for k, point in enumerate(points[:13]):
-        np.testing.assert_allclose(between(ARMS, point, at), at[k], atol=1e-12)
-        np.testing.assert_allclose(mixing(ARMS, point), np.eye(len(points))[k], atol=1e-12)
-
-
-def test_beyond_a_star_its_ends_count() -> None:
-    at = np.random.default_rng(2).normal(size=(len(star(ARMS)), 3))
-    inside, beyond = np.array([0.8, -3.0, 2.0]), np.array([9.0, -9.0, -9.0])
-    np.testing.assert_array_equal(between(ARMS, inside, at), between(ARMS, beyond, at))
-    np.testing.assert_array_equal(mixing(ARMS, inside), mixing(ARMS, beyond))
-
-
 @pytest.mark.parametrize("centre", [0.0, 0.1, 0.5, 1.0])
 def test_an_arm_has_its_points_on_both_sides_of_the_centre(centre: float) -> None:
     points = arm_between(centre, 0.0, 1.0, 4)
@@ -162,3 +127,122 @@ def test_a_chart_holds_at_the_points_of_its_star() -> None:
     for value in drag:
         u[model.layout.tables[0]] = value
         assert model.log_likelihood(u) == pytest.approx(model.exact_log_likelihood(u), abs=1e-8)
+
+
+X = np.linspace(0.0, 1900.0, 96)
+
+
+@cache
+def mixed() -> Observations:
+    """Events of three paths in turn; one that left, one so vague that it has panels, one line."""
+    records = make_world(5, 24, 3, {})[0]
+    first, second, *others = records.events
+    left = replace(first, left_profile=True, runout_elevation_m=None, runout_x_m=None)
+    vague = replace(second, runout_sigma_m=150.0)
+    line = Event("line", fall_height_m=500.0, runout_length_m=1200.0)
+    turns = sorted([left, vague, *others], key=lambda event: event.event_id[::-1])
+    return build_observations(replace(records, events=(line, *turns)))
+
+
+def seldom_seen() -> Observations:
+    """The same, with a limit of sight."""
+    elevation = np.nanmedian(mixed().observed)
+    return replace(mixed(), limit=np.where(np.isnan(mixed().limit), elevation, mixed().limit))
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [(), ("turbulent-drag",), ("record-error",), ("leading-edge", "epoch-bias"), ("entrainment",)],
+)
+@pytest.mark.parametrize("sight", [mixed, seldom_seen])
+def test_nodes_in_parts_are_those_of_all_at_once(
+    effects: tuple[str, ...], sight, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = posterior(sight(), *effects)
+    monkeypatch.setattr(node_charts, "MANY_EVENTS", 4)
+    monkeypatch.setattr(node_charts, "EVENTS_AT_ONCE", 4)
+    parts = posterior(sight(), *effects)
+    assert len(parts.nodes._parts) > 2
+    u = near(whole)
+    np.testing.assert_array_equal(parts.nodes.panels(), whole.nodes.panels())
+    assert parts.nodes.panels().max() > 1
+    for one, other in (
+        (parts.nodes.at(u), whole.nodes.at(u)),
+        (parts.nodes.exact(u), whole.nodes.exact(u)),
+    ):
+        # Weights alone tell which places count.
+        for name, found, wanted in zip(one._fields, one, other, strict=True):
+            if name.endswith("place") and name != "tail_place":
+                counts = getattr(other, name.replace("place", "weight")) != 0.0
+                np.testing.assert_array_equal(found[counts], wanted[counts], err_msg=name)
+            else:
+                np.testing.assert_array_equal(found, wanted, err_msg=name)
+    assert parts.log_density(u) == whole.log_density(u)
+
+
+def test_a_part_is_what_its_records_are_by_themselves() -> None:
+    observations = mixed()
+    events = whole_paths(observations, 4)[-1]
+    part = part_of(observations, events)
+    names = set(part.columns.paths)
+    assert names < set(observations.columns.paths)
+    assert [site.path.path_id for site in part.sites] == list(part.columns.paths)
+    for i, k in enumerate(events):
+        assert part.columns.event_id[i] == observations.columns.event_id[k]
+        whose = observations.columns.paths[observations.columns.path_index[k]]
+        assert part.columns.paths[part.columns.path_index[i]] == whose
+    for name in ("kind", "observed", "sigma", "release", "limit"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(observations, name)[events])
+    for name in part.columns.numbers:
+        np.testing.assert_array_equal(
+            part.columns.numbers[name], observations.columns.numbers[name][events]
+        )
+
+
+def test_parts_are_whole_paths_and_all_events() -> None:
+    path = mixed().columns.path_index
+    parts = whole_paths(mixed(), 4)
+    assert sorted(np.concatenate(parts).tolist()) == list(range(len(path)))
+    of = [set(path[part].tolist()) for part in parts]
+    assert sum(map(len, of)) == len(set(path.tolist()))
+
+
+def test_tables_of_more_paths_take_no_more_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(node_charts, "MANY_EVENTS", 40)
+    monkeypatch.setattr(node_charts, "EVENTS_AT_ONCE", 40)
+    few, many = (_peak_of_nodes(n) for n in (41, 164))
+    assert many < 2.0 * few
+
+
+def _peak_of_nodes(n: int) -> int:
+    """The most memory (bytes) that is held while nodes of one event on each of n paths are made."""
+    names = [f"P{k}" for k in range(n)]
+    observations = build_observations(
+        Records(
+            tuple(Path(name) for name in names),
+            tuple(Profile(m, X, 1e3 + k - 0.8 * X + 2e-4 * X**2) for k, m in enumerate(names)),
+            tuple(Event(name, name, runout_x_m=1200.0) for name in names),
+        )
+    )
+    nodes = Posterior(observations, Specification(law="constant"), ()).nodes
+    tracemalloc.start()
+    nodes.at(np.empty(0))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return peak
+
+
+@pytest.mark.parametrize("effect", ["leading-edge", "record-error"])
+def test_runs_that_serve_other_values_are_made_once(
+    effect: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(node_charts, "MANY_EVENTS", 4)
+    monkeypatch.setattr(node_charts, "EVENTS_AT_ONCE", 4)
+    model = posterior(mixed(), effect)
+    grid = model.nodes
+    grid.exact(near(model))
+    with monkeypatch.context() as patch:
+        patch.setattr(kept_runs, "run_blocks", None)
+        grid.exact(near(model, **{grid.layout.slots[grid.layout.tables[0]].name: 0.4}))
+    grid.forget_runs()
+    assert not any(part.runs._runs for part in grid._parts)

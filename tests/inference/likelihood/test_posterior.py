@@ -1,17 +1,23 @@
-"""The posterior density against sums over fine arms (`naive_posterior`)."""
+"""The posterior density against sums over fine grids (`naive_posterior`)."""
 
 from __future__ import annotations
 
+import sys
+from types import FrameType
 from typing import Any
 
 import numpy as np
 import pytest
 
+from avahazard.inference.fitting.mode import start_coordinates
 from avahazard.inference.likelihood import posterior as of_posterior
+from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.specification import Specification
 from avahazard.workers import set_workers
 from tests.inference.naive_posterior import NaivePosterior
 from tests.inference.studies import near, observations, posterior
+from tests.workflow.twin import twin_study
 
 MODELS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "plain": ((), {}),
@@ -280,3 +286,25 @@ def test_slots_of_tables_and_of_volumes_have_no_exact_slopes_nor_has_any_beside_
     assert {"turbulent-drag.drag", "volume-error.log_factor"} <= set(held)
     assert not any(name.startswith("snow-type") for name in held)
     assert len(posterior(observations(), "path-effect").sloped) == 0
+
+
+@pytest.mark.parametrize("effects", [(), ("path-effect",), ("turbulent-drag", "record-error")])
+def test_one_call_is_at_most_8_frames_deep(effects: tuple[str, ...]) -> None:
+    """On the data of the demo, numpy's frames among them; star and chart are made before."""
+    specification, facts = with_effects(twin_study(), Specification(), effects)
+    model = assemble(twin_study(), specification, facts)
+    u = start_coordinates(model)
+    model.log_density(u)
+    elsewhere = np.clip(u + 1e-5, model.layout.low, model.layout.high)
+    deep = [0]
+
+    def told(_frame: FrameType, event: str, _arg: object) -> None:
+        deep.append(deep[-1] + {"call": 1, "return": -1}.get(event, 0))
+
+    sys.setprofile(told)
+    try:
+        value = model.log_density(elsewhere)
+    finally:
+        sys.setprofile(None)
+    assert np.isfinite(value)
+    assert max(deep) <= 8

@@ -1,11 +1,11 @@
-"""Limited cubics between points along a line."""
+"""Values between the points of a star: limited cubics along its arms, products of axes."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood.interpolation import along, line_weights
+from avahazard.inference.likelihood.star import Star, along, line_weights
 
 GRID = (0.0, 0.5, 1.0, 2.0, 4.0, 7.0)
 
@@ -14,7 +14,7 @@ def _line(value: float, values: np.ndarray) -> tuple[float, float]:
     """Values `[n_grid]` at a value of the grid, by the cubic and by the line."""
     line = line_weights(GRID, value)
     part = values[line.first : line.first + len(line.linear)]
-    return float(along(line, part)), float(line.linear @ part)
+    return float(along(line, part[:, None])[0]), float(line.linear @ part)
 
 
 @pytest.mark.parametrize("value", [0.01, 0.3, 0.9, 1.5, 3.0, 5.0, 6.99])
@@ -35,17 +35,18 @@ def test_at_a_grid_point_it_counts_alone(k: int) -> None:
 def test_short_grids_use_all_their_points() -> None:
     line = line_weights((1.0, 2.0), 1.25)
     assert (line.first, line.linear.tolist()) == (0, [0.75, 0.25])
-    assert along(line, np.array([3.0, 7.0])) == pytest.approx(4.0)
+    assert along(line, np.array([[3.0], [7.0]])) == pytest.approx(4.0)
     three = np.array([1.0, 2.0, 4.0])
     for value in (1.3, 3.0):
-        assert along(line_weights((1.0, 2.0, 4.0), value), three**2) == pytest.approx(value**2)
+        line = line_weights((1.0, 2.0, 4.0), value)
+        assert along(line, three[:, None] ** 2) == pytest.approx(value**2)
 
 
 def test_between_three_points_nothing_lies_beyond_its_neighbours() -> None:
     values = np.array([0.0, 1.0, 1.05])
     for value in np.linspace(1.0, 3.0, 41):
         line = line_weights((1.0, 2.0, 3.0), value)
-        found = float(along(line, values[line.first : line.first + len(line.linear)]))
+        found = along(line, values[line.first : line.first + len(line.linear), None])[0]
         low, high = (0.0, 1.0) if value <= 2.0 else (1.0, 1.05)
         assert low <= found <= high
 
@@ -69,10 +70,53 @@ def test_a_point_far_off_lifts_nothing_between_others(k: int, value: float) -> N
 def test_after_a_cliff_the_values_do_not_rise_above_those_that_follow(value: float) -> None:
     """Log masses of a record that slow blocks do not reach, at the end of a grid."""
     grid, values = (0.5, 1.0, 2.0, 4.0), np.array([-12.4, -12.38, -6.85, -6.83])
-    assert -6.85 <= along(line_weights(grid, value), values) <= -6.83
+    assert -6.85 <= along(line_weights(grid, value), values[:, None])[0] <= -6.83
 
 
 def test_a_turn_between_points_is_followed() -> None:
     grid = np.array(GRID)
     values = -((grid - 1.4) ** 2)
     assert _line(1.4, values)[0] == pytest.approx(0.0, abs=1e-9)
+
+
+ARMS = ((0.3, 0.0, 0.1, 0.5, 0.8), (-1.0, -3.0, -2.0, 0.0, 1.0), (2.0, 2.5, 3.0, 3.5, 4.0))
+
+
+def test_a_star_has_points_along_each_axis_and_two_for_each_pair() -> None:
+    points = Star(ARMS).points
+    assert points.shape == (1 + 3 * 4 + 3 * 2, 3)
+    moved = np.sum(points != points[0], axis=1)
+    assert moved.tolist() == [0] + 12 * [1] + 6 * [2]
+
+
+def test_a_chart_is_exact_for_products_and_squares() -> None:
+    def value(x: np.ndarray) -> np.ndarray:
+        a, b, c = x.T
+        return 1.0 + a**2 - 2.0 * a - b**2 / 7.0 + c**2 + 3.0 * a * b - b * c
+
+    star = Star(ARMS)
+    at = value(star.points)[:, None]
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        place = np.array([rng.uniform(min(arm), max(arm)) for arm in ARMS])
+        found = star.between(star.place(place), at)[0]
+        # The limits of the cubics let go of a turn within a cell.
+        assert found == pytest.approx(value(place[None])[0], abs=0.07)
+        assert star.mixing(star.place(place)).sum() == pytest.approx(1.0)
+
+
+def test_a_point_of_an_arm_stands_for_itself() -> None:
+    star = Star(ARMS)
+    at = np.random.default_rng(2).normal(size=(len(star.points), 3))
+    for k, point in enumerate(star.points[:13]):
+        place = star.place(point)
+        np.testing.assert_allclose(star.between(place, at), at[k], atol=1e-12)
+        np.testing.assert_allclose(star.mixing(place), np.eye(len(star.points))[k], atol=1e-12)
+
+
+def test_beyond_a_star_its_ends_count() -> None:
+    star = Star(ARMS)
+    at = np.random.default_rng(2).normal(size=(len(star.points), 3))
+    inside, beyond = star.place([0.8, -3.0, 2.0]), star.place([9.0, -9.0, -9.0])
+    np.testing.assert_array_equal(star.between(inside, at), star.between(beyond, at))
+    np.testing.assert_array_equal(star.mixing(inside), star.mixing(beyond))
