@@ -11,9 +11,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from avahazard.api.model import Model as Model
-    from avahazard.api.region import Region as Region
-    from avahazard.api.region import open_region as open
+    from avahazard.api import Model as Model
+    from avahazard.api import Region as Region
+    from avahazard.api import open_region as open
     from avahazard.hazard.volume_source import VolumeSource
     from avahazard.records.errors import AvahazardError as AvahazardError
     from avahazard.records.errors import RejectedRows as RejectedRows
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 PUBLIC = {
-    "open": ("avahazard.api.region", "open_region"),
-    "Region": ("avahazard.api.region", "Region"),
-    "Model": ("avahazard.api.model", "Model"),
+    "open": ("avahazard.api", "open_region"),
+    "Region": ("avahazard.api", "Region"),
+    "Model": ("avahazard.api", "Model"),
     "VolumeSource": ("avahazard.hazard.volume_source", "VolumeSource"),
     "AvahazardError": ("avahazard.records.errors", "AvahazardError"),
     "RejectedRows": ("avahazard.records.errors", "RejectedRows"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import Annotated
 
@@ -37,7 +38,7 @@ def volumes(
     """
     from avahazard.workflow.volumes import volumes as run  # noqa: PLC0415
 
-    found = run(settings(context).database, path or (), request)
+    found = run(settings(context).database, replace(request, paths=path or ()))
     emit(context, found.rows, lambda console: _show_volumes(console, found.rows))
     warn(*found.notes)
 

@@ -50,12 +50,9 @@ def add(
     """Add `effects` to the model `name`, calibrate from its mode, compare, store as `new_name`.
 
     Chains, draws and seed are the parent's. `effect_files` hold the user's own effects, of the
-    parent and new ones.
-
-    Raises:
-        AvahazardError: a name is taken or unknown, an effect is unknown, already there or cannot
-            be told from the data, an effect file is missing or changed, or the records have
-            changed since the parent was calibrated.
+    parent and new ones. Raises `AvahazardError` where a name is taken or unknown, an effect is
+    unknown, already there or cannot be told from the data, an effect file is missing or changed, or
+    the records have changed since the parent was calibrated.
     """
     with reading(database) as session:
         model = load_model(session, name)

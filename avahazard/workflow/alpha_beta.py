@@ -47,11 +47,8 @@ def alpha_beta_paths(
     Where none is named they are `hazard.alpha_beta.REGRESSIONS`.
 
     With `plot` a picture is written there; it shows the latest bounds by `model` too, if one is
-    named.
-
-    Raises:
-        AvahazardError: the database, the path, its profile, a regression, or the model or its
-            bounds are missing, or `plot` is not the name of a picture.
+    named. Raises `AvahazardError` where the database, the path, its profile, a regression, or the
+    model or its bounds are missing, or `plot` is not the name of a picture.
     """
     regressions = _regressions(by)
     with reading(database) as session:

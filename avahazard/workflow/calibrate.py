@@ -62,10 +62,9 @@ def calibrate(
 ) -> Calibration:
     """Calibrate a model on the records and store it as `name`: all at the end, or nothing.
 
-    Raises:
-        AvahazardError: the name is taken, a path or effect is unknown or cannot be told from
-            the data, the method cannot do it, or a prior is not that of this model's friction,
-            comes from the same events, or cannot be.
+    Raises `AvahazardError` where the name is taken, a path or effect is unknown or cannot be told
+    from the data, the method cannot do it, or a prior is not that of this model's friction, comes
+    from the same events, or cannot be.
     """
     method, paths = request.method, request.paths
     left_out = [definition(key) for key in request.without]
@@ -145,9 +144,8 @@ def with_given_priors(
 ) -> Specification:
     """The specification with these priors, of parameters as `model NAME` lists them.
 
-    Raises:
-        AvahazardError: the model has no such parameter, it cannot have such a prior, or the law
-            has its prior from other records.
+    Raises `AvahazardError` where the model has no such parameter, it cannot have such a prior, or
+    the law has its prior from other records.
     """
     speeds = bool(observations.speeds)
     layout = build_layout(specification, tuple(effects), {}, speeds=speeds)
@@ -234,11 +232,9 @@ def find_prior(
 
     `source` is a stored model, or `fit:PATH[,PATH]…`: least squares on the apparent friction of the
     events of these paths. Paths differ by a source that knows it: where the model does not know it,
-    its one path may be any, and the spread between paths is added to the prior of the level.
-
-    Raises:
-        AvahazardError: there is no such model or path, records are in both, or friction means
-            something else in it (another law, distribution, or effects on the motion).
+    its one path may be any, and the spread between paths is added to the prior of the level. Raises
+    `AvahazardError` where there is no such model or path, records are in both, or friction means
+    something else in it (another law, distribution, or effects on the motion).
     """
     find = _of_fit if source.startswith(FIT) else _of_model
     prior, speak = find(database, source, specification, effects)

@@ -77,11 +77,9 @@ def compare(
 ) -> Comparison:
     """Compare the stored model `name` with its measurements, and store the comparison.
 
-    `plot` is a picture of where it fails.
-
-    Raises:
-        AvahazardError: there is no such model, its records have changed, or its method has no
-            predictive distribution of the friction, or `plot` is not the name of a picture.
+    `plot` is a picture of where it fails. Raises `AvahazardError` where there is no such model, its
+    records have changed, or its method has no predictive distribution of the friction, or `plot` is
+    not the name of a picture.
     """
     require_picture(plot)
     stored, _ = load_stored(database, name, own_effects(database, name, effect_files))
@@ -220,9 +218,7 @@ def ladder(
     """Rank all models by their error; those never compared are compared, and that is stored.
 
     `plot` is a picture of the held-out error from model to model, and of their error budgets.
-
-    Raises:
-        AvahazardError: the database is missing or has no model, or `plot` is no picture.
+    Raises `AvahazardError` where the database is missing or has no model, or `plot` is no picture.
     """
     require_picture(plot)
     with reading(database) as session:

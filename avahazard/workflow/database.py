@@ -27,8 +27,7 @@ SAMPLE = 3
 def init_database(database: str) -> Created:
     """Create the tables of `database`; `created` is false where it exists.
 
-    Raises:
-        AvahazardError: it holds other tables, or cannot be written.
+    Raises `AvahazardError` where it holds other tables, or cannot be written.
     """
     before = upkeep.create(database)
     created = before == "empty"
@@ -38,8 +37,7 @@ def init_database(database: str) -> Created:
 def upgrade_database(database: str) -> Upgraded:
     """Run the migrations that `database` lacks; an SQLite file is copied beside itself before.
 
-    Raises:
-        AvahazardError: it is missing, empty, of another program, or newer than this one.
+    Raises `AvahazardError` where it is missing, empty, of another program, or newer than this one.
     """
     before = upkeep.status(database)
     copy = None
@@ -53,8 +51,7 @@ def upgrade_database(database: str) -> Upgraded:
 def database_status(database: str) -> DatabaseState:
     """Return the state of the schema of `database`, its revision and its counts.
 
-    Raises:
-        AvahazardError: it is missing or cannot be read.
+    Raises `AvahazardError` where it is missing or cannot be read.
     """
     return DatabaseState(**asdict(upkeep.status(database)))
 
@@ -63,10 +60,8 @@ def check(database: str, *, full: bool = False, report: Report = silent) -> Chec
     """Return whether `database` is whole, and the list of its problems.
 
     With `full` up to `SAMPLE` of its models, chosen at random, are calibrated again and held
-    against what is stored, draw by draw.
-
-    Raises:
-        AvahazardError: it is missing, of another schema, or cannot be read at all.
+    against what is stored, draw by draw. Raises `AvahazardError` where it is missing, of another
+    schema, or cannot be read at all.
     """
     with reading(database) as session:
         problems = check_database(session)
@@ -102,8 +97,7 @@ def _recomputed(database: str, name: str, report: Report) -> Recomputed:
 def backup_database(database: str, target: str) -> Copied:
     """Copy an SQLite `database` to the new file `target`, also while it is used.
 
-    Raises:
-        AvahazardError: it is not SQLite or missing, or `target` is there already.
+    Raises `AvahazardError` where it is not SQLite or missing, or `target` is there already.
     """
     backup(database, target)
     return Copied(database_name(database), target)

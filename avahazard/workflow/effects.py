@@ -51,11 +51,8 @@ def list_effects(database: str) -> Rows[EffectEntry]:
 def show_effect(database: str, key: str) -> EffectDetails:
     """Return the entry of one effect, what it acts on, and its parameters.
 
-    Where an effect is made from the data (levels, ranges) and these are lacking, `acts_on` is
-    None and `parameters` empty.
-
-    Raises:
-        AvahazardError: there is no such effect.
+    Where an effect is made from the data (levels, ranges) and these are lacking, `acts_on` is None
+    and `parameters` empty. Raises `AvahazardError` where there is no such effect.
     """
     entry = definition(key)
     observations = _study(database)

@@ -48,14 +48,12 @@ TABLES = {
 def export(database: str, name: str, file: FilePath) -> Export:
     """Write the latest bounds and zones by the model `name` to `file`, for what its name ends in.
 
-    `.gpkg`: paths, releases, recorded stops, runouts and zones as layers with their styles, in
-    the paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`, `.xlsx`: the rows of
+    `.gpkg`: paths, releases, recorded stops, runouts and zones as layers with their styles, in the
+    paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`, `.xlsx`: the rows of
     `hazard`; `.parquet`: the same, with the place of design runouts on the map. A file that an
-    export made before is replaced, no other one.
-
-    Raises:
-        AvahazardError: there is no such model, no bounds are stored by it, `file` has another
-            ending or is somebody else's, or no path has coordinates.
+    export made before is replaced, no other one. Raises `AvahazardError` where there is no such
+    model, no bounds are stored by it, `file` has another ending or is somebody else's, or no path
+    has coordinates.
     """
     ending = file.suffix.lower()
     if ending not in ENDINGS:

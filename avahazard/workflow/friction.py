@@ -227,14 +227,12 @@ def show_frictions(
 ) -> Frictions:
     """The apparent friction of every event, of one path or all.
 
-    `kappa` "auto" takes, for each density, that with the best held-out likelihood. With `model`
-    the effects of that stored model on the motion and the record are at work, and the events are
-    those that it was calibrated on, or the path's. With `plot` a picture of the densities is
-    written there, and by a model also of its law with the events beside it.
-
-    Raises:
-        AvahazardError: the database, the model or the path is missing, there are no events, a
-            path of theirs has no profile, or `plot` is not the name of a picture.
+    `kappa` "auto" takes, for each density, that with the best held-out likelihood. With `model` the
+    effects of that stored model on the motion and the record are at work, and the events are those
+    that it was calibrated on, or the path's. With `plot` a picture of the densities is written
+    there, and by a model also of its law with the events beside it. Raises `AvahazardError` where
+    the database, the model or the path is missing, there are no events, a path of theirs has no
+    profile, or `plot` is not the name of a picture.
     """
     require_picture(plot)
     if model is not None:
@@ -329,12 +327,9 @@ def _finite(value: float) -> float | None:
 def fit_laws(database: str, path_id: str | None = None, plot: FilePath | None = None) -> Fits:
     """Fit every law, to the events of one path or of all.
 
-    `n_events` of a fit counts the events with a volume and a friction. With `plot` a picture of
-    the laws on the points is written there.
-
-    Raises:
-        AvahazardError: the database or the path is missing, there are too few such events, or
-            `plot` is not the name of a picture.
+    `n_events` of a fit counts the events with a volume and a friction. With `plot` a picture of the
+    laws on the points is written there. Raises `AvahazardError` where the database or the path is
+    missing, there are too few such events, or `plot` is not the name of a picture.
     """
     if plot is not None:
         require_picture(plot)

@@ -91,14 +91,11 @@ def run_hazard(
 ) -> HazardRun:
     """Compute and store the runout of paths.
 
-    One row for each path and each return period, with its design runout, or volume, sorted by
-    path; paths without what a return period needs are left out with their reason. Rows are stored
-    as they come; the same call goes on where it was interrupted.
-
-    Raises:
-        AvahazardError: there is no such model or path, `effect_files` are not those that the
-            model was made with, a
-            file of `source` cannot be read, or no path has what a return period needs.
+    One row for each path and each return period, with its design runout, or volume, sorted by path;
+    paths without what a return period needs are left out with their reason. Rows are stored as they
+    come; the same call goes on where it was interrupted. Raises `AvahazardError` where there is no
+    such model or path, `effect_files` are not those that the model was made with, a file of
+    `source` cannot be read, or no path has what a return period needs.
     """
     work, of_model = hazard_work(database, name, request)
     run = run_paths(database, work, report)

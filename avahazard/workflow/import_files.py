@@ -61,15 +61,12 @@ def import_files(
 
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
     metres), and the ground around it is kept; `crs` is its system where it names none (default:
-    that of the lines); `land_cover` is a file of polygons with that attribute. Rows that are
-    stored already are no change; with `update` rows that contradict stored ones replace them. A
-    dry run reports what would happen. `given` says what files leave open: the decimal sign, and
-    whether the day or the month comes first.
-
-    Raises:
-        AvahazardError: the database or a source cannot be used, or there are lines without a
-            terrain model.
-        RejectedRows: rows that cannot be taken, all of them; nothing was stored.
+    that of the lines); `land_cover` is a file of polygons with that attribute. Rows that are stored
+    already are no change; with `update` rows that contradict stored ones replace them. A dry run
+    reports what would happen. `given` says what files leave open: the decimal sign, and whether the
+    day or the month comes first. Raises `AvahazardError` where the database or a source cannot be
+    used, or there are lines without a terrain model; `RejectedRows` for rows that cannot be taken,
+    all of them; nothing was stored.
     """
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
     tables = [source for source in sources if FilePath(source) not in lines]

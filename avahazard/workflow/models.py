@@ -38,8 +38,7 @@ IN_SHORT = ("parent", "law", "scatter", "distribution", "method", "effects", "n_
 def show_models(database: str) -> Rows[ModelSummary]:
     """One entry a model, oldest first: what it is made of, whether it converged, and when.
 
-    Raises:
-        AvahazardError: the database cannot be used.
+    Raises `AvahazardError` where the database cannot be used.
     """
     rows = []
     with reading(database) as session:
@@ -61,8 +60,7 @@ def show_models(database: str) -> Rows[ModelSummary]:
 def show_model(database: str, name: str) -> Calibration:
     """A model's calibration, and `created`, the time in UTC.
 
-    Raises:
-        AvahazardError: there is no such model.
+    Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
         created = load_model(session, name).created
@@ -81,8 +79,7 @@ def _utc(time: dt.datetime) -> str:
 def show_provenance(database: str, name: str) -> Provenance:
     """What is needed to make the model `name` again.
 
-    Raises:
-        AvahazardError: there is no such model.
+    Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
         model = load_model(session, name)
@@ -118,9 +115,8 @@ def rerun(
 ) -> Rerun:
     """Calibrate the model `name` again and hold every draw against the stored ones.
 
-    Raises:
-        AvahazardError: there is no such model, its records have changed, or the files of its own
-            effects are missing or others.
+    Raises `AvahazardError` where there is no such model, its records have changed, or the files of
+    its own effects are missing or others.
     """
     own = own_effects(database, name, effect_files)
     stored, records = load_stored(database, name, own)

@@ -59,12 +59,10 @@ def paper_figures(
 
     Of the records (of `paths`, none: all): laws by least squares, densities of apparent friction
     with their normals, F(μ) and F′ of each path. Of the models `names`: the posterior with its
-    normals, residuals with theirs, and friction against volume with all models in one picture.
-    What the records do not allow is a row without a file, and why.
-
-    Raises:
-        AvahazardError: the database, a path or a model is missing, there are no events, `kind`
-            is no kind of picture, or `folder` is a file.
+    normals, residuals with theirs, and friction against volume with all models in one picture. What
+    the records do not allow is a row without a file, and why. Raises `AvahazardError` where the
+    database, a path or a model is missing, there are no events, `kind` is no kind of picture, or
+    `folder` is a file.
     """
     if kind not in KINDS:
         raise AvahazardError(f"'{kind}' is no kind of picture.", f"Kinds: {', '.join(KINDS)}.")

@@ -32,8 +32,7 @@ from avahazard.store.session import reading
 def list_paths(database: str) -> Rows[PathSummary]:
     """Return one entry a path: its profile's size, its number of events, their volumes.
 
-    Raises:
-        AvahazardError: the database cannot be used.
+    Raises `AvahazardError` where the database cannot be used.
     """
     with reading(database) as session:
         return path_summaries(session)
@@ -46,14 +45,11 @@ CONTRADICTED = 2.0
 def view_path(database: str, path_id: str, plot: FilePath | None = None) -> PathCheck:
     """Return a path with its profile's fit and checks.
 
-    `rises` and `sharp_bends` list the stretches where the
-    regularised path rises, and where its radius of curvature is below `flow_length_m` (the
-    median deposit length of its events, None if none is known). `notes` says it in words.
-    With `plot` a picture of the profile is written there.
-
-    Raises:
-        AvahazardError: the database, the path or its profile is missing, or `plot` is not
-            the name of a picture.
+    `rises` and `sharp_bends` list the stretches where the regularised path rises, and where its
+    radius of curvature is below `flow_length_m` (the median deposit length of its events, None if
+    none is known). `notes` says it in words. With `plot` a picture of the profile is written there.
+    Raises `AvahazardError` where the database, the path or its profile is missing, or `plot` is not
+    the name of a picture.
     """
     with reading(database) as session:
         records = load_records(session)

@@ -51,11 +51,8 @@ def write_report(
 
     Nothing is computed anew that a command stores: the report shows the latest comparison,
     diagnosis, bounds and zones, and says how to get what is missing. Equal databases give equal
-    files.
-
-    Raises:
-        AvahazardError: there is no such model, its own effects are not given, or
-            `file` cannot be written or is not the name of a page.
+    files. Raises `AvahazardError` where there is no such model, its own effects are not given, or
+    `file` cannot be written or is not the name of a page.
     """
     if file.suffix.lower() not in ENDINGS:
         raise AvahazardError(
@@ -96,8 +93,7 @@ def gather(
 ) -> ReportContent:
     """Gather what the report of a stored model shows.
 
-    Raises:
-        AvahazardError: there is no such model, or its own effects are not given.
+    Raises `AvahazardError` where there is no such model, or its own effects are not given.
     """
     tongue = language_of(request.language)
     own = own_effects(database, name, request.effect_files)

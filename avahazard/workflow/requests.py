@@ -214,8 +214,9 @@ class ZonesRequest(Request):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VolumesRequest(Request):
-    """Return periods (years), and where the frequency of volumes comes from."""
+    """Return periods (years), where the frequency of volumes comes from, and paths; none: all."""
 
+    paths: Sequence[str] = ()
     return_periods: Annotated[
         Sequence[float], _periods("May be given again. [default: 10, 30, 100, 300]")
     ] = ()

@@ -164,8 +164,8 @@ class Project(Strict):
 def read_project(file: FilePath) -> Project:
     """Read the file of a project.
 
-    Raises:
-        AvahazardError: there is no such file, or a value is missing, unknown or out of range.
+    Raises `AvahazardError` where there is no such file, or a value is missing, unknown or out of
+    range.
     """
     try:
         text = file.read_text(encoding="utf-8-sig")
@@ -188,11 +188,8 @@ def run_project(
 
     Import, calibrate, compare, diagnose (and add what is named, if the file says so), hazard,
     zones, report, export. A stored model is never overwritten: where the records or the file have
-    changed since, the next one is called NAME-2.
-
-    Raises:
-        AvahazardError: the file is not that of a project, or a step could not be done; those
-            before it stay done.
+    changed since, the next one is called NAME-2. Raises `AvahazardError` where the file is not that
+    of a project, or a step could not be done; those before it stay done.
     """
     project = read_project(file)
     folder = file.absolute().parent

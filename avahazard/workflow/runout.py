@@ -37,12 +37,9 @@ def run_path(
 ) -> Runout:
     """Run the block of friction `mu` down a path from its release.
 
-    With `table` F(μ) and F'(μ) are told as well. `plot` is a picture of these, or else of the
-    path with the run and its speeds.
-
-    Raises:
-        AvahazardError: the database, the path or its profile is missing, μ is not a
-            positive number, or `plot` is not the name of a picture.
+    With `table` F(μ) and F'(μ) are told as well. `plot` is a picture of these, or else of the path
+    with the run and its speeds. Raises `AvahazardError` where the database, the path or its profile
+    is missing, μ is not a positive number, or `plot` is not the name of a picture.
     """
     require_picture(plot)
     if not (np.isfinite(mu) and mu > 0.0):
@@ -72,13 +69,10 @@ def run_model(
 ) -> Runout:
     """Run the block down a path with the effects of model `name`.
 
-    The friction is the posterior median of that of an event of `volume_m3`, or `mu` where that
-    is given; effects on the motion are at their posterior means, for `table` (F and F') too.
-    `plot` as in `run_path`.
-
-    Raises:
-        AvahazardError: there is no such model, path or profile, neither `mu` nor a volume
-            over 0 is given, or `plot` is not the name of a picture.
+    The friction is the posterior median of that of an event of `volume_m3`, or `mu` where that is
+    given; effects on the motion are at their posterior means, for `table` (F and F') too. `plot` as
+    in `run_path`. Raises `AvahazardError` where there is no such model, path or profile, neither
+    `mu` nor a volume over 0 is given, or `plot` is not the name of a picture.
     """
     require_picture(plot)
     if mu is None and not (volume_m3 is not None and np.isfinite(volume_m3) and volume_m3 > 0.0):

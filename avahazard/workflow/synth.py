@@ -24,11 +24,9 @@ def synthesise(
 ) -> MadeWorld:
     """Write a world into `folder` and return what was made; all effects have one strength.
 
-    `speeds` is the share of events with measured speeds; None gives them where an effect
-    needs them. Many paths are made and written in parts (`synth.region`).
-
-    Raises:
-        AvahazardError: the folder is not empty, an effect is unknown, or nothing runs.
+    `speeds` is the share of events with measured speeds; None gives them where an effect needs
+    them. Many paths are made and written in parts (`synth.region`). Raises `AvahazardError` where
+    the folder is not empty, an effect is unknown, or nothing runs.
     """
     refuse_full(folder)
     wanted = seed, n_events, n_paths, dict.fromkeys(effects, strength), Settings(speeds=speeds)

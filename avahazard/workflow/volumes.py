@@ -16,6 +16,7 @@ from avahazard.hazard.frequency import (
 )
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path
+from avahazard.request import many
 from avahazard.results.base import Rows
 from avahazard.results.hazard import PathVolumes, ReturnLevel, Volumes, YearlyMaximum
 from avahazard.store.records import load_records
@@ -26,19 +27,14 @@ RETURN_PERIODS = (10.0, 30.0, 100.0, 300.0)
 CURVE = tuple(float(t) for t in np.geomspace(1.2, 1000.0, 60))
 
 
-def volumes(
-    database: str,
-    paths: Sequence[str],
-    request: VolumesRequest,
-) -> Volumes:
+def volumes(database: str, request: VolumesRequest) -> Volumes:
     """The frequency of volumes of each path, all where none is named; nothing is stored.
 
-    Periods that are shorter than the time between avalanches have no level.
-
-    Raises:
-        AvahazardError: a path is unknown, no path has what is needed, a
-            file of `source` cannot be read, or `plot` is not a picture's name.
+    Periods that are shorter than the time between avalanches have no level. Raises `AvahazardError`
+    where a path is unknown, no path has what is needed, a file of `source` cannot be read, or
+    `plot` is not a picture's name.
     """
+    paths: tuple[str, ...] = many(request.paths)
     wanted, plot = request.return_periods or RETURN_PERIODS, request.plot
     if plot is not None:
         from avahazard.report.picture import require_picture  # noqa: PLC0415 (slow)

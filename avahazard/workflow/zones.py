@@ -41,11 +41,9 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
     """Find and store speed, pressure and zones along paths.
 
     One entry for each path named, or each that has a profile and a rate of avalanches, by path.
-
-    Raises:
-        AvahazardError: there is no such model, path or preset, the file of limits cannot be
-            used, `effect_files` are not those of the model, its scatter is in metres (method
-            metropolis), `plot` is not the name of a picture, or no path has a rate.
+    Raises `AvahazardError` where there is no such model, path or preset, the file of limits cannot
+    be used, `effect_files` are not those of the model, its scatter is in metres (method
+    metropolis), `plot` is not the name of a picture, or no path has a rate.
     """
     plot = request.plot
     require_picture(plot)

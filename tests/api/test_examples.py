@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import avahazard as av
-from avahazard.api.region import open_region
+from avahazard.api import open_region
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
 

@@ -27,7 +27,7 @@ def twin(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def test_every_path_has_its_levels_and_its_records(twin: str, tmp_path: Path) -> None:
-    found = volumes(twin, (), VolumesRequest(plot=tmp_path / "levels.png"))
+    found = volumes(twin, VolumesRequest(plot=tmp_path / "levels.png"))
     entries = found.rows
     assert found.notes == ()
     assert [e.path_id for e in entries] == sorted(p.path_id for p in twin_records().paths)
@@ -45,42 +45,46 @@ def test_every_path_has_its_levels_and_its_records(twin: str, tmp_path: Path) ->
 
 
 def test_periods_shorter_than_the_time_between_avalanches_have_no_level(twin: str) -> None:
-    (entry,) = volumes(twin, ["scey"], VolumesRequest(return_periods=[1.5, 100.0])).rows
+    (entry,) = volumes(twin, VolumesRequest(paths=["scey"], return_periods=[1.5, 100.0])).rows
     assert [level.return_period_years for level in entry.levels] == [100.0]
 
 
 def test_over_a_threshold(twin: str) -> None:
     source = VolumeSource("gpd", 3e4)
-    (entry,) = volumes(twin, ["saint-clement"], VolumesRequest(source=source)).rows
+    (entry,) = volumes(twin, VolumesRequest(paths=["saint-clement"], source=source)).rows
     assert "generalised Pareto of log volume over 30000 m3 (given)" in entry.method
-    (automatic,) = volumes(twin, ["saint-clement"], VolumesRequest(source=VolumeSource("gpd"))).rows
+    (automatic,) = volumes(
+        twin, VolumesRequest(paths=["saint-clement"], source=VolumeSource("gpd"))
+    ).rows
     assert "(the median)" in automatic.method
 
 
 def test_a_table_of_ones_own(twin: str, write: Write) -> None:
     rows = "path_id,return_period_years,volume_m3\nscey,10,2e4\nscey,100,6e4\n"
     source = VolumeSource(table=write("table.csv", rows))
-    found = volumes(twin, (), VolumesRequest(source=source, return_periods=[10.0, 300.0]))
+    found = volumes(twin, VolumesRequest(source=source, return_periods=[10.0, 300.0]))
     (entry,) = found.rows
     assert (entry.path_id, entry.source, entry.n_records) == ("scey", "given", None)
     assert [level.extrapolated for level in entry.levels] == [False, True]
     assert len(found.notes) == 6
     with pytest.raises(AvahazardError, match="no row of path nants"):
-        volumes(twin, ["nants"], VolumesRequest(source=source))
+        volumes(twin, VolumesRequest(paths=["nants"], source=source))
 
 
 def test_snowfall_needs_a_release_area(twin: str, write: Write) -> None:
     rows = "year,depth_m\n" + "\n".join(f"{1960 + k},{0.4 + 0.03 * k}" for k in range(30))
     source = VolumeSource(snowfall=write("snow.csv", rows), density_ratio=0.4)
     with pytest.raises(AvahazardError, match="has no release_area_m2") as caught:
-        volumes(twin, ["scey"], VolumesRequest(source=source))
+        volumes(twin, VolumesRequest(paths=["scey"], source=source))
     assert "--update" in caught.value.hint
     import_files(twin, [write("paths.csv", "path_id,release_area_m2\nscey,20000\n")], update=True)
-    (entry,) = volumes(twin, ["scey"], VolumesRequest(source=source, return_periods=[30.0])).rows
+    (entry,) = volumes(
+        twin, VolumesRequest(paths=["scey"], source=source, return_periods=[30.0])
+    ).rows
     assert entry.levels[0].volume_m3 == pytest.approx(1.35 * 20000 * 0.4, rel=0.15)
     only = VolumeSource(snowfall=write("snow.csv", rows.replace("depth_m", "depth_m,path_id", 1)))
     with pytest.raises(AvahazardError):
-        volumes(twin, ["scey"], VolumesRequest(source=only))
+        volumes(twin, VolumesRequest(paths=["scey"], source=only))
 
 
 @pytest.mark.parametrize(
@@ -92,9 +96,14 @@ def test_snowfall_needs_a_release_area(twin: str, write: Write) -> None:
 )
 def test_what_cannot_be_asked(twin: str, more: dict[str, object], message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        volumes(twin, (), VolumesRequest(**more))  # type: ignore[arg-type]
+        volumes(twin, VolumesRequest(**more))  # type: ignore[arg-type]
 
 
 def test_an_unknown_path(twin: str) -> None:
     with pytest.raises(AvahazardError, match="no path 'everest'"):
-        volumes(twin, ["everest"], VolumesRequest())
+        volumes(
+            twin,
+            VolumesRequest(
+                paths=["everest"],
+            ),
+        )

@@ -1,0 +1,517 @@
+"""Regions and models as objects, for notebooks and scripts; each method calls one use case.
+
+A method takes the fields of its request (`workflow.requests`) by keyword, with their types.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import wraps
+from inspect import signature
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Concatenate, Literal, ParamSpec, Protocol, TypeVar, cast, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+import avahazard.report.picture  # noqa: F401 (how results are drawn)
+from avahazard.request import Request, many
+from avahazard.results.base import Rows
+from avahazard.results.calibration import Calibration
+from avahazard.results.comparison import Comparison
+from avahazard.results.database import Export, Import, WrittenReport
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.friction import Fits, Frictions
+from avahazard.results.hazard import Hazard, Volumes
+from avahazard.results.ladder import Ladder
+from avahazard.results.models import EffectEntry, ModelSummary
+from avahazard.results.prediction import Prediction
+from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
+from avahazard.results.zones import Zones
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    DiagnoseRequest,
+    HazardRequest,
+    ReportRequest,
+    VolumesRequest,
+    ZonesRequest,
+)
+
+Asked = ParamSpec("Asked")
+Query = TypeVar("Query", bound=Request)
+Query_co = TypeVar("Query_co", bound=Request, covariant=True)
+Own = TypeVar("Own")
+First = TypeVar("First")
+Found = TypeVar("Found")
+
+
+class Taking(Protocol[Asked, Query_co]):
+    """Turns a method that takes a request at its end into one that takes its fields by keyword."""
+
+    @overload
+    def __call__(
+        self, method: Callable[[Own, Query_co], Found], /
+    ) -> Callable[Concatenate[Own, Asked], Found]: ...
+    @overload
+    def __call__(
+        self, method: Callable[[Own, First, Query_co], Found], /
+    ) -> Callable[Concatenate[Own, First, Asked], Found]: ...
+
+
+def taking(request: Callable[Asked, Query]) -> Taking[Asked, Query]:
+    """Let a method take the fields of its `request` by keyword."""
+
+    def decorated(method: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(method)
+        def asked(*given: Any, **fields: Any) -> Any:
+            return method(*given, cast(Any, request)(**fields))
+
+        own = list(signature(method).parameters.values())[:-1]
+        options = signature(request).parameters.values()
+        asked.__signature__ = signature(method).replace(  # type: ignore[attr-defined]
+            parameters=[*own, *options]
+        )
+        return asked
+
+    return cast("Taking[Asked, Query]", decorated)
+
+
+def open_region(database: str | Path = "avahazard.db") -> Region:
+    """Open the region of a database: a file, or an SQLAlchemy URL.
+
+    Raises `AvahazardError` where there is no such database, or its tables are of another version.
+
+    >>> av.open(database).paths().to_frame().shape[0]
+    3
+    """
+    from avahazard.workflow.database import database_status  # noqa: PLC0415 (loads when used)
+
+    database_status(str(database))
+    return Region(str(database))
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A stored model of a region; `effect_files` hold the effects of its user's own.
+
+    >>> base
+    Model(database='...region.db', name='base', effect_files=())
+    """
+
+    database: str
+    name: str
+    effect_files: tuple[Path, ...] = ()
+
+    @property
+    def result(self) -> Calibration:
+        """Its calibration: parameters and convergence.
+
+        >>> base.result.parameters["a"].unit
+        ''
+        """
+        from avahazard.workflow.models import show_model  # noqa: PLC0415 (loads when used)
+
+        return show_model(self.database, self.name)
+
+    @property
+    def draws(self) -> dict[str, NDArray[np.float64]]:
+        """Draws of the parameters by name, each `[n_chains, n_draws]`.
+
+        ArviZ reads this form: `arviz.from_dict({"posterior": model.draws})`.
+
+        >>> base.draws["sigma"].shape
+        (2, 150)
+        """
+        from avahazard.workflow.stored import load_parameter_draws  # noqa: PLC0415
+
+        return load_parameter_draws(self.database, self.name)
+
+    def compare(self) -> Comparison:
+        """Hold the model against the measurements, and store that.
+
+        Raises `AvahazardError` where the records have changed, or the method has no scatter of
+        friction.
+
+        >>> base.compare().scores.runout.coverage_90 > 0.5
+        True
+        """
+        from avahazard.workflow.compare import compare  # noqa: PLC0415
+
+        return compare(self.database, self.name, effect_files=self.effect_files)
+
+    @taking(DiagnoseRequest)
+    def diagnose(self, request: DiagnoseRequest) -> Diagnosis:
+        """Ask which effect the model lacks, against `worlds` made from it.
+
+        Effects to `expect`, declared before looking, are tested first. Raises `AvahazardError`
+        where the records have changed, an expected effect is no candidate, or the method cannot
+        test effects.
+
+        >>> base.diagnose(worlds=39).verdict in ("adequate", "missing-effect", "ambiguous")
+        True
+        """
+        from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
+
+        return diagnose_model(self.database, self.name, self._with_effects(request))
+
+    def add(self, *effects: str, name: str, effect_files: Sequence[str | Path] = ()) -> Model:
+        """A child of the model with more `effects`, calibrated, compared and stored as `name`.
+
+        Raises `AvahazardError` where a name is taken, or an effect cannot be told from the records.
+
+        >>> base.add("season", name="season").result.effects
+        ('season',)
+        """
+        from avahazard.workflow.add import add  # noqa: PLC0415
+
+        files = (*self.effect_files, *(Path(file) for file in effect_files))
+        add(self.database, self.name, effects, name, effect_files=files)
+        return Model(self.database, name, files)
+
+    def predict(self, events: str | Path) -> Prediction:
+        """Predict the stops (m) of the events of a file.
+
+        Raises `AvahazardError` where the model cannot predict these events; `RejectedRows` for rows
+        of the file that cannot be taken.
+
+        >>> len(base.predict(folder / "events.csv").events)
+        60
+        """
+        from avahazard.workflow.predict import predict  # noqa: PLC0415
+
+        return predict(self.database, self.name, Path(events), effect_files=self.effect_files)
+
+    @taking(HazardRequest)
+    def hazard(self, request: HazardRequest) -> Hazard:
+        """Runout per path, with its interval, and store that; 100 years where nothing is asked.
+
+        It is that of `return_periods` (years) and of `volumes` (m3), from `draws` for each row;
+        `source` says where the frequency of volumes comes from. Raises `AvahazardError` where no
+        path has what a return period needs.
+
+        >>> base.hazard(return_periods=100).rows[0].volume_m3 > 0.0
+        True
+        """
+        from avahazard.workflow.hazard import hazard  # noqa: PLC0415
+
+        return hazard(self.database, self.name, self._with_effects(request))
+
+    @taking(ZonesRequest)
+    def zones(self, request: ZonesRequest) -> Zones:
+        """Speed (m/s), pressure (kPa) and zones along the paths, and store them.
+
+        The zones are those of `limits`, a preset or a TOML file, at its return periods (years) and
+        `return_periods`; `density` of the flow and its standard deviation are in kg/m3. Raises
+        `AvahazardError` where no path has a rate, or the method has no scatter of friction.
+
+        >>> base.zones(paths="P01").rows[0].zones[0].zone
+        'red'
+        """
+        from avahazard.workflow.zones import zones  # noqa: PLC0415
+
+        return zones(self.database, self.name, self._with_effects(request))
+
+    def runout(
+        self,
+        path_id: str,
+        *,
+        volume_m3: float | None = None,
+        mu: float | None = None,
+        table: bool = False,
+        plot: str | Path | None = None,
+    ) -> Runout:
+        """Run the block down a path by this model, of the median friction of a volume or of `mu`.
+
+        With `table` F(μ) and its derivative are there as well; `plot` is the file of a picture.
+        Raises `AvahazardError` where there is no such path, or neither `mu` nor a volume over 0.
+
+        >>> base.runout("P01", volume_m3=2e4).mu_from
+        'posterior median'
+        """
+        from avahazard.workflow.runout import run_model  # noqa: PLC0415
+
+        return run_model(
+            self.database,
+            path_id,
+            self.name,
+            volume_m3=volume_m3,
+            mu=mu,
+            table=table,
+            plot=None if plot is None else Path(plot),
+            effect_files=self.effect_files,
+        )
+
+    @taking(ReportRequest)
+    def report(self, file: str | Path, request: ReportRequest) -> WrittenReport:
+        """Write the report of the model to an HTML file, in English, German, French or Italian.
+
+        `date` is that of the calibration where it is not given; `language` is en, de, fr or it.
+        Raises `AvahazardError` where the file cannot be written, or there is no such language.
+
+        >>> base.report(folder.parent / "base.html", title="Val d'Arly", language="fr").n_events
+        60
+        """
+        from avahazard.workflow.report import write_report  # noqa: PLC0415
+
+        return write_report(self.database, self.name, Path(file), self._with_effects(request))
+
+    def export(self, file: str | Path) -> Export:
+        """Write the latest bounds and zones to a file: .gpkg, .geojson or .csv.
+
+        Raises `AvahazardError` where no bounds are stored, or no path has coordinates for a map.
+
+        >>> _ = base.hazard()
+        >>> base.export(folder.parent / "bounds.csv").layers[0].layer
+        'hazard'
+        """
+        from avahazard.workflow.export import export  # noqa: PLC0415
+
+        return export(self.database, self.name, Path(file))
+
+    def _with_effects(self, request: Query) -> Query:
+        return cast(Query, replace(cast(Any, request), effect_files=self.effect_files))
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """The paths, records and models of one database.
+
+    >>> region
+    Region(database='...region.db')
+    """
+
+    database: str
+    _folder: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+
+    @classmethod
+    def from_files(
+        cls,
+        *sources: str | Path,
+        database: str | Path | None = None,
+        dem: str | Path | None = None,
+        land_cover: str | Path | None = None,
+    ) -> Region:
+        """Import `sources` (files, or folders of them) into a new database.
+
+        Without `database` it is a temporary one, gone with the region. `dem` and `land_cover` as in
+        `import_files`. Raises `AvahazardError` where a source cannot be used, or the database is
+        there already; `RejectedRows` for rows that cannot be taken, all of them.
+
+        >>> av.Region.from_files(folder).paths()[0].n_events > 0
+        True
+        """
+        from avahazard.records.errors import AvahazardError  # noqa: PLC0415 (loads when used)
+        from avahazard.workflow.database import init_database  # noqa: PLC0415
+
+        folder = None
+        if database is None:
+            folder = TemporaryDirectory(prefix="avahazard-")
+            database = Path(folder.name) / "region.db"
+        if not init_database(str(database)).created:
+            raise AvahazardError(
+                f"{database} is there already.", "Open it with avahazard.open, or name another."
+            )
+        region = cls(str(database), folder)
+        region.import_files(*sources, dem=dem, land_cover=land_cover)
+        return region
+
+    def import_files(
+        self,
+        *sources: str | Path,
+        dem: str | Path | None = None,
+        land_cover: str | Path | None = None,
+        crs: str | None = None,
+        update: bool = False,
+        dry_run: bool = False,
+    ) -> Import:
+        """Import more records, from tables, folders of them, or lines on the terrain model `dem`.
+
+        `land_cover` is a file of polygons, `crs` the system of a terrain model that names none.
+        With `update` rows that contradict stored ones replace them; `dry_run` stores nothing.
+        Raises `AvahazardError` where a source cannot be used; `RejectedRows` for rows that cannot
+        be taken, all of them; nothing is stored.
+
+        >>> region.import_files(folder).records.events.new
+        0
+        """
+        from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+
+        return import_files(
+            self.database,
+            sources,
+            dem=dem,
+            land_cover=land_cover,
+            crs=crs,
+            update=update,
+            dry_run=dry_run,
+        )
+
+    def paths(self) -> Rows[PathSummary]:
+        """All paths, with the size of their profiles (m) and what is recorded on each.
+
+        >>> region.paths()[0].path_id
+        'P01'
+        """
+        from avahazard.workflow.path import list_paths  # noqa: PLC0415
+
+        return list_paths(self.database)
+
+    def path(self, path_id: str) -> PathCheck:
+        """One path: how its profile was regularised, and the checks of the block's assumptions.
+
+        Raises `AvahazardError` where there is no such path or profile.
+
+        >>> region.path("P01").fit.max_deviation_m < 10.0
+        True
+        """
+        from avahazard.workflow.path import view_path  # noqa: PLC0415
+
+        return view_path(self.database, path_id)
+
+    def runout(
+        self,
+        path_id: str,
+        mu: float,
+        *,
+        table: bool = False,
+        plot: str | Path | None = None,
+    ) -> Runout:
+        """Run the block of friction `mu` down a path; lengths in m, speeds in m/s.
+
+        With `table` F(μ) and its derivative are there as well; `plot` is the file of a picture.
+        Raises `AvahazardError` where there is no such path, or μ is not over 0.
+
+        >>> region.runout("P01", 0.5).status
+        'stopped'
+        """
+        from avahazard.workflow.runout import run_path  # noqa: PLC0415
+
+        file = None if plot is None else Path(plot)
+        return run_path(self.database, path_id, mu, table=table, plot=file)
+
+    def friction(
+        self,
+        path_id: str | None = None,
+        *,
+        kappa: float | Literal["auto"] = 5.0,
+        model: str | None = None,
+        plot: str | Path | None = None,
+        effect_files: Sequence[str | Path] = (),
+    ) -> Frictions:
+        """Apparent friction of every event, its density, and the check by perturbation.
+
+        `kappa` is the sharpness of the density; with `model` its effects are at work. Raises
+        `AvahazardError` where there are no events.
+
+        >>> len(region.friction().events) == 60
+        True
+        """
+        from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
+
+        return show_frictions(
+            self.database,
+            path_id,
+            kappa,
+            None if plot is None else Path(plot),
+            model,
+            [Path(file) for file in effect_files],
+        )
+
+    def fit(self) -> Fits:
+        """Least-squares laws of apparent friction against volume (m3).
+
+        Raises `AvahazardError` where there are too few events.
+
+        >>> region.fit().rows[0].law
+        'exponential'
+        """
+        from avahazard.workflow.friction import fit_laws  # noqa: PLC0415
+
+        return fit_laws(self.database)
+
+    @taking(VolumesRequest)
+    def volumes(self, request: VolumesRequest) -> Volumes:
+        """How often which volume comes down each path, by return period (years).
+
+        Raises `AvahazardError` where no path has what is needed.
+
+        >>> region.volumes().rows[0].levels[-1].return_period_years
+        300.0
+        """
+        from avahazard.workflow.volumes import volumes  # noqa: PLC0415
+
+        return volumes(self.database, request)
+
+    def alpha_beta(self, path_id: str | None = None, by: Sequence[str] = ()) -> Rows[TerrainRunout]:
+        """The α-β runout of one path or all, a row for each regression; angles in degrees.
+
+        `by` names the regressions. Raises `AvahazardError` where there is no such path.
+
+        >>> region.alpha_beta("P01")[0].coefficients
+        'norway'
+        """
+        from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
+
+        return alpha_beta_paths(self.database, path_id, by=many(by))
+
+    def effects(self) -> Rows[EffectEntry]:
+        """The catalogue of effects, and what the present records lack for each.
+
+        >>> region.effects()[0].key
+        'centrifugal'
+        """
+        from avahazard.workflow.effects import list_effects  # noqa: PLC0415
+
+        return list_effects(self.database)
+
+    @taking(CalibrateRequest)
+    def calibrate(self, name: str, request: CalibrateRequest) -> Model:
+        """Calibrate a model and store it as `name`; the options are those of the command.
+
+        `with_` and `without` name effects. `prior` has mean and standard deviation by parameter,
+        such as `{"a": (0.5, 0.05)}`. Raises `AvahazardError` where the name is taken, or the
+        records or the method do not allow it.
+
+        >>> region.calibrate("power", law="power", chains=2, draws=100).result.law
+        'power'
+        """
+        from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
+
+        calibrate(self.database, name, request)
+        return Model(self.database, name)
+
+    def model(self, name: str, effect_files: Sequence[str | Path] = ()) -> Model:
+        """The stored model `name`; one with effects of the user's own needs their files again.
+
+        Raises `AvahazardError` where there is no such model.
+
+        >>> region.model("base").result.n_events
+        60
+        """
+        model = Model(self.database, name, tuple(Path(file) for file in effect_files))
+        _ = model.result
+        return model
+
+    def models(self) -> Rows[ModelSummary]:
+        """All stored models in short, oldest first.
+
+        >>> region.models()[0].model
+        'base'
+        """
+        from avahazard.workflow.models import show_models  # noqa: PLC0415
+
+        return show_models(self.database)
+
+    def ladder(self) -> Ladder:
+        """Every model and its error, oldest first; those not yet compared are compared.
+
+        Raises `AvahazardError` where there is no model.
+
+        >>> region.ladder().rows[0].held_out_crps_m is not None
+        True
+        """
+        from avahazard.workflow.compare import ladder  # noqa: PLC0415
+
+        return ladder(self.database)

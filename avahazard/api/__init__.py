@@ -1,1 +1,0 @@
-"""Regions and models as objects, for notebooks and scripts."""
