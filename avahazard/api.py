@@ -371,12 +371,7 @@ class Region:
         return view_path(self.database, path_id)
 
     def runout(
-        self,
-        path_id: str,
-        mu: float,
-        *,
-        table: bool = False,
-        plot: str | Path | None = None,
+        self, path_id: str, mu: float, *, table: bool = False, plot: str | Path | None = None
     ) -> Runout:
         """Run the block of friction `mu` down a path; lengths in m, speeds in m/s.
 

@@ -29,9 +29,7 @@ from avahazard.inference.model.priors import (
     require_possible,
     require_width,
 )
-from avahazard.inference.model.specification import (
-    Specification,
-)
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.calibration import check_method
 from avahazard.inference.paper.least_squares import fit_law, usable
@@ -55,10 +53,7 @@ from avahazard.workflow.stored import (
 
 
 def calibrate(
-    database: str,
-    name: str,
-    request: CalibrateRequest,
-    report: Report = silent,
+    database: str, name: str, request: CalibrateRequest, report: Report = silent
 ) -> Calibration:
     """Calibrate a model on the records and store it as `name`: all at the end, or nothing.
 

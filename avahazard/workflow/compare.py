@@ -49,12 +49,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
 from avahazard.results.base import RATIO, Report, Rows, silent
-from avahazard.results.comparison import (
-    Comparison,
-    HeldOutScores,
-    Scores,
-    SpeedScores,
-)
+from avahazard.results.comparison import Comparison, HeldOutScores, Scores, SpeedScores
 from avahazard.results.ladder import Ladder, Rung, Standing
 from avahazard.store.models import StoredModel, list_models, load_model
 from avahazard.store.records import load_records
@@ -118,9 +113,7 @@ def require_comparable(model: FittedModel) -> None:
 
 
 def comparison(
-    name: str,
-    model: FittedModel,
-    progress: Callable[[float], None] = lambda _share: None,
+    name: str, model: FittedModel, progress: Callable[[float], None] = lambda _share: None
 ) -> Comparison:
     """A model against the records that it was fitted to; nothing is stored."""
     observations = model.observations
@@ -209,12 +202,7 @@ SCORES = (
 )
 
 
-def ladder(
-    database: str,
-    *,
-    plot: Path | None = None,
-    report: Report = silent,
-) -> Ladder:
+def ladder(database: str, *, plot: Path | None = None, report: Report = silent) -> Ladder:
     """Rank all models by their error; those never compared are compared, and that is stored.
 
     `plot` is a picture of the held-out error from model to model, and of their error budgets.

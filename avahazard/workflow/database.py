@@ -7,14 +7,7 @@ from dataclasses import asdict
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.database import (
-    Checked,
-    Copied,
-    Created,
-    DatabaseState,
-    Recomputed,
-    Upgraded,
-)
+from avahazard.results.database import Checked, Copied, Created, DatabaseState, Recomputed, Upgraded
 from avahazard.store import upkeep
 from avahazard.store.models import list_models
 from avahazard.store.session import database_name, database_url, reading, sqlite_file

@@ -40,10 +40,7 @@ WEIGHTS = (7.0, 1.5, 8.0, 5.0, 3.5, 30.0)
 """Seconds of the calibrations, the bounds, the comparison, the report, and the hidden effect."""
 
 
-def run_demo(
-    folder: FilePath,
-    report: Report = silent,
-) -> Demo:
+def run_demo(folder: FilePath, report: Report = silent) -> Demo:
     """Import the twin into a new database in `folder`, calibrate it, give design runouts, report.
 
     `model` is calibrated by the marginal method, `gibbs` by the paper's sampler. Then the loop

@@ -25,12 +25,7 @@ from avahazard.effects.own_file import (
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
-from avahazard.results.models import (
-    EffectDetails,
-    EffectEntry,
-    EffectParameter,
-    WrittenTemplate,
-)
+from avahazard.results.models import EffectDetails, EffectEntry, EffectParameter, WrittenTemplate
 from avahazard.store.models import StoredModel, load_model
 from avahazard.store.records import load_records
 from avahazard.store.session import reading

@@ -84,10 +84,7 @@ def hazard(database: str, name: str, request: HazardRequest, report: Report = si
 
 
 def run_hazard(
-    database: str,
-    name: str,
-    request: HazardRequest,
-    report: Report = silent,
+    database: str, name: str, request: HazardRequest, report: Report = silent
 ) -> HazardRun:
     """Compute and store the runout of paths.
 

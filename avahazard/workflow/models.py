@@ -107,11 +107,7 @@ def show_provenance(database: str, name: str) -> Provenance:
 
 
 def rerun(
-    database: str,
-    name: str,
-    *,
-    effect_files: Sequence[Path] = (),
-    report: Report = silent,
+    database: str, name: str, *, effect_files: Sequence[Path] = (), report: Report = silent
 ) -> Rerun:
     """Calibrate the model `name` again and hold every draw against the stored ones.
 

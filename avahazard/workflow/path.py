@@ -14,11 +14,7 @@ from avahazard.effects.site import release_place, stop_place
 from avahazard.notes import Note
 from avahazard.physics.ground_spline import block_length
 from avahazard.physics.point_error import point_error
-from avahazard.physics.smooth_profile import (
-    SmoothProfile,
-    legendre_profile,
-    smooth_profile,
-)
+from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, smooth_profile
 from avahazard.physics.terrain import build_terrain
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile

@@ -41,11 +41,7 @@ ENDINGS = (".html", ".htm")
 
 
 def write_report(
-    database: str,
-    name: str,
-    file: FilePath,
-    request: ReportRequest,
-    report: Report = silent,
+    database: str, name: str, file: FilePath, request: ReportRequest, report: Report = silent
 ) -> WrittenReport:
     """Write the report of the stored model `name` to `file`; an older one is replaced.
 
@@ -86,10 +82,7 @@ def write_report(
 
 
 def gather(
-    database: str,
-    name: str,
-    request: ReportRequest,
-    report: Report = silent,
+    database: str, name: str, request: ReportRequest, report: Report = silent
 ) -> ReportContent:
     """Gather what the report of a stored model shows.
 

@@ -172,10 +172,7 @@ def to_come(records: Records, path_id: str, volumes: Floats) -> FutureEvents:
 
 
 def state_view(
-    key: str,
-    model: FittedModel,
-    future: Sequence[FutureEvents],
-    comparison: Comparison | None,
+    key: str, model: FittedModel, future: Sequence[FutureEvents], comparison: Comparison | None
 ) -> StateView:
     """What `model` predicts for its records, with the very draws that `compare` scores.
 

@@ -135,11 +135,7 @@ def _plan(profile: Profile, ground: TerrainCrop | None) -> PlanView | None:
 QUANTILES = (0.05, 0.5, 0.95)
 
 
-def event_views(
-    events: tuple[Event, ...],
-    model: FittedModel,
-    mu: Floats,
-) -> tuple[EventView, ...]:
+def event_views(events: tuple[Event, ...], model: FittedModel, mu: Floats) -> tuple[EventView, ...]:
     """The events of the model, in its order; `mu` `[n_events]` is their apparent friction."""
     observations = model.observations
     draws = _predicted(model)

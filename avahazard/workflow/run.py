@@ -179,11 +179,7 @@ def read_project(file: FilePath) -> Project:
     return read_toml(str(file), text, Project, EXAMPLE)
 
 
-def run_project(
-    file: FilePath,
-    database: str,
-    report: Report = silent,
-) -> ProjectRun:
+def run_project(file: FilePath, database: str, report: Report = silent) -> ProjectRun:
     """Run the project of `file`, in its own database or else in `database`.
 
     Import, calibrate, compare, diagnose (and add what is named, if the file says so), hazard,

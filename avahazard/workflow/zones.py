@@ -24,13 +24,7 @@ from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.records import load_paths
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
-from avahazard.workflow.by_path import (
-    PathAnswer,
-    PathTask,
-    PathWork,
-    run_paths,
-    went_on,
-)
+from avahazard.workflow.by_path import PathAnswer, PathTask, PathWork, run_paths, went_on
 from avahazard.workflow.effects import own_effects
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest

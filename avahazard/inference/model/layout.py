@@ -255,11 +255,7 @@ def with_arms(layout: Layout, arms: Arms) -> Layout:
 
 
 def build_layout(
-    specification: Specification,
-    effects: tuple[Effect, ...],
-    arms: Arms,
-    *,
-    speeds: bool,
+    specification: Specification, effects: tuple[Effect, ...], arms: Arms, *, speeds: bool
 ) -> Layout:
     """The coordinates of a model; `arms` replaces those of effects, and so ranges, by name.
 
