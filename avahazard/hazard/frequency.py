@@ -26,8 +26,8 @@ from avahazard.hazard.shape_grid import (
 )
 from avahazard.hazard.volume_region import (
     FEWEST_TELLING,
-    Region,
-    Together,
+    PooledPaths,
+    RegionVolumes,
     VolumeRecord,
     region_of,
     volume_record,
@@ -82,7 +82,7 @@ class VolumeFrequency:
 
 
 def fit_volume_frequency(
-    region: Region, path_id: str, rng: np.random.Generator, n_draws: int = N_DRAWS
+    region: RegionVolumes, path_id: str, rng: np.random.Generator, n_draws: int = N_DRAWS
 ) -> VolumeFrequency:
     """Posterior of the frequency of volumes of one path in its region.
 
@@ -103,7 +103,7 @@ def fit_volume_frequency(
             f"Path {path_id} has no volume over the threshold.", "Give a smaller --threshold."
         )
     likelihood = region.likelihood(path_id)
-    others = region.others(path_id, likelihood) if len(own) < ENOUGH_MAXIMA else Together()
+    others = region.others(path_id, likelihood) if len(own) < ENOUGH_MAXIMA else PooledPaths()
     pooled = others.n_paths > 0
     if len(own) < FEWEST_TELLING and not pooled:
         raise AvahazardError(
@@ -174,7 +174,7 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
     )
 
 
-def _words(region: Region, record: VolumeRecord, own: Floats, others: Together) -> str:
+def _words(region: RegionVolumes, record: VolumeRecord, own: Floats, others: PooledPaths) -> str:
     """How the volume of a return period is found, in one sentence."""
     if region.family == "gev":
         text = f"GEV of log annual maxima, {len(own)} maxima"
@@ -401,7 +401,7 @@ class Frequencies:
     release areas of paths that have one.
     """
 
-    region: Region
+    region: RegionVolumes
     refused: dict[str, AvahazardError]
     seed: int
     source: VolumeSource

@@ -189,7 +189,7 @@ PATHS_AT_ONCE = 25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Together:
+class PooledPaths:
     """Sum of the log likelihoods of paths over the grid: of `n_paths` with `n_values` in all.
 
     `possible` sums those that are not nought, `n_impossible` counts the paths whose is, both
@@ -201,9 +201,9 @@ class Together:
     possible: Floats | float = 0.0
     n_impossible: NDArray[np.int64] | int = 0
 
-    def plus(self, more: Together, sign: int = 1) -> Together:
+    def plus(self, more: PooledPaths, sign: int = 1) -> PooledPaths:
         """With other paths too, or without them (`sign` -1)."""
-        return Together(
+        return PooledPaths(
             self.n_paths + sign * more.n_paths,
             self.n_values + sign * more.n_values,
             self.possible + sign * more.possible,
@@ -217,7 +217,7 @@ class Together:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class RegionVolumes:
     """Volume records of all paths, and what they say of scale and shape.
 
     `records` are free of their errors; `recorded` are as they were: a GEV is fitted to these, with
@@ -281,7 +281,7 @@ class Region:
         """Whether a path has enough to tell others of scale and shape."""
         return len(self.sample(path_id)) >= FEWEST_TELLING
 
-    def together(self) -> Together:
+    def together(self) -> PooledPaths:
         """What all paths that tell say together, by all workers; kept."""
         if "together" not in self.kept:
             telling = [path_id for path_id in self.records if self.tells(path_id)]
@@ -289,10 +289,10 @@ class Region:
             samples = ([(self.sample(p), self.error(p)) for p in piece] for piece in pieces)
             parts = spread_map(_told_by, self.family, samples)
             self.kept["together"] = _sum_of(parts)
-        together: Together = self.kept["together"]
+        together: PooledPaths = self.kept["together"]
         return together
 
-    def others(self, path_id: str, likelihood: Floats) -> Together:
+    def others(self, path_id: str, likelihood: Floats) -> PooledPaths:
         """The same without a path, whose `likelihood` is given."""
         if not self.tells(path_id):
             return self.together()
@@ -300,12 +300,12 @@ class Region:
         return self.together().plus(own, -1)
 
 
-def _sum_of(parts: Iterable[Together]) -> Together:
+def _sum_of(parts: Iterable[PooledPaths]) -> PooledPaths:
     """The sum of parts, added in their order."""
-    return reduce(Together.plus, parts, Together())
+    return reduce(PooledPaths.plus, parts, PooledPaths())
 
 
-def _told_by(family: Family, samples: Sequence[tuple[Floats, float]]) -> Together:
+def _told_by(family: Family, samples: Sequence[tuple[Floats, float]]) -> PooledPaths:
     """What some paths say together, of each its sample and the error of that."""
     return _sum_of(
         _of_one(family, _likelihood(family, sample, error), len(sample))
@@ -313,11 +313,11 @@ def _told_by(family: Family, samples: Sequence[tuple[Floats, float]]) -> Togethe
     )
 
 
-def _of_one(family: Family, likelihood: Floats, n_values: int) -> Together:
+def _of_one(family: Family, likelihood: Floats, n_values: int) -> PooledPaths:
     """What one path says of scale and shape alone, by its log `likelihood`."""
     own = over_locations(likelihood) if family == "gev" else likelihood
     impossible = own < IMPOSSIBLE
-    return Together(1, n_values, np.where(impossible, 0.0, own), impossible.astype(np.int64))
+    return PooledPaths(1, n_values, np.where(impossible, 0.0, own), impossible.astype(np.int64))
 
 
 def _likelihood(family: Family, sample: Floats, error: float) -> Floats:
@@ -335,7 +335,7 @@ def _spread_within(samples: Sequence[Floats]) -> float:
 
 def region_of(
     records: Sequence[VolumeRecord], family: Family = "gev", threshold_m3: float | None = None
-) -> Region:
+) -> RegionVolumes:
     """Make the records ready for `fit_volume_frequency`, freed of their errors."""
     freed = {r.path_id: r for r in without_record_error(records)}
-    return Region(freed, {r.path_id: r for r in records}, family, threshold_m3)
+    return RegionVolumes(freed, {r.path_id: r for r in records}, family, threshold_m3)

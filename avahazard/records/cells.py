@@ -9,7 +9,7 @@ from dataclasses import replace
 from avahazard.records.conventions import (
     Conventions,
     Decimal,
-    Evidence,
+    DecimalMarks,
     canonical,
     is_number,
     read_dates,
@@ -91,7 +91,7 @@ def _decided(
     table: Table,
     places: Sequence[Place],
     texts: Sequence[str],
-    found: Evidence,
+    found: DecimalMarks,
     problems: list[RowProblem],
 ) -> Decimal | None:
     """The decimal sign that the numbers show, None after adding to `problems`."""

@@ -137,7 +137,7 @@ def canonical(text: str, decimal: Decimal) -> str | None:
 
 
 @dataclass
-class Evidence:
+class DecimalMarks:
     """Where the numbers of a file can only be read with a point, only with a comma, or with both.
 
     Places are those that were given with the texts; `ambiguous` ones are such as 1,234.
@@ -148,9 +148,9 @@ class Evidence:
     ambiguous: list[int] = field(default_factory=list)
 
 
-def weigh(texts: Sequence[str]) -> Evidence:
+def weigh(texts: Sequence[str]) -> DecimalMarks:
     """Sort `texts` `[n]` by what they say of the decimal sign; integers and words say nothing."""
-    found = Evidence()
+    found = DecimalMarks()
     for k, text in enumerate(texts):
         if PLAIN.fullmatch(text):
             continue

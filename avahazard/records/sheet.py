@@ -32,7 +32,7 @@ AT_ONCE = 10_000
 """Rows that are taken apart, or put together, at a time."""
 
 
-class Cells(NamedTuple):
+class SheetCells(NamedTuple):
     """The lines of a table, blank ones left out: names, then `columns` of `lines` `[n_rows]`.
 
     `columns` are those with a name, in its order. `nameless` are columns (from 0) that hold
@@ -59,7 +59,7 @@ class Sheet:
 
     file: str
     name: str
-    cells: Cells
+    cells: SheetCells
     words: tuple[str, ...]
     separator: str = ""
     dated: frozenset[tuple[int, int]] = frozenset()
@@ -77,7 +77,7 @@ def texts(values: Sequence[str]) -> Texts:
     return np.array(values, dtype=TEXT)
 
 
-def packed(lines: Iterable[Line]) -> Cells | None:
+def packed(lines: Iterable[Line]) -> SheetCells | None:
     """The cells of `lines`, of which the first has the names; None where there is no line."""
     rows = iter(lines)
     first, header = next(rows, (0, ()))
@@ -108,7 +108,7 @@ def packed(lines: Iterable[Line]) -> Cells | None:
             held = []
     blocks.append(_columns(held, named))
     columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    return Cells(first, tuple(header), numbers, columns, frozenset(nameless), tuple(uneven))
+    return SheetCells(first, tuple(header), numbers, columns, frozenset(nameless), tuple(uneven))
 
 
 def _columns(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:

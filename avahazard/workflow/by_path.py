@@ -110,14 +110,14 @@ class PathTask:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PathAnswer:
+class PathDocuments:
     """The documents of a path, and notes for people that are in none of them."""
 
     documents: Sequence[object]
     notes: tuple[Note, ...] = ()
 
 
-Answer = Callable[[PathTask], PathAnswer]
+Answer = Callable[[PathTask], PathDocuments]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

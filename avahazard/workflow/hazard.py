@@ -34,7 +34,7 @@ from avahazard.store.results import BOUNDS, interrupted_run, read_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
 from avahazard.workflow.by_path import (
-    PathAnswer,
+    PathDocuments,
     PathRun,
     PathTask,
     PathWork,
@@ -159,7 +159,7 @@ def hazard_of_path(
     *,
     n_draws: int,
     seed: int,
-) -> PathAnswer:
+) -> PathDocuments:
     """The rows of a path, for return periods (years) and volumes (m3); `notes` go with each.
 
     Raises `AvahazardError` where it lacks what a return period needs.
@@ -183,7 +183,7 @@ def hazard_of_path(
         replace(row, notes=(*row.notes, *beyond.get(row.volume_m3, ()), *notes))
         for row in path_rows(path, scenarios, n_draws, seed)
     ]
-    return PathAnswer(rows, tuple(Note("left_out", reason=error.message) for error in refused))
+    return PathDocuments(rows, tuple(Note("left_out", reason=error.message) for error in refused))
 
 
 def _scenarios(

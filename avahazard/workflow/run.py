@@ -88,7 +88,7 @@ class RoundsRequest(DiagnoseRequest):
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class TomlTable:
     """A table of the file: `keys` of a request, which is `base` where they are not given."""
 
     base: Request
@@ -146,17 +146,19 @@ class Project(Strict):
     land_cover: str | None = None
     skip: list[StepName] = Limits(default=[])
     project: Annotated[
-        ReportRequest, Table(ReportRequest(), ("title", "author", "place", "date", "language"))
+        ReportRequest, TomlTable(ReportRequest(), ("title", "author", "place", "date", "language"))
     ] = ReportRequest()
-    model: Annotated[ModelRequest, Table(ModelRequest(), MODEL)] = ModelRequest()
+    model: Annotated[ModelRequest, TomlTable(ModelRequest(), MODEL)] = ModelRequest()
     diagnose: Annotated[
-        RoundsRequest, Table(RoundsRequest(), ("worlds", "seed", "add", "rounds"))
+        RoundsRequest, TomlTable(RoundsRequest(), ("worlds", "seed", "add", "rounds"))
     ] = RoundsRequest()
     hazard: Annotated[
         HazardRequest,
-        Table(HazardRequest(return_periods=YEARS), ("return_periods", "volumes", "paths", "seed")),
+        TomlTable(
+            HazardRequest(return_periods=YEARS), ("return_periods", "volumes", "paths", "seed")
+        ),
     ] = HazardRequest(return_periods=YEARS)
-    zones: Annotated[ZonesRequest, Table(ZonesRequest(), ("limits",))] = ZonesRequest()
+    zones: Annotated[ZonesRequest, TomlTable(ZonesRequest(), ("limits",))] = ZonesRequest()
     report: ReportSection = ReportSection()
     export: ExportSection = ExportSection()
 

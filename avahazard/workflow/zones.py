@@ -11,7 +11,7 @@ from avahazard.effects.catalogue import catalogue
 from avahazard.hazard.frequency import Frequencies, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones.entry import path_zones
-from avahazard.hazard.zones.limits import PRESETS, Limits, read_limits
+from avahazard.hazard.zones.limits import PRESETS, ZoneSystem, read_limits
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
@@ -24,7 +24,7 @@ from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.records import load_paths
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
-from avahazard.workflow.by_path import PathAnswer, PathTask, PathWork, run_paths, went_on
+from avahazard.workflow.by_path import PathDocuments, PathTask, PathWork, run_paths, went_on
 from avahazard.workflow.effects import own_effects
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
@@ -97,14 +97,14 @@ def zones_work(
 def zones_of_path(
     model: FittedModel,
     frequencies: Frequencies,
-    limits: Limits,
+    limits: ZoneSystem,
     periods: Sequence[float],
     density: Density,
     notes: Sequence[Note],
     task: PathTask,
     *,
     seed: int,
-) -> PathAnswer:
+) -> PathDocuments:
     """The entry of a path (`path_zones`); `notes` go with all.
 
     Raises `AvahazardError` where it has no rate of avalanches.
@@ -116,7 +116,7 @@ def zones_of_path(
     path = path_hazard(model, task.records, task.path_id, volumes, seed=seed)
     far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}
     entry = path_zones(path, limits, periods, density, far, seed)
-    return PathAnswer([replace(entry, notes=(*entry.notes, *notes))])
+    return PathDocuments([replace(entry, notes=(*entry.notes, *notes))])
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:
@@ -133,7 +133,7 @@ def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: st
     draw_zones(plot, title, drawn)
 
 
-def load_limits(limits: str) -> Limits:
+def load_limits(limits: str) -> ZoneSystem:
     """The limits of a preset or of a TOML file. Raises `AvahazardError` where there are none."""
     if limits in PRESETS:
         return PRESETS[limits]

@@ -28,7 +28,7 @@ from avahazard.store.session import reading, writing
 from avahazard.synth.making import make_world
 from avahazard.workflow import by_path
 from avahazard.workflow.by_path import (
-    PathAnswer,
+    PathDocuments,
     PathTask,
     any_events,
     fingerprint_of,
@@ -89,11 +89,11 @@ def region(folder: FilePath, n: int) -> str:
     return file
 
 
-def nothing(task: PathTask) -> PathAnswer:
+def nothing(task: PathTask) -> PathDocuments:
     """A unit of work that runs no block; connections that are done with wait for no search."""
     if task.position % AT_ONCE == 0:
         gc.collect()
-    return PathAnswer([{"path_id": task.path_id, "notes": []}])
+    return PathDocuments([{"path_id": task.path_id, "notes": []}])
 
 
 def run(database: str) -> int:

@@ -14,7 +14,7 @@ from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.rows import design_of
 from avahazard.hazard.runout_bounds import QUANTILES, spread
 from avahazard.hazard.zones.exceeded_speeds import exceeded_speeds
-from avahazard.hazard.zones.limits import Limits, Rule
+from avahazard.hazard.zones.limits import Rule, ZoneSystem
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.results.base import Rows
@@ -51,7 +51,7 @@ class Exceeded:
     extrapolated: bool = False
 
 
-def zone_pieces(limits: Limits, x: Floats, exceeded: Mapping[float, Exceeded]) -> Rows[Zone]:
+def zone_pieces(limits: ZoneSystem, x: Floats, exceeded: Mapping[float, Exceeded]) -> Rows[Zone]:
     """Every zone of the limits, the worst first, from its upper to its lower end.
 
     `x` (m) `[n_places]` run from the release to the end of the profile; `exceeded` is by return
@@ -113,7 +113,7 @@ HELD_WORTH_A_NOTE = 0.05
 
 def path_zones(
     path: PathHazard,
-    limits: Limits,
+    limits: ZoneSystem,
     periods: Sequence[float],
     density: Density,
     extrapolated: Collection[float],

@@ -32,7 +32,7 @@ class ZoneLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class ZoneSystem:
     """Zones, the worst first; `notes` say what of the regulation the model cannot answer."""
 
     name: str
@@ -47,7 +47,7 @@ class Limits:
 
 RED, BLUE, YELLOW = "#c8102e", "#0072b2", "#f0e442"
 
-SWISS = Limits(
+SWISS = ZoneSystem(
     "swiss",
     # Guideline of 1984 (BFF and SLF), as the canton of Valais states it: red is 30 kN/m2 or more
     # at up to 300 years, or any pressure at up to 30 years; blue is less than 30 kN/m2 at 30 to
@@ -63,7 +63,7 @@ SWISS = Limits(
 )
 """Swiss practice: red prohibits building, blue allows it with conditions."""
 
-FRENCH = Limits(
+FRENCH = ZoneSystem(
     "french",
     # Guide PPRN Avalanches (2015): the hundred-year reference avalanche (ARC) gives red where it
     # is strong, 30 kPa or more, and blue below; the exceptional one (ARE, about 300 years), yellow.
@@ -104,7 +104,7 @@ class _Limits(Strict):
     zone: Annotated[list[_Zone], Field(min_length=1)]
 
 
-def read_limits(name: str, text: str) -> Limits:
+def read_limits(name: str, text: str) -> ZoneSystem:
     """Read the limits in `text`, a TOML document; `name` is that of its file.
 
     Zones stand in it from the worst to the least.
@@ -118,7 +118,7 @@ def read_limits(name: str, text: str) -> Limits:
     for twice in names:
         if names.count(twice) > 1:
             raise AvahazardError(f"{name} has two zones '{twice}'.", "Give each its own name.")
-    return Limits(
+    return ZoneSystem(
         name,
         tuple(
             ZoneLimits(

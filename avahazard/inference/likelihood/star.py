@@ -94,7 +94,7 @@ def along(line: Line, values: Floats) -> Floats:
     return found
 
 
-class Place(NamedTuple):
+class StarPlace(NamedTuple):
     """A place on a star: its distance from the centre `[n_axes]`, and of each axis its line.
 
     With the points of the star that the line goes through. Beyond the reach of an arm its end
@@ -129,7 +129,7 @@ class Star:
         for at, (a, b, i, j) in zip(self.points[first[-1] :], self._pairs, strict=True):
             at[a], at[b] = self.arms[a][i], self.arms[b][j]
 
-    def place(self, values: Sequence[float] | Floats) -> Place:
+    def place(self, values: Sequence[float] | Floats) -> StarPlace:
         """The place with these values `[n_axes]`."""
         moved, lines = np.empty(len(self.arms)), []
         for axis, (rising, of_star) in enumerate(zip(self._rising, self._of_arm, strict=True)):
@@ -137,9 +137,9 @@ class Star:
             moved[axis] = value - self.arms[axis][0]
             line = line_weights(rising, value)
             lines.append((line, of_star[line.first : line.first + len(line.linear)]))
-        return Place(moved, lines)
+        return StarPlace(moved, lines)
 
-    def mixing(self, place: Place) -> Floats:
+    def mixing(self, place: StarPlace) -> Floats:
         """Weights of the points `[n_points]` that mix their values linearly along each arm."""
         weights = np.zeros(len(self.points))
         weights[0] = 1.0 - len(self.arms)
@@ -147,7 +147,7 @@ class Star:
             weights[points] += line.linear
         return weights
 
-    def between(self, place: Place, values: Floats) -> Floats:
+    def between(self, place: StarPlace, values: Floats) -> Floats:
         """Values at the points `[n_points, n]`, interpolated at a place: `[n]`.
 
         By limited cubics along each arm, and products of two axes: what a pair's points have

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.hazard.zones.limits import FRENCH, SWISS, Limits, Rule, ZoneLimits, read_limits
+from avahazard.hazard.zones.limits import FRENCH, SWISS, Rule, ZoneLimits, ZoneSystem, read_limits
 from avahazard.records.errors import AvahazardError
 
 GOOD = """
@@ -27,7 +27,7 @@ rule = [{ return_period_years = 300 }]
 
 
 def test_the_zones_of_a_file() -> None:
-    assert read_limits("own.toml", GOOD) == Limits(
+    assert read_limits("own.toml", GOOD) == ZoneSystem(
         "own.toml",
         (
             ZoneLimits("red", "#c8102e", (Rule(300.0, 30.0), Rule(30.0, 0.0))),
@@ -79,7 +79,7 @@ def test_one_message_that_says_where(old: str, new: str, message: str) -> None:
 
 
 def test_the_limits_of_two_countries() -> None:
-    def told(limits: Limits) -> dict[str, list[tuple[float, float]]]:
+    def told(limits: ZoneSystem) -> dict[str, list[tuple[float, float]]]:
         return {
             zone.name: [(rule.return_period_years, rule.pressure_kpa_min) for rule in zone.rules]
             for zone in limits.zones

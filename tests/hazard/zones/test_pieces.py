@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.zones.entry import Exceeded, draw_densities, pressure_kpa, zone_pieces
-from avahazard.hazard.zones.limits import FRENCH, SWISS, Limits, Rule, ZoneLimits
+from avahazard.hazard.zones.limits import FRENCH, SWISS, Rule, ZoneLimits, ZoneSystem
 
 X = np.linspace(100.0, 1100.0, 41)
 
@@ -17,7 +17,7 @@ def flow(stop_x: float, top_kpa: float, n: int = 1) -> Exceeded:
     return Exceeded(np.full(n, stop_x if stop_x <= X[-1] else np.inf), np.tile(pressure, (n, 1)))
 
 
-def ends(limits: Limits, exceeded: dict[float, Exceeded]) -> list[tuple[str, float, float]]:
+def ends(limits: ZoneSystem, exceeded: dict[float, Exceeded]) -> list[tuple[str, float, float]]:
     return [(z.zone, z.from_x_m, z.to_x_m) for z in zone_pieces(limits, X, exceeded)]
 
 
@@ -46,7 +46,7 @@ def test_pressure_ends_at_the_runout_not_at_the_next_place() -> None:
     # 40 kPa up to the place before the stop, 10 m on.
     pressure = np.where(X <= 600.0, 40.0, 0.0)[None]
     found = zone_pieces(
-        Limits("one", (ZoneLimits("a", "#000000", (Rule(100.0, 30.0),)),)),
+        ZoneSystem("one", (ZoneLimits("a", "#000000", (Rule(100.0, 30.0),)),)),
         X,
         {100.0: Exceeded(np.array([610.0]), pressure)},
     )
@@ -56,7 +56,7 @@ def test_pressure_ends_at_the_runout_not_at_the_next_place() -> None:
 def test_above_a_place_in_a_zone_all_is_in_it() -> None:
     pressure = np.where((X > 300.0) & (X < 500.0), 5.0, 50.0)
     pressure = np.where(X > 900.0, 0.0, pressure)[None]
-    limits = Limits("one", (ZoneLimits("a", "#000000", (Rule(100.0, 30.0),)),))
+    limits = ZoneSystem("one", (ZoneLimits("a", "#000000", (Rule(100.0, 30.0),)),))
     (found,) = zone_pieces(limits, X, {100.0: Exceeded(np.array([920.0]), pressure)})
     assert 900.0 < found.to_x_m < 920.0
 
@@ -64,7 +64,7 @@ def test_above_a_place_in_a_zone_all_is_in_it() -> None:
 def test_quantiles_over_the_draws_and_beyond_the_profile() -> None:
     runout = np.linspace(400.0, 1300.0, 1000)
     runout[runout > 1100.0] = np.inf
-    limits = Limits("one", (ZoneLimits("a", "#000000", (Rule(100.0),)),))
+    limits = ZoneSystem("one", (ZoneLimits("a", "#000000", (Rule(100.0),)),))
     exceeded = {100.0: Exceeded(runout, np.zeros((1000, len(X))))}
     (found,) = zone_pieces(limits, X, exceeded)
     assert (found.to_x_m, found.beyond, found.to_x_q95_m) == (
@@ -75,7 +75,7 @@ def test_quantiles_over_the_draws_and_beyond_the_profile() -> None:
     assert found.to_x_q05_m == pytest.approx(445.0, abs=1.0)
     far = {100.0: Exceeded(np.full(3, np.inf), np.full((3, len(X)), 50.0))}
     for rule in (Rule(100.0), Rule(100.0, 30.0)):
-        (found,) = zone_pieces(Limits("one", (ZoneLimits("a", "#000000", (rule,)),)), X, far)
+        (found,) = zone_pieces(ZoneSystem("one", (ZoneLimits("a", "#000000", (rule,)),)), X, far)
         assert (found.to_x_m, found.beyond, found.to_x_q05_m) == (X[-1], True, None)
 
 
