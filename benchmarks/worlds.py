@@ -9,6 +9,8 @@ make worlds                 SIZE=10 worlds of each effect and strength, and more
 … benchmarks/worlds.py --final           traps, limits of sight: seeds on which no rule was made
 … benchmarks/worlds.py --further         more nulls of these, in the trap that is the hardest
 … benchmarks/worlds.py --settled         limits of sight, judged by who is told them
+… benchmarks/worlds.py arms              names of the arms beyond the catalogue, one a line
+… benchmarks/worlds.py make ARM SEED FOLDER    a dataset of such an arm, as CSV, with its truth
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ SETTLED = HERE / "worlds_settled.jsonl"
 sys.path.insert(0, str(HERE.parent))
 
 from benchmarks.study import lines  # noqa: E402
+from benchmarks.worlds import beyond  # noqa: E402
 from benchmarks.worlds.again import one_of_each  # noqa: E402
 from benchmarks.worlds.arms import final_worlds, further_nulls, plans, settled_worlds  # noqa: E402
 from benchmarks.worlds.judging import judge  # noqa: E402
@@ -99,4 +102,7 @@ def arguments() -> argparse.Namespace:
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] in (["arms"], ["make"]):
+        beyond.command(sys.argv[1:])
+    else:
+        main()
