@@ -15,12 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.avalanches import Avalanches
-from avahazard.hazard.exceedance import exceeded_runout
+from avahazard.hazard.exceedance import Avalanches, exceeded_runout
 from avahazard.hazard.frequency import known_volumes, return_volume, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.hazard.rows import volume_bounds
-from avahazard.hazard.runout_bounds import spread
+from avahazard.hazard.rows import spread, volume_bounds
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import build_observations

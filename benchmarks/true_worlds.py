@@ -11,10 +11,17 @@ from scipy.special import ndtr, ndtri
 
 from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
-from avahazard.synth.integrator import LEFT_PROFILE, NOT_RELEASED, make_track, run_track
 from avahazard.synth.making import FIRST_YEAR, LAST_YEAR, concave_profile, make_world
-from avahazard.synth.settings import Exponential, Settings, SitePlan
-from avahazard.synth.world import STEEP
+from avahazard.synth.world import (
+    LEFT_PROFILE,
+    NOT_RELEASED,
+    STEEP,
+    Exponential,
+    Settings,
+    SitePlan,
+    make_track,
+    run_track,
+)
 
 Floats = NDArray[np.float64]
 

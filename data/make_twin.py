@@ -22,7 +22,7 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Exponential, Settings, SitePlan
+from avahazard.synth.world import Exponential, Settings, SitePlan
 from avahazard.synth.writing import write_records
 
 # The one of the first hundred whose 173 true frictions, few as they are, come nearest to

@@ -9,22 +9,23 @@ from typing import Literal
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.hazard.avalanches import (
+from avahazard.hazard.extremes import (
     ANY_VOLUME_M3,
     EventVolumes,
+    FrequencyDraws,
+    Gev,
+    GevDraws,
+    ThresholdDraws,
     annual_rate,
     event_volumes,
-    one_volume,
-)
-from avahazard.hazard.frequency_draws import FrequencyDraws, Gev, GevDraws, ThresholdDraws
-from avahazard.hazard.shape_grid import (
     gev_draws,
     gev_likelihood,
     gpd_draws,
+    one_volume,
     regional_prior,
     shape_prior,
 )
-from avahazard.hazard.volume_region import (
+from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
     PooledPaths,
     RegionVolumes,

@@ -17,14 +17,8 @@ import numpy as np
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import FrontEffect, LimitEffect, of_kind
 from avahazard.effects.site import stop_places
-from avahazard.hazard.avalanches import (
-    ANY_VOLUME_M3,
-    Avalanches,
-    EventVolumes,
-    one_volume,
-    with_volumes,
-)
-from avahazard.hazard.exceedance import with_unseen
+from avahazard.hazard.exceedance import Avalanches, with_unseen
+from avahazard.hazard.extremes import ANY_VOLUME_M3, EventVolumes, one_volume, with_volumes
 from avahazard.hazard.frequency import N_DRAWS
 from avahazard.hazard.future_events import FutureEvents, future_events, path_release_zone
 from avahazard.inference.fitted_model import FittedModel, table_groups

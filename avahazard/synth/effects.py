@@ -12,8 +12,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from avahazard.records.errors import AvahazardError
-from avahazard.synth.settings import Exponential, Power
-from avahazard.synth.world import WINTER_DAYS, World
+from avahazard.synth.world import WINTER_DAYS, Exponential, Power, World
 
 
 def volume_law(world: World, strength: float) -> dict[str, object]:

@@ -14,9 +14,17 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
 from avahazard.synth.effects import NEED_SPEEDS, Parameters, WorldEffect, find_effect
-from avahazard.synth.integrator import LEFT_PROFILE, NOT_RELEASED, Track, run_track
-from avahazard.synth.settings import Settings, SitePlan, generator
-from avahazard.synth.world import World, draw_world
+from avahazard.synth.world import (
+    LEFT_PROFILE,
+    NOT_RELEASED,
+    Settings,
+    SitePlan,
+    Track,
+    World,
+    draw_world,
+    generator,
+    run_track,
+)
 
 SPACING_M = 15.0
 FIRST_YEAR, LAST_YEAR = 1900, 2020

@@ -17,7 +17,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 
 
 def write_world(

@@ -25,8 +25,13 @@ from avahazard.results.base import Report, silent, steps
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.ladder import BeforeAndAfter
-from avahazard.store.models import load_model, refuse_taken_name
-from avahazard.store.results import COMPARISON, latest_result, save_result
+from avahazard.store.results import (
+    COMPARISON,
+    latest_result,
+    load_model,
+    refuse_taken_name,
+    save_result,
+)
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import comparison, standing, stored_comparison
 from avahazard.workflow.effects import effects_of, read_own_of, stored_text

@@ -25,9 +25,8 @@ from avahazard.records.path import Path
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow
 from avahazard.results.terrain import TerrainRunout
-from avahazard.store.models import load_model
 from avahazard.store.records import load_records
-from avahazard.store.results import BOUNDS, latest_documents
+from avahazard.store.results import BOUNDS, latest_documents, load_model
 from avahazard.store.session import reading
 
 SAME_PLACE_M = 20.0

@@ -40,8 +40,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, silent
 from avahazard.results.calibration import Calibration
-from avahazard.store.models import refuse_taken_name
 from avahazard.store.records import load_records
+from avahazard.store.results import refuse_taken_name
 from avahazard.store.session import reading, writing
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored import (

@@ -51,9 +51,15 @@ from avahazard.report.picture import require_picture
 from avahazard.results.base import RATIO, Report, Rows, silent
 from avahazard.results.comparison import Comparison, HeldOutScores, Scores, SpeedScores
 from avahazard.results.ladder import Ladder, Rung, Standing
-from avahazard.store.models import StoredModel, list_models, load_model
 from avahazard.store.records import load_records
-from avahazard.store.results import COMPARISON, latest_result, save_result
+from avahazard.store.results import (
+    COMPARISON,
+    StoredModel,
+    latest_result,
+    list_models,
+    load_model,
+    save_result,
+)
 from avahazard.store.session import reading, writing
 from avahazard.workflow.effects import effects_of, own_effects
 from avahazard.workflow.stored import load_stored, notes_of, notes_of_fit, require_unchanged

@@ -9,7 +9,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.database import Checked, Copied, Created, DatabaseState, Recomputed, Upgraded
 from avahazard.store import upkeep
-from avahazard.store.models import list_models
+from avahazard.store.results import list_models
 from avahazard.store.session import database_name, database_url, reading, sqlite_file
 from avahazard.store.upkeep import backup, backup_beside, check_database
 

@@ -15,7 +15,7 @@ from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.synth.effects import DEMO_EFFECT
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from avahazard.synth.writing import write_records
 from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate

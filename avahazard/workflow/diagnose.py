@@ -33,8 +33,14 @@ from avahazard.results.diagnosis import (
     Measurement,
     Pair,
 )
-from avahazard.store.models import load_model, now
-from avahazard.store.results import COMPARISON, DIAGNOSIS, latest_result, save_result
+from avahazard.store.results import (
+    COMPARISON,
+    DIAGNOSIS,
+    latest_result,
+    load_model,
+    now,
+    save_result,
+)
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import coordinate_name, stored_comparison
 from avahazard.workflow.effects import read_own_of

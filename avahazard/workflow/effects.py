@@ -26,8 +26,8 @@ from avahazard.inference.model.observations import Observations, build_observati
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
 from avahazard.results.models import EffectDetails, EffectEntry, EffectParameter, WrittenTemplate
-from avahazard.store.models import StoredModel, load_model
 from avahazard.store.records import load_records
+from avahazard.store.results import StoredModel, load_model
 from avahazard.store.session import reading
 
 NO_DATA = "there are no events yet"

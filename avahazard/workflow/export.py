@@ -27,9 +27,16 @@ from avahazard.report.hazard_tables import (
 from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
-from avahazard.store.models import load_model, now
 from avahazard.store.records import load_records
-from avahazard.store.results import BOUNDS, ZONES, latest_documents, latest_run, read_run
+from avahazard.store.results import (
+    BOUNDS,
+    ZONES,
+    latest_documents,
+    latest_run,
+    load_model,
+    now,
+    read_run,
+)
 from avahazard.store.session import reading
 from avahazard.whole_file import put_in_place
 from avahazard.workflow.stored import notes_of

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from avahazard.engine import chosen
-from avahazard.hazard.avalanches import EventVolumes
+from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.frequency import Frequencies, return_volume, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.rows import Scenario, path_rows

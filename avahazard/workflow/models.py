@@ -18,9 +18,8 @@ from avahazard.records.lookup import only_paths
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.models import Difference, ModelSummary, Provenance, Rerun, Surroundings
-from avahazard.store.models import list_models, load_model
 from avahazard.store.records import load_records
-from avahazard.store.results import latest_calibration
+from avahazard.store.results import latest_calibration, list_models, load_model
 from avahazard.store.session import reading
 from avahazard.workflow.add import start_from
 from avahazard.workflow.effects import own_effects

@@ -26,8 +26,8 @@ from avahazard.report.picture import FORMATS
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.friction import FrictionDensity
 from avahazard.results.made import PaperFigure
-from avahazard.store.models import load_model
 from avahazard.store.records import load_records
+from avahazard.store.results import load_model
 from avahazard.store.session import reading
 from avahazard.workflow.effects import effects_of, files_of, own_effects
 from avahazard.workflow.friction import (

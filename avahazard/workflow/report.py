@@ -15,7 +15,6 @@ from avahazard.report.language import language_of
 from avahazard.results.base import Report, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.store.models import list_models
 from avahazard.store.records import load_terrain
 from avahazard.store.results import (
     BOUNDS,
@@ -24,6 +23,7 @@ from avahazard.store.results import (
     ZONES,
     latest_documents,
     latest_result,
+    list_models,
 )
 from avahazard.store.session import reading
 from avahazard.whole_file import put_in_place

@@ -29,7 +29,7 @@ from avahazard.records.lookup import of_path
 from avahazard.report.html.content import LoopView, PlaceView, StateView, SweepView
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.store.models import StoredModel
+from avahazard.store.results import StoredModel
 from avahazard.workflow.compare import RECORD_DRAWS
 from avahazard.workflow.effects import effects_of
 from avahazard.workflow.report_paths import QUANTILES

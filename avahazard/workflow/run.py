@@ -30,7 +30,6 @@ from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.made import ProjectRun, Step
-from avahazard.store.models import list_models
 from avahazard.store.records import load_records
 from avahazard.store.results import (
     COMPARISON,
@@ -40,6 +39,7 @@ from avahazard.store.results import (
     latest_documents,
     latest_key,
     latest_result,
+    list_models,
 )
 from avahazard.store.session import reading
 from avahazard.workflow.add import add

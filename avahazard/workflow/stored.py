@@ -58,9 +58,15 @@ from avahazard.results.calibration import (
     PriorTold,
 )
 from avahazard.results.models import Surroundings
-from avahazard.store.models import StoredModel, load_model, save_model
 from avahazard.store.records import load_records, load_without_profiles
-from avahazard.store.results import latest_calibration, load_draws, save_calibration
+from avahazard.store.results import (
+    StoredModel,
+    latest_calibration,
+    load_draws,
+    load_model,
+    save_calibration,
+    save_model,
+)
 from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, any_events, fingerprint_of, survey
 

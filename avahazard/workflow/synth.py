@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from avahazard.results.made import MadeWorld
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from avahazard.synth.writing import PART_PATHS, refuse_full, write_region, write_world
 
 

@@ -10,8 +10,7 @@ from pathlib import Path as FilePath
 from avahazard.effects.catalogue import catalogue
 from avahazard.hazard.frequency import Frequencies, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.hazard.zones.entry import path_zones
-from avahazard.hazard.zones.limits import PRESETS, ZoneSystem, read_limits
+from avahazard.hazard.zones import PRESETS, ZoneSystem, path_zones, read_limits
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile

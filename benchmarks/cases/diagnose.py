@@ -9,7 +9,7 @@ from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from benchmarks.measuring import Result, seconds
 
 LIMIT_S = 60.0

@@ -7,7 +7,7 @@ import os
 from avahazard.engine import set_engine
 from avahazard.inference.model.observations import build_observations
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from benchmarks.cases.diagnose import LIMIT_S, diagnosis
 from benchmarks.measuring import Result, seconds
 

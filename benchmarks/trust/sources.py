@@ -11,7 +11,7 @@ import numpy as np
 from openpyxl import Workbook
 
 from avahazard.effects.own_file import TEMPLATE, read_effect_file
-from avahazard.hazard.zones.limits import read_limits
+from avahazard.hazard.zones import read_limits
 from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.run import read_project

@@ -7,7 +7,7 @@ from itertools import zip_longest
 from math import ceil
 
 from avahazard.synth.effects import CATALOGUE
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from benchmarks.worlds.outside import AXES
 
 LARGE, SMALL = (250, 11), (120, 9)

@@ -21,7 +21,7 @@ from avahazard.criticism.scoring.where_it_fails import MONTHS
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.covariate import covariate
 from avahazard.hazard.alpha_beta import BY_NAME
-from avahazard.hazard.zones.limits import PRESETS
+from avahazard.hazard.zones import PRESETS
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import LAWS
 from avahazard.notes import SENTENCES

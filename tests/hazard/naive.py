@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from avahazard.hazard.avalanches import Avalanches, friction_below, yearly_rate
+from avahazard.hazard.exceedance import Avalanches, friction_below, yearly_rate
 from avahazard.physics.runout_curve import MU, RunoutCurve
 
 

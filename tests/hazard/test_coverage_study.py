@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.synth.integrator import make_track, run_track
+from avahazard.synth.world import make_track, run_track
 from benchmarks.coverage import covered, judge, kept, planned, share, tables
 from benchmarks.study import DOCS, with_parts
 from benchmarks.true_worlds import (

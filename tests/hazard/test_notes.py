@@ -7,16 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import one_volume
-from avahazard.hazard.notes import (
+from avahazard.hazard.extremes import one_volume
+from avahazard.hazard.path_hazard import PathHazard, RisingFriction, Varying, path_hazard
+from avahazard.hazard.rows import (
+    Scenario,
     design_interval,
     natural_interval,
     parameters_interval,
+    path_rows,
     row_interval,
     row_notes,
 )
-from avahazard.hazard.path_hazard import PathHazard, RisingFriction, Varying, path_hazard
-from avahazard.hazard.rows import Scenario, path_rows
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations

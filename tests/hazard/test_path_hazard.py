@@ -10,7 +10,7 @@ import pytest
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.site import Site
-from avahazard.hazard.avalanches import EventVolumes
+from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.path_hazard import (
     PathHazard,
     RecordedStops,

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.hazard.avalanches import EventVolumes, one_volume
 from avahazard.hazard.exceedance import exceeded_runout
+from avahazard.hazard.extremes import EventVolumes, Gev, GevDraws, one_volume
 from avahazard.hazard.frequency import VolumeFrequency, fit_volume_frequency
-from avahazard.hazard.frequency_draws import Gev, GevDraws
 from avahazard.hazard.path_hazard import RecordedStops
 from avahazard.hazard.rows import (
+    RunoutBounds,
     Scenario,
     annual_reach,
     design,
@@ -22,8 +22,7 @@ from avahazard.hazard.rows import (
     place_quantiles,
     uncertainties,
 )
-from avahazard.hazard.runout_bounds import RunoutBounds
-from avahazard.hazard.volume_region import VolumeRecord, region_of
+from avahazard.hazard.volume_records import VolumeRecord, region_of
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.results.hazard import (

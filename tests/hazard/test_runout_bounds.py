@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from avahazard.hazard.runout_bounds import (
+from avahazard.hazard.rows import (
     RunoutBounds,
     bounds_of_stops,
     draw_stops,

@@ -12,8 +12,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Effect
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
-from avahazard.hazard.rows import volume_bounds
-from avahazard.hazard.runout_bounds import RunoutBounds
+from avahazard.hazard.rows import RunoutBounds, volume_bounds
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records

@@ -16,7 +16,7 @@ from avahazard.inference.prediction import ground_error, look_up
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
-from avahazard.synth.integrator import make_track, run_track
+from avahazard.synth.world import make_track, run_track
 from tests.physics.paths import drawn_profile
 
 X = np.arange(0.0, 2600.0, 20.0)

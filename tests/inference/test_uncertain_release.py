@@ -22,7 +22,7 @@ from avahazard.inference.prediction import (
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path
-from avahazard.synth.integrator import make_track, run_track
+from avahazard.synth.world import make_track, run_track
 from tests.inference.studies import profile
 
 Z0, SIGMA_Z, MU, SCATTER = 930.0, 40.0, 0.5, 0.015

@@ -10,10 +10,8 @@ from scipy.special import logsumexp
 
 from avahazard.records.collection import Records
 from avahazard.synth.effects import find_effect
-from avahazard.synth.integrator import Track, run_track
 from avahazard.synth.making import ahead, make_sites, uphill
-from avahazard.synth.settings import Settings
-from avahazard.synth.world import draw_world
+from avahazard.synth.world import Settings, Track, draw_world, run_track
 from tests.synth.worlds import truth_column, world
 
 COARSE = np.linspace(np.log(0.12), np.log(1.1), 50)

@@ -7,7 +7,8 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.synth.effects import CATALOGUE, find_effect
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
+from tests.synth.oracle import gain
 from tests.synth.worlds import residuals, truth_column, world
 
 KEYS = (*CATALOGUE, "covariate:snow_temperature_c")
@@ -142,3 +143,9 @@ def test_unknown_effects_are_refused() -> None:
         find_effect("covariate:")
     with pytest.raises(AvahazardError, match="not numeric"):
         world(1, effects={"covariate:snow_type": 1.0})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", [*CATALOGUE, "covariate:new_snow_cm"])
+def test_gain_is_clearly_over_ten_nats(key: str) -> None:
+    assert gain(101, key) > 12.0

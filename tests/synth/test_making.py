@@ -9,7 +9,6 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.synth import making
-from avahazard.synth.integrator import make_track
 from avahazard.synth.making import (
     RUN_ON_M,
     VALLEY_SLOPE,
@@ -19,8 +18,7 @@ from avahazard.synth.making import (
     make_world,
     uphill,
 )
-from avahazard.synth.settings import Exponential, Power, Settings
-from avahazard.synth.world import World
+from avahazard.synth.world import Exponential, Power, Settings, World, make_track
 from tests.synth.worlds import residuals, truth_column, world
 
 

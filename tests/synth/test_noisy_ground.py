@@ -22,9 +22,8 @@ from avahazard.physics.terrain import build_terrain
 from avahazard.records.collection import Records
 from avahazard.records.path import Profile
 from avahazard.records.reading import read_records
-from avahazard.synth.integrator import make_track, run_track
 from avahazard.synth.making import RUN_ON_M, concave_profile, make_sites, make_world
-from avahazard.synth.settings import Settings, SitePlan
+from avahazard.synth.world import Settings, SitePlan, make_track, run_track
 from avahazard.synth.writing import write_records
 
 MU = np.exp(np.random.default_rng(0).normal(np.log(0.47), 0.15, 40))

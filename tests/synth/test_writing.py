@@ -13,7 +13,7 @@ from avahazard.records.reading import read_records
 from avahazard.synth import writing
 from avahazard.synth.effects import CATALOGUE
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from avahazard.synth.writing import write_region, write_world
 from tests.synth.worlds import world
 

@@ -9,8 +9,7 @@ import pytest
 
 from avahazard.effects.own_file import TEMPLATE
 from avahazard.records.errors import AvahazardError
-from avahazard.store.models import list_models, load_model, save_model
-from avahazard.store.results import COMPARISON, latest_result
+from avahazard.store.results import COMPARISON, latest_result, list_models, load_model, save_model
 from avahazard.store.session import reading, writing
 from avahazard.workflow.add import add
 from avahazard.workflow.compare import ladder

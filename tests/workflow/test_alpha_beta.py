@@ -14,8 +14,7 @@ from avahazard.hazard.alpha_beta import AVAFRAME, REGRESSIONS, alpha_beta, alpha
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import Spread
-from avahazard.store.models import save_model
-from avahazard.store.results import BOUNDS
+from avahazard.store.results import BOUNDS, save_model
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files

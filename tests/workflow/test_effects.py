@@ -12,7 +12,7 @@ import pytest
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.own_file import TEMPLATE
 from avahazard.records.errors import AvahazardError
-from avahazard.store.models import StoredModel
+from avahazard.store.results import StoredModel
 from avahazard.workflow.effects import (
     NO_DATA,
     list_effects,

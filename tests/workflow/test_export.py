@@ -21,9 +21,8 @@ from avahazard.records.event import Event
 from avahazard.records.path import Path
 from avahazard.results.database import Layer
 from avahazard.store import upkeep
-from avahazard.store.models import save_model
 from avahazard.store.records import load_records, save_records
-from avahazard.store.results import BOUNDS, ZONES, latest_documents
+from avahazard.store.results import BOUNDS, ZONES, latest_documents, save_model
 from avahazard.store.session import reading, writing
 from avahazard.workflow.export import export
 from avahazard.workflow.import_files import import_files

@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.results.made import ProjectRun
-from avahazard.store.models import list_models
+from avahazard.store.results import list_models
 from avahazard.store.session import reading
 from avahazard.workflow import run as project
 from avahazard.workflow.run import ProjectState, _import, read_project, run_project

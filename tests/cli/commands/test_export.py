@@ -10,8 +10,7 @@ import pyogrio
 import pytest
 from typer.testing import Result
 
-from avahazard.store.models import save_model
-from avahazard.store.results import BOUNDS
+from avahazard.store.results import BOUNDS, save_model
 from avahazard.store.session import writing
 from tests.gis.results import bounds
 from tests.gis.surface import BOTTOM, TOP, write_dem, write_lines

@@ -25,7 +25,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from tests.inference.studies import near, posterior
 
 MOTION = {

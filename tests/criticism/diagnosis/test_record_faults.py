@@ -29,7 +29,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from tests.criticism.studies import straight
 
 LAW, SCATTER, SEASON, ERROR = "volume-law", "volume-scatter", "season", "volume-error"

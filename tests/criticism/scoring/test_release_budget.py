@@ -18,7 +18,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path
-from avahazard.synth.integrator import run_track
+from avahazard.synth.world import run_track
 from tests.criticism.scoring.test_error_budget import rms
 from tests.inference.model.test_observations import GROUND, TRACK, Z0
 from tests.inference.studies import near, posterior

@@ -33,7 +33,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 from tests.inference.groupings import plan_of

@@ -16,7 +16,7 @@ from avahazard.inference.fitting.star import (
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from tests.inference.studies import near, observations, one_path, posterior
 
 

@@ -28,7 +28,7 @@ from avahazard.inference.model.observations import (
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from avahazard.synth.making import make_world
-from avahazard.synth.settings import Settings
+from avahazard.synth.world import Settings
 from tests.inference import naive_nodes
 
 LOG_MU = np.log(MU)

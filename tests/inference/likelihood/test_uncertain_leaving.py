@@ -21,7 +21,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path
-from avahazard.synth.integrator import make_track, run_track
+from avahazard.synth.world import make_track, run_track
 from tests.inference.studies import profile
 
 Z0, SIGMA_Z, SCATTER = 900.0, 40.0, 0.05

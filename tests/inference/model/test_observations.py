@@ -25,7 +25,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
-from avahazard.synth.integrator import make_track, run_track
+from avahazard.synth.world import make_track, run_track
 from tests.inference.studies import profile
 
 X = np.linspace(0.0, 1900.0, 96)

@@ -7,7 +7,8 @@ from functools import cache
 import numpy as np
 
 from avahazard.effects.effect import Effect
-from avahazard.hazard.avalanches import Avalanches, EventVolumes
+from avahazard.hazard.exceedance import Avalanches
+from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import hazard_of_events
 from avahazard.inference.fitted_model import fitted_model

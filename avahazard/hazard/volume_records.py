@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.engine import spread_map
-from avahazard.hazard.shape_grid import gev_likelihood, gpd_likelihood, over_locations
+from avahazard.hazard.extremes import gev_likelihood, gpd_likelihood, over_locations
 from avahazard.hazard.volume_source import Family
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event

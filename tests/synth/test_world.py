@@ -1,4 +1,4 @@
-"""The integrator against one in time, and against closed forms."""
+"""Streams of random numbers."""
 
 from __future__ import annotations
 
@@ -8,16 +8,27 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from avahazard.synth.integrator import (
+from avahazard.synth.making import make_sites
+from avahazard.synth.world import (
     LEFT_PROFILE,
     NOT_RELEASED,
     STOPPED,
     Track,
+    generator,
     make_track,
     run_track,
 )
-from avahazard.synth.making import make_sites
 from tests.synth.naive import run_in_time
+
+
+def test_a_stream_depends_on_its_seed_and_key_alone() -> None:
+    draws = {
+        (seed, key): generator(seed, key).integers(1 << 60)
+        for seed in (0, 1)
+        for key in ("volumes", "dates")
+    }
+    assert len(set(draws.values())) == 4
+    assert generator(1, "dates").integers(1 << 60) == draws[1, "dates"]
 
 
 def no_change(_: Track) -> None:

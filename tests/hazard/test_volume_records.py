@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.hazard.extremes import gev_likelihood, over_locations
 from avahazard.hazard.frequency import KnownVolumes, volume_frequencies
-from avahazard.hazard.shape_grid import gev_likelihood, over_locations
-from avahazard.hazard.volume_region import (
+from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
     PATHS_AT_ONCE,
     VolumeRecord,

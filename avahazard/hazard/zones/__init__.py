@@ -1,1 +1,0 @@
-"""Speed and pressure along a path for return periods, and zones by limits on them."""
