@@ -16,7 +16,7 @@ from avahazard.physics.near_stops import Asked, NearStops, near_stops
 from avahazard.physics.resistance import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.physics.speed import speeds_along
+from avahazard.physics.speed import filled_speeds, speeds_along
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
@@ -103,7 +103,7 @@ class Site:
         starts = np.searchsorted(cells.x, self.release_x)
         if not cells.speed_dependent:
             return tabulate(cells, starts)
-        # Such runs cost ten times as much; between every fourth friction F is close to straight.
+        # Such runs cost ten times as much.
         return filled(tabulate(cells, starts, COARSE), COARSE)
 
     def table_near(self, cells: Cells, asked: Asked) -> NearStops:
@@ -129,10 +129,8 @@ class Site:
         if not cells.speed_dependent:
             speeds[near] = speeds_along(cells, start, mu, x)
             return speeds
-        # As in `table`; the square of speed goes straight to nought where the block stops.
-        square = speeds_along(cells, start, mu[::COARSE], x) ** 2
-        for k, column in enumerate(square.T):
-            speeds[near, k] = np.sqrt(np.interp(mu, mu[::COARSE], column))
+        # As in `table`.
+        speeds[near] = filled_speeds(speeds_along(cells, start, mu[::COARSE], x), COARSE)
         return speeds
 
     def squares_to_rest(self, cells: Cells, release_x: float, stop_x: float, x: Floats) -> Floats:

@@ -121,9 +121,50 @@ def tabulate(cells: Cells, starts: NDArray[np.int64], stride: int = 1) -> Runout
 
 
 def filled(coarse: RunoutCurve, stride: int) -> RunoutCurve:
-    """The curves over `MU` from those over every `stride`-th friction of it."""
-    steps = np.broadcast_to(np.arange(len(MU)) / stride, (len(coarse.x), len(MU)))
-    return RunoutCurve(*coarse.at_steps(steps))
+    """The curves over `MU` from those over every `stride`-th friction of it: cubics between these.
+
+    Straight beside a broken cell, in which the nearer end counts.
+    """
+    return RunoutCurve(*_filled(coarse.x, coarse.y, coarse.status, coarse.broken, stride))
+
+
+@kernel
+def _filled(x, y, status, broken, stride):  # type: ignore[no-untyped-def]
+    n_rows, n = x.shape
+    shape = n_rows, stride * (n - 1) + 1
+    fine_x, fine_y, fine_status = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int8)
+    for r in range(n_rows):
+        for c in range(n):
+            here = broken[r, max(c - 1, 0) : c + 2]
+            smooth = 0 < c < n - 2 and not np.any(here)
+            for k in range(stride if c < n - 1 else 1):
+                share, i = k / stride, stride * c + k
+                near = c + 1 if share >= 0.5 else c
+                fine_x[r, i], fine_y[r, i], fine_status[r, i] = (
+                    x[r, near],
+                    y[r, near],
+                    status[r, near],
+                )
+                if k > 0 and not broken[r, c]:
+                    fine_x[r, i] = cubic_between(x[r], c, share, smooth)
+                    fine_y[r, i] = cubic_between(y[r], c, share, smooth)
+    return fine_x, fine_y, fine_status
+
+
+@kernel(inner=True)
+def cubic_between(values, c, share, smooth):  # type: ignore[no-untyped-def]
+    """Value at this share of the way from node c to the next, within the range of both.
+
+    By the cubic through the four nodes about them, straight where they are not `smooth`.
+    """
+    low, high = values[c], values[c + 1]
+    straight = low + share * (high - low)
+    if not smooth:
+        return straight
+    before = (values[c - 1] - 2.0 * low + high) * (2.0 - share)
+    after = (low - 2.0 * high + values[c + 2]) * (1.0 + share)
+    cubic = straight + share * (share - 1.0) * (before + after) / 6.0
+    return min(max(cubic, min(low, high)), max(low, high))
 
 
 def steps_of(mu: Floats, grid: Floats = MU) -> Floats:

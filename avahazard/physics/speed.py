@@ -10,6 +10,7 @@ from avahazard.physics.batch import Batch, march, new_batch, release
 from avahazard.physics.cell_motion import end_accelerations, hermite
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
+from avahazard.physics.runout_curve import cubic_between
 
 
 def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
@@ -38,6 +39,24 @@ def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
                     if not np.isnan(batch.w[start, j]):
                         speeds[first + j, k] = speed_in_cell(cells, i, t, batch, j)
     return speeds
+
+
+@kernel
+def filled_speeds(speeds, stride):  # type: ignore[no-untyped-def]
+    """Speeds `[n_friction, n_x]` from those at every `stride`-th friction.
+
+    u² is a cubic between these, and goes straight to nought where the block stops.
+    """
+    n, n_x = speeds.shape
+    square, fine = speeds.T.copy() ** 2, np.empty((stride * (n - 1) + 1, n_x))
+    for k in range(n_x):
+        for c in range(n - 1):
+            moving = square[k, max(c - 1, 0) : c + 3] > 0.0
+            smooth = 0 < c < n - 2 and np.all(moving)
+            for j in range(stride):
+                fine[stride * c + j, k] = cubic_between(square[k], c, j / stride, smooth)
+        fine[stride * (n - 1), k] = square[k, n - 1]
+    return np.sqrt(fine)
 
 
 @kernel(inner=True)

@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
-from avahazard.inference.fitting.mode import Mode, climb, find_mode
+from avahazard.inference.fitting.mode import APART, Mode, climb, find_mode, scores_at
 from avahazard.inference.fitting.units import units
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import arm_between
 
 STEPS, SMALLEST_GAIN = 20, 0.01
 """Most Gauss-Newton steps, and the gain (nats) of the last."""
-APART, SHARE_APART = 0.01, 0.05
-"""Differences for derivatives: in coordinates of order one, and in standard deviations."""
+SHARE_APART = 0.05
+"""Largest differences for derivatives, in standard deviations."""
 DAMPING, MOST_DAMPING = 1e-3, 1e4
 ITERATIONS = 30
 FIRST_REACH, REACH = 2.0, 5.0
@@ -88,7 +88,7 @@ def gauss_newton(posterior: Posterior, u: Floats) -> Peak:
     damping, apart = DAMPING, APART * units(posterior)
     sd = np.ones(len(u))
     for _ in range(STEPS):
-        scores = _scores(posterior, u, axes, apart)
+        scores = scores_at(posterior, u, apart)
         slope = np.sum(scores, axis=0) + layout.prior_slopes(u)
         information = scores.T @ scores + prior
         apart = np.minimum(apart, SHARE_APART / np.sqrt(np.diag(information)))
@@ -112,20 +112,6 @@ def gauss_newton(posterior: Posterior, u: Floats) -> Peak:
         if gain < SMALLEST_GAIN:
             break
     return Peak(u, sd, -cost)
-
-
-def _scores(posterior: Posterior, u: Floats, axes: list[int], apart: Floats) -> Floats:
-    """Derivatives of each event's log likelihood by every coordinate, `[n_events, n_slots]`."""
-    pinned = posterior.pinned(u)
-    offsets = pinned.offsets(u).mode if pinned.plan else None
-    here = pinned.event_log_likelihood(u, offsets)
-    scores = np.zeros((len(here), len(u)))
-    for k, step in enumerate(np.where(u + apart > posterior.layout.high, -apart, apart)):
-        moved = u.copy()
-        moved[k] += step
-        at = posterior.pinned(moved) if k in axes else pinned
-        scores[:, k] = (at.event_log_likelihood(moved, offsets) - here) / step
-    return scores
 
 
 def _on(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from avahazard.inference.fitting import star
 from avahazard.inference.fitting.mode_search import search_mode
@@ -128,3 +129,35 @@ def test_the_truth_is_not_beaten_between_the_points_of_a_star() -> None:
         return exact
 
     assert highest("entrainment") < highest("turbulent-drag") + 1.0
+
+
+@pytest.mark.parametrize("effects", [("turbulent-drag",), ("turbulent-drag", "cohesion")])
+def test_runouts_of_the_star_are_those_of_runs_made_for_the_same_effects(
+    effects: tuple[str, ...],
+) -> None:
+    """Within 0.1 m at the mode, 1 m over the 90 % region, wherever F goes on beside a record."""
+    records, _ = make_world(5, 30, 2, dict.fromkeys(effects, 1.0), Settings(speeds=1.0))
+    model, mode = search_mode(posterior(build_observations(records), *effects))
+    assert _metres_apart(model, mode.u) < 0.1
+    rng, factor = np.random.default_rng(0), np.linalg.cholesky(mode.covariance)
+    lowest = mode.log_density - 0.5 * chi2.ppf(0.9, len(mode.u))
+    n_inside = 0
+    while n_inside < 10:
+        u = mode.u + rng.uniform() * factor @ rng.standard_normal(len(mode.u))
+        if model.log_density(u) > lowest:
+            n_inside += 1
+            assert _metres_apart(model, u) < 1.0
+
+
+def _metres_apart(model: Posterior, u: np.ndarray) -> float:
+    """Farthest between stops under the frictions that the star and runs made for u ask for."""
+    given, exact = model.nodes.at(u), model.nodes.exact(u)
+    curve = model.nodes.predicted_at(u).curve
+    mu = np.exp([np.sum(nodes.place * nodes.weight, axis=1) for nodes in (given, exact)]).T
+    x = curve.at(mu)[0]
+    cell = np.searchsorted(curve.mu, mu[:, 1]) - 1
+    goes_on = [
+        not row[max(k - 4, 0) : k + 5].any() for row, k in zip(curve.broken, cell, strict=True)
+    ]
+    assert np.mean(goes_on) > 0.8
+    return float(np.max(np.abs(x[:, 0] - x[:, 1])[goes_on]))
