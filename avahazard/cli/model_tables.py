@@ -10,7 +10,7 @@ from rich.console import Console
 
 from avahazard.cli.output import number, table
 from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.priors import GIVEN
+from avahazard.inference.model.specification import GIVEN
 from avahazard.notes import counted
 from avahazard.results.base import RATIO, amount, bare, unit_of
 from avahazard.results.calibration import Calibration

@@ -23,7 +23,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes
 from avahazard.notes import Note
 from avahazard.physics.resistance import Resistance
-from avahazard.results.calibration import Calibration
+from avahazard.results.calibration import Calibration, Convergence
 
 RHAT_LIMIT = 1.01
 ESS_LIMIT = 400.0
@@ -31,28 +31,14 @@ TAIL_PROBABILITY = (0.05, 0.95)
 STUCK_ACCEPTANCE = 0.01
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostics:
-    """The worst figures over the parameters; `converged` only when all of them pass."""
-
-    rhat_max: float
-    ess_bulk_min: float
-    ess_tail_min: float
-    acceptance: float
-    stuck_chains: int
-    converged: bool
-
-
-def diagnose_chains(
-    draws: NDArray[np.float64], acceptance: NDArray[np.float64] | None = None
-) -> Diagnostics:
+def diagnose_chains(draws: Floats, acceptance: Floats | None = None) -> Convergence:
     """R-hat, bulk and tail ESS (Vehtari et al. 2021) and stuck chains.
 
     `draws` is [n_chains, n_draws, n_parameters], `acceptance` [n_chains] (None: every draw is
     accepted, as in Gibbs). A parameter with one value in all chains is a constant and is left
     out. A chain is stuck when one of the other parameters never moves in it, or when it accepts
-    less than 1 % of its proposals. With a stuck chain or a draw that is not finite, R-hat is
-    infinite and the ESS 0.
+    less than 1 % of its proposals. With a stuck chain or a draw that is not finite, there is no
+    R-hat and the ESS is 0.
     """
     n_chains = draws.shape[0]
     rates = np.ones(n_chains) if acceptance is None else np.asarray(acceptance, dtype=np.float64)
@@ -62,22 +48,18 @@ def diagnose_chains(
     n_stuck = int(stuck.sum())
     mean_rate = float(rates.mean())
     if n_stuck or not np.isfinite(draws).all():
-        return Diagnostics(float("inf"), 0.0, 0.0, mean_rate, n_stuck, False)
+        return Convergence(None, 0.0, 0.0, mean_rate, n_stuck, False)
     if not free.any():
         n = float(draws.shape[0] * draws.shape[1])
-        return Diagnostics(1.0, n, n, mean_rate, 0, True)
-    rhat, bulk, tail = _worst(draws[:, :, free])
-    converged = rhat < RHAT_LIMIT and bulk >= ESS_LIMIT and tail >= ESS_LIMIT
-    return Diagnostics(rhat, bulk, tail, mean_rate, 0, converged)
-
-
-def _worst(draws: NDArray[np.float64]) -> tuple[float, float, float]:
+        return Convergence(1.0, n, n, mean_rate, 0, True)
     array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
-    ary = np.moveaxis(draws, 2, 0)
-    rhat = array_stats.rhat(ary)
-    bulk = array_stats.ess(ary, method="bulk")
-    tail = array_stats.ess(ary, method="tail", prob=TAIL_PROBABILITY)
-    return float(np.max(rhat)), float(np.min(bulk)), float(np.min(tail))
+    ary = np.moveaxis(draws[:, :, free], 2, 0)
+    rhat = float(np.max(array_stats.rhat(ary)))
+    bulk = float(np.min(array_stats.ess(ary, method="bulk")))
+    tail = float(np.min(array_stats.ess(ary, method="tail", prob=TAIL_PROBABILITY)))
+    converged = rhat < RHAT_LIMIT and bulk >= ESS_LIMIT and tail >= ESS_LIMIT
+    known = rhat if np.isfinite(rhat) else None
+    return Convergence(known, bulk, tail, mean_rate, 0, converged)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +68,11 @@ class Chains:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    draws: NDArray[np.float64]
-    acceptance: NDArray[np.float64]
-    diagnostics: Diagnostics
+    draws: Floats
+    acceptance: Floats
+    diagnostics: Convergence
 
-    def pooled(self) -> NDArray[np.float64]:
+    def pooled(self) -> Floats:
         """All chains in a row, [n_chains * n_draws, n_parameters]."""
         return self.draws.reshape(-1, self.draws.shape[2])
 

@@ -16,10 +16,11 @@ from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.layout import Layout, build_layout
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.priors import (
+from avahazard.inference.model.specification import (
     GIVEN,
     GivenPrior,
     LawPrior,
+    Specification,
     free_parameters,
     given_law_prior,
     in_coordinate,
@@ -29,7 +30,6 @@ from avahazard.inference.model.priors import (
     require_possible,
     require_width,
 )
-from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.calibration import check_method
 from avahazard.inference.paper.least_squares import fit_law, usable

@@ -6,8 +6,8 @@ already, made of the same records. So a run that was interrupted goes on where i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, get_type_hints
 
@@ -17,8 +17,7 @@ from pydantic_core.core_schema import no_info_after_validator_function
 
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.priors import GIVEN
-from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.specification import GIVEN, Specification
 from avahazard.notes import counted
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import AvahazardError
@@ -181,6 +180,13 @@ def read_project(file: FilePath) -> Project:
     return read_toml(str(file), text, Project, EXAMPLE)
 
 
+DONE, UP_TO_DATE = "done", "up to date"
+NAMED = "missing-effect"
+"""The verdict on which an effect is added."""
+ALIKE = ("law", "scatter", "distribution", "tails", "method", "seed", "chains")
+"""What a stored model and `[model]` must have alike, besides effects and priors."""
+
+
 def run_project(file: FilePath, database: str, report: Report = silent) -> ProjectRun:
     """Run the project of `file`, in its own database or else in `database`.
 
@@ -194,49 +200,20 @@ def run_project(file: FilePath, database: str, report: Report = silent) -> Proje
     if project.database is not None:
         named = project.database
         database = named if "://" in named else str(folder / named)
-    run = ProjectState(project, folder, database, report, written=file.stat().st_mtime)
-    step, told = _import(run)
-    steps, notes = [step], list(told)
-    model, made = "", []
-    for model, step in project_models(run):  # noqa: B007 (the last one answers)
-        steps.append(step)
-    for step, of_notes, files in project_answers(run, model):
-        steps.append(step)
-        notes += of_notes
-        made += files
+    run = RunningProject(project, folder, database, report, written=file.stat().st_mtime)
+    run.import_records()
+    model = run.models()
+    run.answers(model)
     with reading(database) as session:
         # Also where every step is up to date.
-        notes += notes_of(session, model, load_records(session))
-    each_once = tuple(dict.fromkeys(notes))
-    return ProjectRun(str(file), database, model, Rows(steps), tuple(made), each_once)
-
-
-def _import(run: ProjectState) -> tuple[Step, tuple[str, ...]]:
-    """The step, and the notes on the rows."""
-    project, folder = run.project, run.folder
-    init_database(run.database)
-    found = import_files(
-        run.database,
-        [folder / name for name in project.files],
-        dem=None if project.dem is None else folder / project.dem,
-        land_cover=None if project.land_cover is None else folder / project.land_cover,
-        update=project.update,
-        given=Conventions(unusual=project.unusual),
-    )
-    kinds = {
-        name: getattr(found.records, name) for name in ("paths", "profiles", "events", "speeds")
-    }
-    changed = [f"{kind} {c.new + c.updated}" for kind, c in kinds.items() if c.new + c.updated]
-    words = f"new or changed: {', '.join(changed)}" if changed else "no change"
-    return Step("import", DONE if changed else UP_TO_DATE, words), found.notes
-
-
-DONE, UP_TO_DATE = "done", "up to date"
+        run.notes += notes_of(session, model, load_records(session))
+    notes = tuple(dict.fromkeys(run.notes))
+    return ProjectRun(str(file), database, model, Rows(run.steps), tuple(run.files), notes)
 
 
 @dataclass(slots=True)
-class ProjectState:
-    """The project, where its files are, and its database.
+class RunningProject:
+    """A project, where its files are, its database, and what has been done of it so far.
 
     `fresh` as soon as a step has found something new; `written` is when the file of the project
     was (seconds, as of files).
@@ -246,105 +223,196 @@ class ProjectState:
     folder: FilePath
     database: str
     report: Report
-    fresh: bool = False
     written: float = 0.0
+    fresh: bool = False
+    steps: list[Step] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
 
+    def done(self, step: str, found: str, notes: Sequence[str] = ()) -> None:
+        """A step that found something new."""
+        self.fresh = True
+        self.steps.append(Step(step, DONE, found))
+        self.notes += notes
 
-def stored_result(run: ProjectState, kind: Kind, model: str) -> dict[str, Any] | None:
-    """What was found last by a model; None where nothing was."""
-    with reading(run.database) as session:
-        return latest_result(session, kind, model)
+    def up_to_date(self, step: str, found: str = "") -> None:
+        """A step of which all is stored already."""
+        self.steps.append(Step(step, UP_TO_DATE, found))
 
-
-NAMED = "missing-effect"
-"""The verdict on which an effect is added."""
-
-
-def project_models(run: ProjectState) -> Iterator[tuple[str, Step]]:
-    """Calibrate, compare, diagnose, and again with what was named; the last model answers."""
-    wanted, skip = run.project, run.project.skip
-    model, step = _calibrated(run)
-    for round_ in range(wanted.diagnose.rounds + 1):
-        yield model, step
-        if "compare" not in skip:
-            yield model, _compared(run, model)
-        if "diagnose" in skip or not METHODS[wanted.model.method].knows_errors:
-            return
-        step, diagnosis = _diagnosed(run, model)
-        yield model, step
-        if not wanted.diagnose.add or diagnosis.verdict != NAMED:
-            return
-        if round_ < wanted.diagnose.rounds:
-            model, step = _added(run, model, diagnosis.missing)
-
-
-def _calibrated(run: ProjectState) -> tuple[str, Step]:
-    """The model of the file, on the records as they are."""
-    wanted = run.project.model
-    asked = asked_for(Specification(), [definition(key) for key in wanted.without])
-
-    def fits(stored: Calibration) -> bool:
-        return (
-            stored.parent is None
-            and (stored.law, stored.scatter, stored.distribution, stored.tails)
-            == (wanted.law, wanted.scatter, wanted.distribution, wanted.tails)
-            and (stored.method, stored.seed) == (wanted.method, wanted.seed)
-            and set(stored.effects) == set(wanted.with_) - set(wanted.without)
-            and stored.centrifugal == asked.centrifugal
-            and _prior_source(stored) == (wanted.prior_from or "")
-            and {k: [p.mean, p.sd] for k, p in (stored.given_priors or {}).items()}
-            == {k: list(pair) for k, pair in wanted.prior.items()}
-            and wanted.chains == stored.chains
-            and wanted.draws in (None, stored.draws)
+    def import_records(self) -> None:
+        """Import what the file names."""
+        project, folder = self.project, self.folder
+        init_database(self.database)
+        found = import_files(
+            self.database,
+            [folder / name for name in project.files],
+            dem=None if project.dem is None else folder / project.dem,
+            land_cover=None if project.land_cover is None else folder / project.land_cover,
+            update=project.update,
+            given=Conventions(unusual=project.unusual),
         )
+        counts = found.records
+        kinds = zip(
+            ("paths", "profiles", "events", "speeds"),
+            (counts.paths, counts.profiles, counts.events, counts.speeds),
+            strict=True,
+        )
+        changed = [f"{kind} {c.new + c.updated}" for kind, c in kinds if c.new + c.updated]
+        words = f"new or changed: {', '.join(changed)}" if changed else "no change"
+        self.steps.append(Step("import", DONE if changed else UP_TO_DATE, words))
+        self.notes += found.notes
 
-    known, free = _known(run, wanted.name, wanted.paths, fits)
-    if known is not None:
-        return known, Step(f"calibrate {known}", UP_TO_DATE, "")
-    found = calibrate(run.database, free, wanted, run.report)
-    run.fresh = True
-    return free, Step(f"calibrate {free}", DONE, _converged(found))
+    def models(self) -> str:
+        """Calibrate, compare, diagnose, and again with what was named; the last model answers."""
+        wanted, skip = self.project, self.project.skip
+        model = self.calibrated()
+        for round_ in range(wanted.diagnose.rounds + 1):
+            if "compare" not in skip:
+                self.compared(model)
+            if "diagnose" in skip or not METHODS[wanted.model.method].knows_errors:
+                return model
+            diagnosis = self.diagnosed(model)
+            if not wanted.diagnose.add or diagnosis.verdict != NAMED:
+                return model
+            if round_ < wanted.diagnose.rounds:
+                model = self.added(model, diagnosis.missing)
+        return model
 
+    def calibrated(self) -> str:
+        """The model of the file, on the records as they are."""
+        wanted = self.project.model
+        asked = asked_for(Specification(), [definition(key) for key in wanted.without])
 
-def _prior_source(stored: Calibration) -> str:
-    """The model or paths that the law's prior is from, as `prior_from` names them."""
-    source = "" if stored.prior is None else stored.prior.source
-    return "" if source.startswith(GIVEN) else source
+        def fits(stored: Calibration) -> bool:
+            source = "" if stored.prior is None else stored.prior.source
+            given = {k: (p.mean, p.sd) for k, p in (stored.given_priors or {}).items()}
+            return (
+                stored.parent is None
+                and all(getattr(stored, name) == getattr(wanted, name) for name in ALIKE)
+                and set(stored.effects) == set(wanted.with_) - set(wanted.without)
+                and stored.centrifugal == asked.centrifugal
+                and ("" if source.startswith(GIVEN) else source) == (wanted.prior_from or "")
+                and given == {k: tuple(pair) for k, pair in wanted.prior.items()}
+                and wanted.draws in (None, stored.draws)
+            )
 
+        known, free = self._known(wanted.name, fits)
+        if known is not None:
+            self.up_to_date(f"calibrate {known}")
+            return known
+        found = calibrate(self.database, free, wanted, self.report)
+        self.done(f"calibrate {free}", _converged(found))
+        return free
 
-def _added(run: ProjectState, parent: str, effects: tuple[str, ...]) -> tuple[str, Step]:
-    """The child of a model with the effects that its diagnosis named."""
+    def added(self, parent: str, effects: tuple[str, ...]) -> str:
+        """The child of a model with the effects that its diagnosis named."""
 
-    def fits(stored: Calibration) -> bool:
-        return stored.parent == parent and set(effects) <= set(stored.effects)
+        def fits(stored: Calibration) -> bool:
+            return stored.parent == parent and set(effects) <= set(stored.effects)
 
-    name = f"{parent}+{'+'.join(effects)}"
-    known, free = _known(run, name, run.project.model.paths, fits)
-    if known is not None:
-        return known, Step(f"add {known}", UP_TO_DATE, "")
-    found = add(run.database, parent, effects, free, report=run.report)
-    run.fresh = True
-    return free, Step(f"add {free}", DONE, _converged(found))
+        known, free = self._known(f"{parent}+{'+'.join(effects)}", fits)
+        if known is not None:
+            self.up_to_date(f"add {known}")
+            return known
+        found = add(self.database, parent, effects, free, report=self.report)
+        self.done(f"add {free}", _converged(found))
+        return free
 
+    def _known(self, name: str, fits: Callable[[Calibration], bool]) -> tuple[str | None, str]:
+        """The latest model NAME or NAME-n that fits, on today's records, and a free name."""
+        with reading(self.database) as session:
+            records = only_paths(load_records(session), self.project.model.paths)
+            names = [model.name for model in list_models(session)]
+            stored = {
+                n: Calibration.from_dict(latest_calibration(session, n).result)
+                for n in names
+                if n == name or n.removeprefix(f"{name}-").isdigit()
+            }
+        today = data_fingerprint(records)
+        right = [n for n, one in stored.items() if one.data_fingerprint == today and fits(one)]
+        free, k = name, 2
+        while free in names:
+            free, k = f"{name}-{k}", k + 1
+        return (right[-1] if right else None), free
 
-def _known(
-    run: ProjectState, name: str, paths: Sequence[str], fits: Callable[[Calibration], bool]
-) -> tuple[str | None, str]:
-    """The latest model NAME or NAME-n that fits and stands on today's records, and a free name."""
-    with reading(run.database) as session:
-        records = only_paths(load_records(session), paths)
-        names = [model.name for model in list_models(session)]
-        stored = {
-            n: Calibration.from_dict(latest_calibration(session, n).result)
-            for n in names
-            if n == name or n.removeprefix(f"{name}-").isdigit()
-        }
-    today = data_fingerprint(records)
-    right = [n for n, one in stored.items() if one.data_fingerprint == today and fits(one)]
-    free, k = name, 2
-    while free in names:
-        free, k = f"{name}-{k}", k + 1
-    return (right[-1] if right else None), free
+    def compared(self, model: str) -> None:
+        """The comparison of a model."""
+        if self._stored(COMPARISON, model) is not None:
+            self.up_to_date(f"compare {model}")
+            return
+        found = compare(self.database, model, report=self.report)
+        error = found.held_out.runout.crps_m
+        self.done(f"compare {model}", f"held-out error (CRPS) {error:.1f} m")
+
+    def diagnosed(self, model: str) -> Diagnosis:
+        """The diagnosis of a model."""
+        wanted = self.project.diagnose
+        document = self._stored(DIAGNOSIS, model)
+        if document is not None and document["seed"] == wanted.seed:
+            found = Diagnosis.from_dict(document)
+            self.up_to_date(f"diagnose {model}", _verdict(found))
+            return found
+        found = diagnose_model(self.database, model, wanted, self.report)
+        self.done(f"diagnose {model}", _verdict(found))
+        return found
+
+    def _stored(self, kind: Kind, model: str) -> dict[str, Any] | None:
+        with reading(self.database) as session:
+            return latest_result(session, kind, model)
+
+    def answers(self, model: str) -> None:
+        """Bounds, zones, report and exports by a model."""
+        project, folder = self.project, self.folder
+        if "hazard" not in project.skip:
+            work, _ = hazard_work(self.database, model, project.hazard)
+            if not self._paths_found("hazard", work):
+                bounds = hazard(self.database, model, project.hazard, self.report)
+                n = len({row.path_id for row in bounds.rows})
+                self.done("hazard", counted(n, "path"), bounds.notes)
+        if "zones" not in project.skip and not METHODS[project.model.method].in_metres:
+            limits = folder / project.zones.limits
+            request = replace(project.zones, paths=project.hazard.paths)
+            if limits.is_file():
+                request = replace(request, limits=str(limits))
+            work, _ = zones_work(self.database, model, request)
+            if not self._paths_found("zones", work):
+                along = zones(self.database, model, request, self.report)
+                self.done("zones", counted(len(along.rows), "path"), along.notes)
+        page = folder / project.report.file
+        if "report" not in project.skip and self._outdated("report", page):
+            report = write_report(self.database, model, page, project.project, self.report)
+            self._wrote("report", page, (*report.lacking, *report.notes))
+        if "export" not in project.skip and "hazard" not in project.skip:
+            for name in project.export.files:
+                if self._outdated("export", file := folder / name):
+                    self._wrote("export", file, export(self.database, model, file).notes)
+
+    def _paths_found(self, step: str, work: PathWork) -> bool:
+        """Whether the last run of this kind hangs on the same as this; it is then up to date."""
+        with reading(self.database) as session:
+            if latest_key(session, work.kind, work.model.model) != run_key(work):
+                return False
+            found = latest_documents(session, work.kind, work.model.model) or ()
+        self.up_to_date(step, counted(len({row["path_id"] for row in found}), "path"))
+        return True
+
+    def _wrote(self, step: str, file: FilePath, notes: Sequence[str]) -> None:
+        self.steps.append(Step(step, DONE, file.name))
+        self.notes += notes
+
+    def _outdated(self, step: str, file: FilePath) -> bool:
+        """Whether the file is missing, older than what it stands on, or something new was found.
+
+        It stands on the database, and on the file of the project, which has its title and language.
+        """
+        self.files.append(str(file))
+        if self.fresh or not file.is_file() or self.written > file.stat().st_mtime:
+            return True
+        database = FilePath(self.database)
+        if database.is_file() and database.stat().st_mtime > file.stat().st_mtime:
+            return True
+        self.up_to_date(step, file.name)
+        return False
 
 
 def _converged(found: Calibration) -> str:
@@ -352,99 +420,7 @@ def _converged(found: Calibration) -> str:
     return words if found.diagnostics.converged else f"{words}; its chains have NOT converged"
 
 
-def _compared(run: ProjectState, model: str) -> Step:
-    if stored_result(run, COMPARISON, model) is not None:
-        return Step(f"compare {model}", UP_TO_DATE, "")
-    found = compare(run.database, model, report=run.report)
-    run.fresh = True
-    error = found.held_out.runout.crps_m
-    return Step(f"compare {model}", DONE, f"held-out error (CRPS) {error:.1f} m")
-
-
-def _diagnosed(run: ProjectState, model: str) -> tuple[Step, Diagnosis]:
-    wanted = run.project.diagnose
-    document = stored_result(run, DIAGNOSIS, model)
-    if document is not None and document["seed"] == wanted.seed:
-        found = Diagnosis.from_dict(document)
-        return Step(f"diagnose {model}", UP_TO_DATE, _verdict(found)), found
-    found = diagnose_model(run.database, model, wanted, run.report)
-    run.fresh = True
-    return Step(f"diagnose {model}", DONE, _verdict(found)), found
-
-
 def _verdict(found: Diagnosis) -> str:
     if found.cannot_tell:
         return f"{found.verdict}, as far as few data tell"
     return ": ".join([found.verdict, ", ".join(found.missing)]) if found.missing else found.verdict
-
-
-def project_answers(run: ProjectState, model: str) -> Iterator[tuple[Step, list[str], list[str]]]:
-    """Steps, their notes, and the files that they wrote."""
-    project, folder = run.project, run.folder
-    if "hazard" not in project.skip:
-        yield _bounds(run, model)
-    if "zones" not in project.skip and not METHODS[project.model.method].in_metres:
-        yield _zones(run, model)
-    if "report" not in project.skip:
-        page = folder / project.report.file
-        if _outdated(run, page):
-            report = write_report(run.database, model, page, project.project, run.report)
-            yield Step("report", DONE, page.name), [*report.lacking, *report.notes], [str(page)]
-        else:
-            yield Step("report", UP_TO_DATE, page.name), [], [str(page)]
-    if "export" not in project.skip and "hazard" not in project.skip:
-        for name in project.export.files:
-            file = folder / name
-            notes: list[str] = []
-            state = UP_TO_DATE
-            if _outdated(run, file):
-                notes = list(export(run.database, model, file).notes)
-                state = DONE
-            yield Step("export", state, file.name), notes, [str(file)]
-
-
-def _bounds(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
-    request = run.project.hazard
-    work, _ = hazard_work(run.database, model, request)
-    if (n := _paths_found(run, work)) is not None:
-        return Step("hazard", UP_TO_DATE, counted(n, "path")), [], []
-    found = hazard(run.database, model, request, run.report)
-    run.fresh = True
-    n = len({row.path_id for row in found.rows})
-    return Step("hazard", DONE, counted(n, "path")), list(found.notes), []
-
-
-def _zones(run: ProjectState, model: str) -> tuple[Step, list[str], list[str]]:
-    limits = run.project.zones.limits
-    file = run.folder / limits
-    request = replace(
-        run.project.zones,
-        limits=str(file) if file.is_file() else limits,
-        paths=run.project.hazard.paths,
-    )
-    work, _ = zones_work(run.database, model, request)
-    if (n := _paths_found(run, work)) is not None:
-        return Step("zones", UP_TO_DATE, counted(n, "path")), [], []
-    found = zones(run.database, model, request, run.report)
-    run.fresh = True
-    return Step("zones", DONE, counted(len(found.rows), "path")), list(found.notes), []
-
-
-def _paths_found(run: ProjectState, work: PathWork) -> int | None:
-    """The paths of the last run of this kind; None where it hangs on something else than this."""
-    with reading(run.database) as session:
-        if latest_key(session, work.kind, work.model.model) != run_key(work):
-            return None
-        found = latest_documents(session, work.kind, work.model.model) or ()
-        return len({row["path_id"] for row in found})
-
-
-def _outdated(run: ProjectState, file: FilePath) -> bool:
-    """Whether the file is missing, older than what it stands on, or something new was found.
-
-    It stands on the database, and on the file of the project, which has its title and language.
-    """
-    if run.fresh or not file.is_file() or run.written > file.stat().st_mtime:
-        return True
-    database = FilePath(run.database)
-    return database.is_file() and database.stat().st_mtime > file.stat().st_mtime

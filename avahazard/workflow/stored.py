@@ -34,8 +34,12 @@ from avahazard.inference.model.observations import (
     require_one_scale,
     require_profiles,
 )
-from avahazard.inference.model.priors import GIVEN, GivenPrior, prior_from_document
-from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.specification import (
+    GIVEN,
+    GivenPrior,
+    Specification,
+    prior_from_document,
+)
 from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.crosscheck import place_fault, unseen_elevation, volume_fault
@@ -48,7 +52,6 @@ from avahazard.records.path import Path, Profile
 from avahazard.records.plain import plain
 from avahazard.results.calibration import (
     Calibration,
-    Convergence,
     GivenTold,
     HeavierTails,
     ParameterSummary,
@@ -303,21 +306,15 @@ def calibration_result(
     specification, chains = found.specification, found.chains
     n_chains, n_draws = chains.draws.shape[:2]
     checks = chains.diagnostics
-    rhat_max = float(checks.rhat_max) if np.isfinite(checks.rhat_max) else None
     notes = list(found.notes)
     if not checks.converged:
-        ess = min(checks.ess_bulk_min, checks.ess_tail_min)
-        notes.append(Note("not_converged", rhat=rhat_max, ess=ess))
+        notes.append(Note("not_converged", rhat=checks.rhat_max, ess=checks.ess_min))
     dominated = prior_dominated(found)
     given, prior = _given_told(found), _prior_told(found)
     notes += prior_notes(name, given, prior, dominated)
-    of_records = (
-        *record_notes(records, found.observations.sites),
-        *volume_notes(found, name),
-    )
+    of_records = (*record_notes(records, found.observations.sites), *volume_notes(found, name))
     notes += of_records
-    spread = _path_spread(found)
-    tails = _heavier_tails(found)
+    spread, tails = _path_spread(found), _heavier_tails(found)
     notes[:0] = [told.note(name) for told in (spread, tails) if told is not None]
     return Calibration(
         model=name,
@@ -332,14 +329,7 @@ def calibration_result(
         n_events=found.n_events,
         left_out=dict(found.left_out),
         parameters={key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
-        diagnostics=Convergence(
-            rhat_max=rhat_max,
-            ess_bulk_min=checks.ess_bulk_min,
-            ess_tail_min=checks.ess_tail_min,
-            acceptance=checks.acceptance,
-            divergent_or_stuck_chains=checks.stuck_chains,
-            converged=checks.converged,
-        ),
+        diagnostics=checks,
         chains=n_chains,
         draws=n_draws,
         seed=seed,

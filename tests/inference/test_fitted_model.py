@@ -173,18 +173,20 @@ def test_a_stuck_chain_is_counted() -> None:
     draws = _noise()
     draws[1] = draws[1, 0]
     result = diagnose_chains(draws)
-    assert result.stuck_chains == 1
-    assert result.rhat_max == np.inf
+    assert result.divergent_or_stuck_chains == 1
+    assert result.rhat_max is None
     assert not result.converged
 
 
 def test_a_chain_that_hardly_accepts_is_stuck() -> None:
-    assert diagnose_chains(_noise(), np.array([0.3, 0.3, 0.001, 0.3])).stuck_chains == 1
+    assert (
+        diagnose_chains(_noise(), np.array([0.3, 0.3, 0.001, 0.3])).divergent_or_stuck_chains == 1
+    )
 
 
 def test_all_chains_stuck_at_different_places() -> None:
     draws = np.tile(np.arange(4.0)[:, None, None], (1, 100, 1))
-    assert diagnose_chains(draws).stuck_chains == 4
+    assert diagnose_chains(draws).divergent_or_stuck_chains == 4
 
 
 def test_a_fixed_parameter_is_left_out() -> None:

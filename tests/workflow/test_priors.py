@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.inference.model.priors import GivenPrior
+from avahazard.inference.model.specification import GivenPrior
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.store.records import load_records

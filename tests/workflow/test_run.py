@@ -12,7 +12,7 @@ from avahazard.results.made import ProjectRun
 from avahazard.store.results import list_models
 from avahazard.store.session import reading
 from avahazard.workflow import run as project
-from avahazard.workflow.run import ProjectState, _import, read_project, run_project
+from avahazard.workflow.run import RunningProject, read_project, run_project
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
 
@@ -151,10 +151,11 @@ def test_doubts_about_the_rows_are_told_unless_they_are_meant(tmp_path: Path) ->
     told = []
     for more in ("", "unusual = true\n"):
         file.write_text(f'files = ["events.csv"]\n{more}')
-        state = ProjectState(read_project(file), tmp_path, str(tmp_path / "a.db"), print)
-        told.append(_import(state)[1])
+        run = RunningProject(read_project(file), tmp_path, str(tmp_path / "a.db"), print)
+        run.import_records()
+        told.append(run.notes)
     assert "line 2: 5e9" in told[0][0]
-    assert told[1] == ()
+    assert told[1] == []
 
 
 @pytest.mark.slow

@@ -13,8 +13,7 @@ from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import Observations
-from avahazard.inference.model.priors import free_parameters
-from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.specification import Specification, free_parameters
 from avahazard.records.errors import AvahazardError
 
 

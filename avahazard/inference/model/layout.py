@@ -11,8 +11,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect, GroupEffect, Parameter, shapes_tables
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.priors import with_given
-from avahazard.inference.model.specification import Specification
+from avahazard.inference.model.specification import Specification, with_given
 
 Arms = Mapping[str, tuple[float, ...]]
 """Arms of a star of exact tables by slot name: the points along a coordinate, the centre first."""

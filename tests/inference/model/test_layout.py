@@ -13,7 +13,7 @@ from avahazard.effects.groups import SPREAD
 from avahazard.inference.fitting.evidence import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import TRACK_RANGE, with_arms
-from avahazard.inference.model.priors import GivenPrior
+from avahazard.inference.model.specification import GivenPrior
 from tests.inference.studies import near, observations, posterior
 
 

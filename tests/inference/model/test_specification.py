@@ -13,9 +13,10 @@ from avahazard.inference.fitting.evidence import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.laws import LAWS, Law, law
 from avahazard.inference.model.observations import build_observations
-from avahazard.inference.model.priors import (
+from avahazard.inference.model.specification import (
     GivenPrior,
     LawPrior,
+    Specification,
     free_parameters,
     given_law_prior,
     law_prior,
@@ -24,7 +25,6 @@ from avahazard.inference.model.priors import (
     prior_of_fit,
     require_possible,
 )
-from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.least_squares import fit_law
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
