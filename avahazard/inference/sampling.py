@@ -165,6 +165,8 @@ KEEP_EVERY = 2
 """Steps for each draw that is kept: one jump and one random-walk step."""
 MAX_ROUNDS = 4
 WARM_UP_ROUNDS = 3
+PILOT_DRAWS = 90
+"""Draws of each chain in the walks by which a star is made fit."""
 
 
 def sample(
@@ -186,10 +188,12 @@ def sample(
     Equal seeds give equal draws.
     """
     fine, mode = search_mode(posterior, start)
-    found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
-    while (better := improved(fine, posterior, found.draws)) is not None:
-        fine, mode = better, find_mode(better, mode.u)
-        found = _rounds(fine, mode, n_chains, n_draws, seed, progress)
+    # Short walks show where a star falls short: a long one on such a star would be in vain.
+    for n in (min(PILOT_DRAWS, n_draws), n_draws) if fine.nodes.varies else (n_draws,):
+        found = _rounds(fine, mode, n_chains, n, seed, progress)
+        while (better := improved(fine, posterior, found.draws)) is not None:
+            fine, mode = better, find_mode(better, mode.u)
+            found = _rounds(fine, mode, n_chains, n, seed, progress)
     return found
 
 
