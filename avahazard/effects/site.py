@@ -11,12 +11,18 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.physics.cells import Cells, build_cells
-from avahazard.physics.mean_friction import squares_to_rest
-from avahazard.physics.near_stops import Asked, NearStops, near_stops
 from avahazard.physics.resistance import Resistance
-from avahazard.physics.runout_curve import MU, RunoutCurve, filled, tabulate
+from avahazard.physics.runout_curve import (
+    MU,
+    Asked,
+    NearStops,
+    RunoutCurve,
+    filled,
+    near_stops,
+    tabulate,
+)
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.physics.speed import filled_speeds, speeds_along
+from avahazard.physics.speed import filled_speeds, speeds_along, squares_to_rest
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
@@ -107,7 +113,7 @@ class Site:
         return filled(tabulate(cells, starts, COARSE), COARSE)
 
     def table_near(self, cells: Cells, asked: Asked) -> NearStops:
-        """The same near some stops from each release alone (`physics.near_stops`)."""
+        """The same near some stops from each release alone (`near_stops`)."""
         starts = np.searchsorted(cells.x, self.release_x)
         if not cells.speed_dependent:
             return near_stops(cells, starts, MU, asked)

@@ -1,4 +1,4 @@
-"""Runs of the block down a path: the batch kernel over friction."""
+"""Runs of the block: several frictions side by side, marched down the cells of a path together."""
 
 from __future__ import annotations
 
@@ -9,10 +9,152 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
-from avahazard.physics.batch import march, new_batch, release
-from avahazard.physics.cell_motion import elevation_in_cell
-from avahazard.physics.cell_step import BATCH_SIZE
+from avahazard.physics.cell_motion import (
+    elevation_in_cell,
+    end_accelerations,
+    first_zero,
+    newton_zero,
+    resisting,
+)
+from avahazard.physics.cell_step import BATCH_SIZE, LANES, step, step_by_speed, step_with_contact
 from avahazard.physics.cells import Cells
+from avahazard.physics.resistance import GRAVITY
+
+
+class Batch(NamedTuple):
+    """State of `BATCH_SIZE` blocks; arrays `[BATCH_SIZE]`.
+
+    `w` `[n_rows, BATCH_SIZE]` is u² at node k in row `k & rows`: with `rows` = 1 the last two nodes
+    are kept, with -1 all. It is nan where a block rests: no comparison with nan is true, so blocks
+    at rest need no mask. A block stops in cell `stop_cell` (-1: nowhere), at its fraction `stop_t`;
+    `stop_w0`, `stop_d0`, `stop_w1`, `stop_d1` are w and its derivative (per cell) at the ends of
+    that cell. `lost_x` is where a block first lost contact with its bed, nan if it never did.
+    """
+
+    friction: Floats
+    w: Floats
+    stop_cell: NDArray[np.int64]
+    stop_w0: Floats
+    stop_d0: Floats
+    stop_w1: Floats
+    stop_d1: Floats
+    stop_t: Floats
+    lost_x: Floats
+    held: Floats
+    push: Floats
+    rows: int
+
+
+@kernel(inner=True)
+def new_batch(n_rows: int, rows: int) -> Batch:
+    """Batch with memory for the given rows of `Batch.w`."""
+    return Batch(
+        np.empty(BATCH_SIZE),
+        np.empty((n_rows, BATCH_SIZE)),
+        np.empty(BATCH_SIZE, dtype=np.int64),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        rows,
+    )
+
+
+@kernel
+def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> int:
+    """Place blocks with frictions `mu[first:]` at the start node; the number that move off.
+
+    A block moves off if the slope at the release exceeds what holds it.
+    """
+    row = start & batch.rows
+    batch.w[row, :] = np.nan
+    batch.stop_cell[:] = -1
+    batch.lost_x[:] = np.nan
+    for j in range(BATCH_SIZE):
+        batch.friction[j] = mu[min(first + j, len(mu) - 1)]
+    if start == len(cells.length):
+        return 0
+    n_moving = 0
+    slope = cells.slope[start]
+    stretch = np.sqrt(1.0 + slope * slope)
+    for j in range(min(BATCH_SIZE, len(mu) - first)):
+        friction, constant = resisting(cells, start, batch.friction[j], 0.0)
+        if friction < slope - constant * stretch / GRAVITY:
+            batch.w[row, j] = 0.0
+            n_moving += 1
+    return n_moving
+
+
+@kernel(inner=True)
+def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
+    """Run the blocks from the start node until all rest or the path ends."""
+    friction, w = batch.friction, batch.w
+    n_first = first_of_batch(w, start & batch.rows)
+    for i in range(start, len(cells.length)):
+        if n_moving == 0:
+            break
+        row, row_new = i & batch.rows, (i + 1) & batch.rows
+        if cells.speed_dependent:
+            held, push = batch.held, batch.push
+            low, high = step_by_speed(cells, i, friction, w, row, row_new, held, push, n_first)
+        else:
+            low, high = step(cells, i, friction, w, row, row_new)
+        if high:
+            held, push, lost_x = batch.held, batch.push, batch.lost_x
+            low = step_with_contact(cells, i, friction, w, row, row_new, held, push, lost_x)
+        if low:
+            n_stopped = stop_in_cell(cells, i, batch)
+            n_moving -= n_stopped
+            if n_stopped and cells.speed_dependent:
+                n_first = first_of_batch(w, row_new)
+    place_stops(cells, batch)
+
+
+@kernel(forceinline=True)
+def first_of_batch(w: Floats, row: int) -> int:
+    """How many blocks, from the first on, hold all that still move: a multiple of `LANES`."""
+    n = 0
+    for j in range(BATCH_SIZE):
+        if not np.isnan(w[row, j]):
+            n = j + 1
+    return (n + LANES - 1) // LANES * LANES
+
+
+@kernel(inner=True, forceinline=True)
+def stop_in_cell(cells: Cells, i: int, batch: Batch) -> int:
+    """Stop the blocks whose w touches zero in cell i; their number."""
+    row, row_new = i & batch.rows, (i + 1) & batch.rows
+    h = cells.x[i + 1] - cells.x[i]
+    dip = cells.dip[i]
+    n = 0
+    for j in range(BATCH_SIZE):
+        if batch.w[row_new, j] <= dip:
+            w0, w1 = batch.w[row, j], batch.w[row_new, j]
+            a0, a1 = end_accelerations(cells, i, batch.friction[j], w0, w1)
+            if w1 <= 0.0 or first_zero(w0, h * a0, w1, h * a1) >= 0.0:
+                batch.stop_cell[j] = i
+                batch.stop_w0[j], batch.stop_d0[j] = w0, h * a0
+                batch.stop_w1[j], batch.stop_d1[j] = w1, h * a1
+                batch.w[row_new, j] = np.nan
+                n += 1
+    return n
+
+
+@kernel(inner=True)
+def place_stops(cells: Cells, batch: Batch) -> None:
+    """Fill `Batch.stop_t` of the blocks that stopped: in vectors where that converges."""
+    w0, d0, w1, d1, t = batch.stop_w0, batch.stop_d0, batch.stop_w1, batch.stop_d1, batch.stop_t
+    for j in range(BATCH_SIZE):
+        t[j] = newton_zero(w0[j], d0[j], w1[j], d1[j])
+    for j in range(BATCH_SIZE):
+        i = batch.stop_cell[j]
+        if i >= 0 and (np.isnan(t[j]) or cells.dip[i] > 0.0):
+            t[j] = first_zero(w0[j], d0[j], w1[j], d1[j])
+
 
 STOPPED, LEFT_PROFILE, NOT_RELEASED = 0, 1, 2
 STATUS_NAMES = ("stopped", "left_profile", "not_released")

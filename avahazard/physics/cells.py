@@ -18,8 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.physics.constants import GRAVITY
-from avahazard.physics.resistance import SPEEDS, Resistance
+from avahazard.physics.resistance import GRAVITY, SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
 
 ORDER = 6

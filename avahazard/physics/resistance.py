@@ -9,6 +9,10 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.physics.terrain import Terrain
 
+GRAVITY = 9.81
+"""Acceleration of gravity, m/s²."""
+
+
 SPEED_STEP = 0.5
 """Spacing of the tables over speed, m/s."""
 SPEEDS = np.arange(0.0, 150.0 + SPEED_STEP, SPEED_STEP)

@@ -24,8 +24,7 @@ from avahazard.inference.likelihood.predicted import (
 )
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
-from avahazard.physics.near_stops import Asked
-from avahazard.physics.runout_curve import MU, RunoutCurve
+from avahazard.physics.runout_curve import MU, Asked, RunoutCurve
 
 Key = TypeVar("Key")
 T = TypeVar("T")

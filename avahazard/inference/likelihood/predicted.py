@@ -24,9 +24,8 @@ from avahazard.effects.site import ALL_FRICTIONS, KEPT_TERRAINS, Site
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations, SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.cells import Cells
-from avahazard.physics.near_stops import Asked, NearStops
 from avahazard.physics.resistance import Resistance, no_resistance
-from avahazard.physics.runout_curve import MU, RunoutCurve
+from avahazard.physics.runout_curve import MU, Asked, NearStops, RunoutCurve
 from avahazard.workers import ordered_map
 
 SITES_AT_ONCE = KEPT_TERRAINS // 2

@@ -16,8 +16,7 @@ from avahazard.engine import spread_map
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.block import STOPPED
 from avahazard.physics.cells import build_cells
-from avahazard.physics.constants import GRAVITY
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.resistance import GRAVITY, no_resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain
