@@ -1,4 +1,4 @@
-"""Friction varies with a column, in a shape the data choose."""
+"""Friction varies with a column of numbers: in a shape the data choose, by height or season."""
 
 from __future__ import annotations
 
@@ -106,3 +106,62 @@ def spline_columns(values: Floats, knots: Floats, centre: float, scale: float) -
 
     bends = [8.0 * span / scale * (d(k) - d(n - 2)) for k in range(n - 2)]
     return np.column_stack([line, *bends])
+
+
+MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0
+MIN_DATES = 20
+
+
+def _winter(columns: EventColumns) -> Floats:
+    t = np.nan_to_num((columns.day_of_winter - MIDDLE_DAY) / HALF_WIDTH)
+    return np.column_stack([t, t * t])
+
+
+def _few_days(columns: EventColumns, _sites: Sites) -> str | None:
+    days = columns.day_of_winter[np.isfinite(columns.day_of_winter)]
+    enough = len(days) >= MIN_DATES and float(np.std(days)) > 5.0
+    return None if enough else f"fewer than {MIN_DATES} events have a day (not only a year)"
+
+
+DRIFT = (
+    Parameter("slope", "log friction per 60 days", 0.0, 0.0, 0.2),
+    Parameter("bend", "log friction per (60 days)2", 0.0, 0.0, 0.1),
+)
+SEASON = Definition(
+    key="season",
+    meaning="The snow changes from winter to spring: cold and dry before, moist and heavy after. "
+    "Friction then drifts with the day of the winter (counted from 1 November).",
+    needs="date",
+    build=lambda _: FrictionEffect("season", DRIFT, _winter),
+    lacking=_few_days,
+    event_columns=True,
+    order=120,
+)
+
+
+SLOPE = Parameter("slope", "log friction per 1000 m", 0.0, 0.0, 0.4)
+CENTRE_M = 2000.0
+MIN_SPREAD_M = 50.0
+
+
+def _kilometres(columns: EventColumns) -> Floats:
+    z = (columns.release_elevation - CENTRE_M) / 1000.0
+    return np.nan_to_num(z)[:, None]
+
+
+def _one_height(columns: EventColumns, _sites: Sites) -> str | None:
+    z = columns.release_elevation[np.isfinite(columns.release_elevation)]
+    if len(z) and np.std(z) >= MIN_SPREAD_M:
+        return None
+    return f"release elevations differ by less than {MIN_SPREAD_M:.0f} m"
+
+
+RELEASE_ELEVATION = Definition(
+    key="release-elevation",
+    meaning="Snow is colder and drier the higher it lies. Avalanches that start high then have "
+    "another friction than those that start low.",
+    needs="release_elevation_m",
+    build=lambda _: FrictionEffect("release-elevation", (SLOPE,), _kilometres),
+    lacking=_one_height,
+    order=110,
+)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avahazard.effects import cohesion, entrainment, forest_drag, speed_weakening, turbulent_drag
+from avahazard.effects import forest_drag, motion
 from avahazard.effects.effect import Definition, MotionEffect
 from avahazard.effects.site import Site
 from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
@@ -36,14 +36,14 @@ def _added(entry: Definition, *values: float) -> Resistance:
 
 
 def test_drag_is_the_same_everywhere() -> None:
-    after = _added(turbulent_drag.DEFINITION, 0.003)
+    after = _added(motion.TURBULENT_DRAG, 0.003)
     assert after.drag == pytest.approx(np.full(site().terrain.n_cells, 0.004))
     assert np.all(after.constant == 0.3)
     assert np.all(after.factor == 1.1)
 
 
 def test_cohesion_is_a_constant() -> None:
-    after = _added(cohesion.DEFINITION, 0.8)
+    after = _added(motion.COHESION, 0.8)
     assert after.constant == pytest.approx(np.full(site().terrain.n_cells, 1.1))
     assert np.all(after.drag == 0.001)
 
@@ -58,7 +58,7 @@ def test_forest_brakes_in_its_cells_only() -> None:
 
 
 def test_snow_is_taken_up_above_its_line() -> None:
-    after = _added(entrainment.DEFINITION, 0.004, 500.0)
+    after = _added(motion.ENTRAINMENT, 0.004, 500.0)
     y = site().terrain.middle_y
     assert after.drag[y > 520.0] == pytest.approx(0.005)
     assert after.drag[y < 480.0] == pytest.approx(0.001)
@@ -68,7 +68,7 @@ def test_snow_is_taken_up_above_its_line() -> None:
 
 
 def test_friction_falls_with_speed() -> None:
-    after = _added(speed_weakening.DEFINITION, 0.4, 8.0)
+    after = _added(motion.SPEED_WEAKENING, 0.4, 8.0)
     assert after.speed_factor is not None
     assert after.speed_factor[0] == 1.0
     # At its own speed half of the fall is done; far above, nearly all.
@@ -78,8 +78,8 @@ def test_friction_falls_with_speed() -> None:
 
 
 def test_two_effects_on_speed_multiply() -> None:
-    once = _added(speed_weakening.DEFINITION, 0.4, 8.0)
-    effect = speed_weakening.DEFINITION.build({})
+    once = _added(motion.SPEED_WEAKENING, 0.4, 8.0)
+    effect = motion.SPEED_WEAKENING.build({})
     assert isinstance(effect, MotionEffect)
     twice = effect.resistance(site(), once, np.array([0.4, 8.0]))
     assert once.speed_factor is not None
@@ -89,10 +89,10 @@ def test_two_effects_on_speed_multiply() -> None:
 @pytest.mark.parametrize(
     ("entry", "values"),
     [
-        (turbulent_drag.DEFINITION, [0.004]),
-        (cohesion.DEFINITION, [0.6]),
+        (motion.TURBULENT_DRAG, [0.004]),
+        (motion.COHESION, [0.6]),
         (forest_drag.DEFINITION, [0.02]),
-        (entrainment.DEFINITION, [0.004, 500.0]),
+        (motion.ENTRAINMENT, [0.004, 500.0]),
     ],
 )
 def test_what_resists_shortens_every_run(entry: Definition, values: list[float]) -> None:
@@ -108,7 +108,7 @@ def test_what_resists_shortens_every_run(entry: Definition, values: list[float])
 
 
 def test_a_bed_that_weakens_with_speed_lengthens_runs() -> None:
-    effect = speed_weakening.DEFINITION.build({})
+    effect = motion.SPEED_WEAKENING.build({})
     assert isinstance(effect, MotionEffect)
     fine = no_resistance(site().fine_terrain)
     base, held = table(fine), table(effect.resistance(site(), fine, np.array([0.5, 8.0])))

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.effects import epoch_bias, leading_edge, observation_limit
 from avahazard.effects.catalogue import definition
 from avahazard.effects.columns import build_columns
 from avahazard.effects.effect import Effect, FrontEffect, LimitEffect, ShiftEffect
+from avahazard.effects.record import EPOCH_BIAS, LEADING_EDGE, OBSERVATION_LIMIT
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 from tests.effects.examples import N_PATHS, columns, events, sites
@@ -21,7 +21,7 @@ PATHS = {name: Path(name) for name in "AB"}
 
 
 def test_old_records_are_shifted() -> None:
-    entry = epoch_bias.DEFINITION
+    entry = EPOCH_BIAS
     effect = entry.build(entry.facts(columns(), sites()))
     assert isinstance(effect, ShiftEffect)
     by_year = {1920: 50.0, 1948: 50.0, 1949: 37.5, 1950: 25.0, 1951: 12.5, 1952: 0.0, 2000: 0.0}
@@ -31,20 +31,20 @@ def test_old_records_are_shifted() -> None:
 
 
 def test_the_year_is_sought_among_the_dates_of_the_records() -> None:
-    entry = epoch_bias.DEFINITION
+    entry = EPOCH_BIAS
     year = entry.build(entry.facts(columns(), sites())).parameters[1]
     assert 1900 <= year.low < year.neutral < year.high <= 1980
 
 
 def test_the_front_is_ahead_by_a_share_of_the_deposit() -> None:
-    effect = leading_edge.DEFINITION.build({})
+    effect = LEADING_EDGE.build({})
     assert isinstance(effect, FrontEffect)
     known = (Event("a", "P0", deposit_length_m=80.0), Event("b", "P0"))
     assert effect.advance(columns(known), np.array([0.5])).tolist() == [40.0, 0.0]
 
 
 def _limit() -> Effect:
-    entry = observation_limit.DEFINITION
+    entry = OBSERVATION_LIMIT
     return entry.build(entry.facts(columns(), sites()))
 
 
@@ -67,7 +67,7 @@ def test_far_above_every_stop_there_is_no_limit() -> None:
 
 
 def test_a_path_without_a_known_stop_has_no_limit() -> None:
-    entry = observation_limit.DEFINITION
+    entry = OBSERVATION_LIMIT
     unknown = tuple(
         replace(e, runout_elevation_m=None, left_profile=True) if e.path_id == "P2" else e
         for e in events()

@@ -1,0 +1,156 @@
+"""Effects on the record: old ones that are shifted, fronts, short runouts that are not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avahazard.arrays import Floats
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import (
+    MIN_LEVEL,
+    Definition,
+    Facts,
+    FrontEffect,
+    LimitEffect,
+    Parameter,
+    ShiftEffect,
+    Sites,
+    needs_profile,
+)
+
+EDGE_YEARS = 4.0
+"""The change is blurred over these years, so that the likelihood is smooth in its date."""
+
+
+def _shift(columns: EventColumns, values: Floats) -> Floats:
+    shift, year = values
+    before = np.clip((year - columns.year) / EDGE_YEARS + 0.5, 0.0, 1.0)
+    return np.asarray(shift * np.nan_to_num(before))
+
+
+def _few_dates(columns: EventColumns, _sites: Sites) -> str | None:
+    years = columns.year[np.isfinite(columns.year)]
+    if len(years) >= 4 * MIN_LEVEL and np.ptp(years) >= 20:
+        return None
+    return "fewer than 20 dated events over 20 years"
+
+
+def _years(columns: EventColumns, _sites: Sites) -> Facts:
+    years = columns.year[np.isfinite(columns.year)]
+    return {
+        "years": [float(q) for q in np.unique(np.quantile(years, np.linspace(0.1, 0.9, 9)).round())]
+    }
+
+
+def _epoch_bias(facts: Facts) -> ShiftEffect:
+    years = tuple(float(y) for y in facts["years"])
+    middle = years[len(years) // 2]
+    return ShiftEffect(
+        "epoch-bias",
+        (
+            Parameter("shift", "m", 0.0, 0.0, 40.0, -160.0, 160.0),
+            Parameter("before", "year", middle, middle, 50.0, years[0], years[-1]),
+        ),
+        shift=_shift,
+    )
+
+
+EPOCH_BIAS = Definition(
+    key="epoch-bias",
+    meaning="Old records were made differently (from hearsay, from the valley, to the reach of "
+    "the powder). Before some year they lie systematically too high or too low.",
+    needs="date",
+    build=_epoch_bias,
+    lacking=_few_dates,
+    facts=_years,
+    order=150,
+)
+
+
+def _advance(columns: EventColumns, values: Floats) -> Floats:
+    return np.asarray(values[0] * np.nan_to_num(columns.deposit_length))
+
+
+def _few_deposits(columns: EventColumns, _sites: Sites) -> str | None:
+    known = columns.deposit_length[np.isfinite(columns.deposit_length)]
+    return None if len(known) >= 10 else "fewer than 10 events have a deposit length"
+
+
+SHARE = Parameter("share", "of the deposit length", 0.0, 0.5, 0.5, 0.0, 1.5)
+LEADING_EDGE = Definition(
+    key="leading-edge",
+    meaning="What is written down is where the front came to lie, while the block is the centre "
+    "of mass. The front is ahead by a share of the deposit's length (about a half).",
+    needs="deposit length",
+    build=lambda _: FrontEffect("leading-edge", (SHARE,), advance=_advance),
+    lacking=_few_deposits,
+    event_columns=True,
+    reads="deposit_length_m",
+    order=160,
+)
+
+
+FAR_M = 1000.0
+"""A limit this far above the highest stop seen is no limit."""
+
+
+def _highest_stops(columns: EventColumns, sites: Sites) -> Facts:
+    highest = {}
+    for k, site in enumerate(sites):
+        stops = columns.stop_elevation[columns.path_index == k]
+        stops = stops[np.isfinite(stops)]
+        declared = site.path.observed_below_m
+        if declared is not None:
+            highest[site.path.path_id] = {"declared_m": declared}
+        elif len(stops):
+            highest[site.path.path_id] = {"highest_m": float(np.max(stops))}
+    return {"paths": highest}
+
+
+def _few_stops(columns: EventColumns, sites: Sites) -> str | None:
+    known = columns.path_index[columns.path_index >= 0]
+    if any(sites[k].path.observed_below_m is not None for k in np.unique(known)):
+        return None
+    # The highest of very few stops is where these stopped, and no limit.
+    stops = columns.path_index[np.isfinite(columns.stop_elevation)]
+    if np.max(np.bincount(stops[stops >= 0], minlength=1)) >= MIN_LEVEL:
+        return None
+    lack = f"no path has {MIN_LEVEL} stops with an elevation, or a declared limit"
+    return needs_profile(columns, sites) or lack
+
+
+def _all_declared(columns: EventColumns, sites: Sites) -> bool:
+    known = columns.path_index[columns.path_index >= 0]
+    return all(sites[k].path.observed_below_m is not None for k in np.unique(known))
+
+
+def _limit(facts: Facts) -> LimitEffect:
+    paths: dict[str, dict[str, float]] = facts["paths"]
+
+    def limit(columns: EventColumns, values: Floats) -> Floats:
+        result = np.full(len(columns), np.nan)
+        for i, k in enumerate(columns.path_index):
+            known = paths.get(columns.paths[k], {}) if k >= 0 else {}
+            if "declared_m" in known:
+                result[i] = known["declared_m"]
+            elif "highest_m" in known and values[0] < FAR_M:
+                result[i] = known["highest_m"] + values[0]
+        return result
+
+    margin = Parameter("margin", "m above the highest stop seen", FAR_M, 200.0, 400.0, 0.0, FAR_M)
+    return LimitEffect("observation-limit", (margin,), limit=limit)
+
+
+OBSERVATION_LIMIT = Definition(
+    key="observation-limit",
+    meaning="Only avalanches that came low enough were seen and written down. The many short "
+    "ones are missing, so friction looks lower than it is; the likelihood is divided by the "
+    "chance to be seen.",
+    needs="observed_below_m, or estimated",
+    build=_limit,
+    lacking=_few_stops,
+    facts=_highest_stops,
+    settled=_all_declared,
+    says_what_is_seen=True,
+    order=140,
+)
