@@ -20,8 +20,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitted_model import ESS_LIMIT, Chains, FittedModel, chains, fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode
-from avahazard.inference.fitting.mode_search import search_mode
-from avahazard.inference.fitting.star import improved
+from avahazard.inference.fitting.star import improved, search_mode
 from avahazard.inference.likelihood.assemble import assemble, definitions_of
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS, MethodName

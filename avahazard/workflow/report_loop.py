@@ -15,7 +15,7 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.hazard.future_events import FutureEvents, classes_of
 from avahazard.inference.fitted_model import FittedModel
-from avahazard.inference.fitting.mode_search import held_climb
+from avahazard.inference.fitting.star import held_climb
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note

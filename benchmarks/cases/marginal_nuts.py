@@ -16,7 +16,7 @@ from numpyro.distributions import Distribution, Normal, TruncatedNormal
 from numpyro.infer import MCMC, NUTS, init_to_value
 
 from avahazard.inference.fitted_model import diagnose_chains
-from avahazard.inference.fitting.mode_search import search_mode
+from avahazard.inference.fitting.star import search_mode
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Slot

@@ -17,7 +17,7 @@ from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
-from avahazard.inference.fitting.mode_search import search_mode
+from avahazard.inference.fitting.star import search_mode
 from avahazard.inference.likelihood.assemble import assemble, definitions_of, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations

@@ -14,8 +14,7 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from avahazard.arrays import Floats
-from avahazard.inference.fitting.mode import Mode, find_mode
-from avahazard.inference.fitting.units import units
+from avahazard.inference.fitting.mode import Mode, find_mode, units
 from avahazard.inference.likelihood.offsets import Offsets
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator

@@ -10,7 +10,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.laplace_fit import Design
 from avahazard.effects.effect import Effect, FrictionEffect, VolumeErrorEffect, of_kind
-from avahazard.inference.fitting.units import units
+from avahazard.inference.fitting.mode import units
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import OffsetPlan
 from avahazard.inference.model.friction_scatter import volume_share
