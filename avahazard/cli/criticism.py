@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from avahazard.cli.model_tables import (
-    COORDINATES,
-    budget_table,
-    crps_words,
-    error_words,
-    failures,
-    profile_words,
-    show_scores,
-    unit_words,
-)
 from avahazard.cli.options import EffectFiles, StoredModel, picture
-from avahazard.cli.output import emit, settings, table, warn
+from avahazard.cli.output import emit, settings, show, warn
 from avahazard.cli.progress import show_progress
 from avahazard.records.plain import plain
-from avahazard.results.base import RATIO, amount, bare, unit_of
+from avahazard.report.language import TERMINAL
+from avahazard.report.model_tables import (
+    budget_table,
+    candidates_table,
+    compared_parts,
+    failures_table,
+    ladder_table,
+    measure_table,
+    misfit_table,
+    predicted_table,
+    scores_table,
+)
+from avahazard.report.sentences import error_words, failure_words, verdict_words
 from avahazard.results.diagnosis import Candidate, Diagnosis
 from avahazard.workflow.requests import DiagnoseRequest
 
@@ -50,39 +53,19 @@ def compare(
             plot=plot,
             report=report,
         )
-    scores, held = found.scores, found.held_out
+    scores = found.scores
 
     def render(console: Console) -> None:
-        whole = "paths" if held.by == "path" else "fifths of the events"
-        parts = ((f"{whole} held out", held), ("calibrated on", scores))
-        columns, cells = show_scores(found.coordinate, *parts)
-        console.print(table(f"{name} against the records", columns, cells))
-        console.print(
-            f"The error of {name}, as add and ladder give it: CRPS where {whole} were held out, "
-            f"{bare(held.runout.crps_m, found.coordinate)} {unit_words(found.coordinate)}."
-        )
-        if held.n_fits is not None and held.n_fits < len(held.groups):
-            console.print(f"{len(held.groups)} {whole} were held out in {held.n_fits} parts.")
-        console.print(crps_words(found.coordinate))
-        console.print(f"bias: predicted mean less recorded. {error_words(found)}")
-        console.print(
-            f"Log predictive density, each record left out in turn (higher is better): "
-            f"{scores.elpd_loo:.1f}"
-            + ("." if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}.")
-        )
-        console.print(table("", *budget_table(found)))
-        if found.profile_m is not None:
-            console.print(profile_words(found.profile_m, found.coordinate))
-        if found.speed_misfit:
-            lines = [
-                (row.axis, row.level, row.n, row.bias_m_s, row.rmse_m_s)
-                for row in found.speed_misfit
-            ]
-            heads = ("speeds by", "level", ">n", ">bias m/s", ">RMSE m/s")
-            console.print(table("Speeds, with friction fitted to each stop", heads, lines))
-        console.print("Where it fails:")
-        for line in failures(found):
-            console.print(f"  {line}", soft_wrap=True)
+        show(console, scores_table(found.coordinate, compared_parts(found, TERMINAL), TERMINAL))
+        for words in error_words(found, TERMINAL):
+            console.print(words)
+        if scores.elpd_loo is not None:
+            se = "" if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}"
+            console.print(f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats.")
+        show(console, budget_table(found, TERMINAL))
+        show(console, misfit_table(found, TERMINAL))
+        show(console, failures_table(found, TERMINAL), verbose=settings(context).verbose)
+        console.print(failure_words(found, TERMINAL))
 
     emit(context, found, render)
     warn(*found.notes)
@@ -94,10 +77,6 @@ def compare(
 
 ALONE = 0.05
 CANDIDATES_SHOWN = 8
-NATS_WORDS = (
-    "gain: natural logarithm of how many times likelier the records are with the effect (2.3 nats: "
-    "10 times, 4.6: 100 times)."
-)
 
 
 def diagnose(
@@ -114,35 +93,19 @@ def diagnose(
       avahazard diagnose first --expect snow-type
       avahazard diagnose first --worlds 399 --plot candidates.png
     """
-    from avahazard.report.html.words import chance  # noqa: PLC0415
-    from avahazard.report.verdict_words import verdict_words  # noqa: PLC0415
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
     with show_progress() as report:
         found = diagnose_model(settings(context).database, name, request, report)
 
     def render(console: Console) -> None:
-        console.print(verdict_words(found, found.model), soft_wrap=True)
+        console.print(verdict_words(found, found.model, TERMINAL), soft_wrap=True)
         if found.declared is not None:
             words = ", ".join(found.declared.effects)
             console.print(f"Declared beforehand ({found.declared.at}), tested first: {words}.")
-        rows = [
-            (
-                c.effect,
-                f"{c.gain:.1f}",
-                chance(c.p_value, 1.0 / (found.n_worlds + 1)),
-                "" if c.error_after_m is None else bare(c.error_after_m, found.coordinate),
-                ", ".join(c.confounded_with),
-            )
-            for c in found.candidates[:CANDIDATES_SHOWN]
-        ]
-        unit = unit_of(found.coordinate)
-        columns = ("effect", ">gain, nats", ">p", f">CRPS then {unit}", "looks like")
-        title = (
-            f"Candidates (CRPS at best fit on records of the calibration: {_before(found)} {unit})"
-        )
-        console.print(table(title, columns, rows))
-        console.print(NATS_WORDS, soft_wrap=True)
+        candidates = candidates_table(found, TERMINAL)
+        shown = max(candidates.shown or 0, CANDIDATES_SHOWN)
+        show(console, replace(candidates, shown=shown), verbose=settings(context).verbose)
         best = found.candidates[0] if found.candidates else None
         if found.missing and best is not None and best.effect in found.missing:
             console.print(best.physics, soft_wrap=True)
@@ -163,12 +126,6 @@ def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
             "looked does the first count: then add it, and compare.",
             soft_wrap=True,
         )
-
-
-def _before(found: Diagnosis) -> str:
-    if not found.candidates:
-        return "-"
-    return bare(found.candidates[0].error_before_m, found.coordinate)
 
 
 def _witnesses(console: Console, found: Diagnosis) -> None:
@@ -201,11 +158,7 @@ def _next_steps(console: Console, found: Diagnosis) -> None:
     for effect, loss in found.still_needed.items():
         need = "is still needed" if loss > 0 else "is no longer needed"
         console.print(f"{effect} {need} (evidence {loss:+.1f} nats).")
-    for step in found.measure_next[:3]:
-        console.print(
-            f"To measure next: {step.measurement} ({step.expected_gain:.1f} nats expected).",
-            soft_wrap=True,
-        )
+    show(console, measure_table(found, TERMINAL))
     if found.pairs:
         effects = " ".join(found.pairs[-1].effects)
         console.print(
@@ -234,52 +187,8 @@ def ladder(
     extra = ("noise_floor_m", "noise_floor_crps_m")
     document = [{k: v for k, v in row.items() if k not in extra} for row in plain(found.rows)]
 
-    def render(console: Console) -> None:
-        cells = [
-            (
-                row.model,
-                row.parent,
-                ", ".join(row.added) or None,
-                _ladder_error(row.held_out_crps_m, row.coordinate),
-                _ladder_error(row.held_out_crps_x_m, "x"),
-                _ladder_error(row.crps_m, row.coordinate),
-                None if row.elpd_loo is None else f"{row.elpd_loo:.0f}",
-                None if row.coverage_90 is None else f"{row.coverage_90:.0%}",
-                row.speed_rmse_m_s,
-            )
-            for row in found.rows
-        ]
-        coordinates = {row.coordinate for row in found.rows if row.coordinate is not None}
-        coordinate = next(iter(coordinates)) if len(coordinates) == 1 else None
-        unit = unit_of(coordinate)
-        columns = (
-            "model", "parent", "added", f">error {unit}", ">in x m", f">own {unit}", ">elpd",
-            ">in 90 %", ">m/s",
-        )  # fmt: skip
-        console.print(table("Every model and its error", columns, cells))
-        of = {COORDINATES[known] for known in coordinates}
-        console.print(
-            f"error: CRPS where held out, of {' or '.join(sorted(of))}; in x: the same of the "
-            "distance along the path; own: on the records that the model was calibrated on, as "
-            "the share in 90 % and the speeds (RMSE, m/s) are."
-        )
-        console.print(crps_words(coordinate))
-        floors = [row.noise_floor_crps_m for row in found.rows if row.noise_floor_crps_m]
-        if floors:
-            # What the error of a volume does to a stop is the model's own; gibbs knows none.
-            low, high = (amount(floor, coordinate) for floor in (min(floors), max(floors)))
-            console.print(
-                f"Errors of the records alone (runout, volume, release) would leave "
-                f"{low if low == high else f'{low} to {high}, by model'}; what varies from "
-                "avalanche to avalanche comes on top."
-            )
-
-    emit(context, document, render)
+    emit(context, document, lambda console: show(console, ladder_table(found.rows, TERMINAL)))
     warn(*found.notes)
-
-
-def _ladder_error(value: float | None, coordinate: str | None) -> str | None:
-    return None if value is None else bare(value, coordinate, 0)
 
 
 def predict(
@@ -304,30 +213,9 @@ def predict(
     document = rows if scores is None else {"events": rows, "scores": scores}
 
     def render(console: Console) -> None:
-        columns = ("event", "path", ">mean", ">sd", ">q05", ">median", ">q95", ">leaves")
-        cells = [
-            (
-                row.event_id,
-                row.path_id,
-                *(
-                    bare(value, row.coordinate, 0)
-                    for value in (row.mean_m, row.sd_m, row.q05_m, row.q50_m, row.q95_m)
-                ),
-                f"{row.p_left_profile:.0%}",
-            )
-            for row in rows
-        ]
-        kinds = {row.coordinate for row in rows}
-        of = {"elevation": "elevations in m", "length": "lengths in m", RATIO: "H/L"}
-        what = of.get(
-            kinds.pop() if len(kinds) == 1 else "",
-            "elevations in m; lengths in m where there is no path",
-        )
-        console.print(table(f"Predicted stops, {what}", columns, cells))
+        show(console, predicted_table(rows, TERMINAL))
         if scores is not None:
-            columns_of, lines = show_scores(scores.coordinate, (name, scores))
-            console.print(table("Against the file's own runouts", columns_of, lines))
-            console.print(crps_words(scores.coordinate))
+            show(console, scores_table(scores.coordinate, [(name, scores)], TERMINAL))
 
     emit(context, document, render)
     warn(*found.notes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Annotated
@@ -10,12 +10,23 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.hazard_tables import show_bounds, show_plan, show_zones
 from avahazard.cli.options import CalibratedModel
-from avahazard.cli.output import emit, emit_rows, settings, table, warn
+from avahazard.cli.output import emit, emit_rows, settings, show, table, warn
 from avahazard.cli.progress import show_progress
-from avahazard.notes import grouped
-from avahazard.results.hazard import PathVolumes
+from avahazard.notes import counted, grouped
+from avahazard.report.language import TERMINAL
+from avahazard.report.tables import (
+    apart_table,
+    design_table,
+    period_volumes_table,
+    points_table,
+    speeds_table,
+    volume_runout_table,
+    volumes_table,
+    zones_table,
+)
+from avahazard.results.hazard import HazardPlan, HazardRow
+from avahazard.results.zones import ZonedPath
 from avahazard.workflow.requests import HazardRequest, VolumesRequest, ZonesRequest
 
 
@@ -39,31 +50,8 @@ def volumes(
     from avahazard.workflow.volumes import volumes as run  # noqa: PLC0415
 
     found = run(settings(context).database, replace(request, paths=path or ()))
-    emit(context, found.rows, lambda console: _show_volumes(console, found.rows))
+    emit(context, found.rows, lambda console: show(console, volumes_table(found.rows, TERMINAL)))
     warn(*found.notes)
-
-
-def _show_volumes(console: Console, entries: Sequence[PathVolumes]) -> None:
-    rows = []
-    for entry in entries:
-        name = entry.path_id
-        for level in entry.levels:
-            far = "*" if level.extrapolated else ""
-            period = f"{level.return_period_years:g}{far}"
-            interval = f"{_volume_text(level.q05_m3)}–{_volume_text(level.q95_m3)}"
-            rows.append((name, period, _volume_text(level.volume_m3), interval))
-            name = ""
-    columns = ("path", ">T yr", ">V m3", ">5–95 % m3")
-    console.print(table("Volumes of return periods, with 90 % of their posterior", columns, rows))
-    for entry in entries:
-        console.print(f"{entry.path_id}: {entry.method}.")
-    if any(level.extrapolated for entry in entries for level in entry.levels):
-        console.print("*: an extrapolation, past twice the record or past the table.")
-
-
-def _volume_text(value: float) -> str:
-    """A volume to three digits."""
-    return f"{float(f'{value:.3g}'):.0f}" if value < 1e6 else f"{value:.3g}"
 
 
 MOST_ROWS, MOST_NOTES = 500, 100
@@ -109,7 +97,12 @@ def hazard(
     emit_rows(
         context,
         found.documents(),
-        lambda console: show_bounds(console, list(islice(found.rows(), MOST_ROWS)), found.failed),
+        lambda console: show_bounds(
+            console,
+            list(islice(found.rows(), MOST_ROWS)),
+            found.failed,
+            verbose=settings(context).verbose,
+        ),
     )
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
@@ -139,3 +132,60 @@ def zones(
         found = run(settings(context).database, name, request, report)
     emit(context, found.rows, lambda console: show_zones(console, found.rows))
     warn(*found.notes)
+
+
+def show_bounds(
+    console: Console,
+    rows: Sequence[HazardRow],
+    failed: Mapping[str, str] | None = None,
+    *,
+    verbose: bool = False,
+) -> None:
+    """Print the rows of `hazard`: design runouts, else runouts of volumes; all, if `verbose`.
+
+    Last, the reasons of the paths that `failed`.
+    """
+    periods = [row for row in rows if row.return_period_years is not None]
+    given = [row for row in rows if row.return_period_years is None]
+    if periods:
+        show(console, design_table(periods, TERMINAL))
+    if verbose or given:
+        show(console, volume_runout_table(rows if verbose else given, TERMINAL))
+    if verbose:
+        show(console, apart_table(rows, TERMINAL))
+        show(console, period_volumes_table(rows, TERMINAL))
+        show(console, points_table(rows, TERMINAL))
+    elif periods:
+        console.print("Volumes, their runouts and places on the map: avahazard --verbose hazard …")
+    if failed:
+        console.print(table("Left out", ("path", "why"), list(failed.items())))
+
+
+def show_zones(console: Console, entries: Sequence[ZonedPath]) -> None:
+    """Print design runouts, zones and speeds: largest of every path; of one path at places."""
+    show(console, design_table(entries, TERMINAL))
+    show(console, zones_table(entries, TERMINAL))
+    show(console, speeds_table(entries, TERMINAL))
+
+
+def show_plan(console: Console, plan: HazardPlan) -> None:
+    """Print what a run of `hazard` will take."""
+    done = f", {plan.n_done} of them done already" if plan.n_done else ""
+    size = f"{counted(plan.n_paths, 'path')}{done}, {counted(plan.n_rows, 'row')}"
+    console.print(f"{size}, {plan.n_runs:.3g} runs.")
+    console.print(
+        f"About {_duration(plan.seconds)} by {plan.engine} with {plan.workers} workers "
+        f"({plan.seconds_per_path:.2g} s a path, measured on {plan.measured_paths})."
+    )
+    for what, need, free in (
+        ("Memory", plan.memory_bytes, plan.memory_free_bytes),
+        ("Database", plan.stored_bytes, plan.disk_free_bytes),
+    ):
+        there = "" if free is None else f" of {free / 1e9:.2g} GB free"
+        console.print(f"{what}: about {need / 1e9:.2g} GB{there}.")
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

@@ -212,6 +212,9 @@ def options(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON document on standard output.")
     ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="Print every table, and every note by itself.")
+    ] = False,
     _version: Annotated[
         bool,
         typer.Option("--version", help="Print the version.", callback=show_version, is_eager=True),
@@ -220,7 +223,7 @@ def options(
     """Calibrate avalanche friction on recorded events, find what the model misses, draw bounds."""
     from avahazard.cli.output import CliSettings  # noqa: PLC0415 (help needs no tables)
 
-    context.obj = CliSettings(database=db, as_json=as_json)
+    context.obj = CliSettings(db, as_json, verbose)
 
 
 def main() -> None:

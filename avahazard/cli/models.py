@@ -8,10 +8,17 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from avahazard.cli.model_tables import fall_of_error, show_calibration
 from avahazard.cli.options import EffectFiles, StoredModel
-from avahazard.cli.output import emit, number, settings, table, warn
+from avahazard.cli.output import emit, settings, show, table, warn
 from avahazard.cli.progress import show_progress
+from avahazard.inference.model.choices import METHODS
+from avahazard.inference.model.specification import GIVEN
+from avahazard.notes import counted
+from avahazard.report.language import TERMINAL
+from avahazard.report.model_tables import parameters_table
+from avahazard.report.sentences import before_and_after_words
+from avahazard.report.tables import cell
+from avahazard.results.calibration import Calibration
 from avahazard.results.models import EffectDetails, WrittenTemplate
 from avahazard.workflow.requests import CalibrateRequest
 
@@ -38,6 +45,44 @@ def calibrate(
         found = run(settings(context).database, name, request, report)
     emit(context, found, lambda console: show_calibration(console, found))
     warn(*found.notes)
+
+
+def show_calibration(console: Console, model: Calibration) -> None:
+    """Print what a calibration found."""
+    console.print(f"{model.model}: {_parts(model)}", soft_wrap=True)
+    show(console, parameters_table(model, TERMINAL))
+    given = model.given_priors or {}
+    if given:
+        each = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())
+        console.print(f"Priors as given: {', '.join(each)}.")
+    checks = model.diagnostics
+    rhat = "infinite" if checks.rhat_max is None else f"{checks.rhat_max:.3f}"
+    console.print(
+        f"{counted(model.n_events, 'event')}; {model.chains} chains of {model.draws} "
+        f"draws, seed {model.seed}; {checks.acceptance:.0%} accepted."
+    )
+    console.print(
+        f"{'Converged' if checks.converged else 'Not converged'}: R-hat {rhat}, effective sample "
+        f"size at least {round(checks.ess_min)}."
+    )
+
+
+def _parts(model: Calibration) -> str:
+    """What a model is made of."""
+    parts = [model.law + " law", model.method]
+    if METHODS[model.method].knows_errors:
+        parts.append(model.distribution)
+    if model.scatter == "volume":
+        parts.append("scatter by volume")
+    if model.tails == "student":
+        parts.append("Student's tails")
+    if not model.centrifugal:
+        parts.append("without centrifugal")
+    if model.effects:
+        parts.append("with " + ", ".join(model.effects))
+    if model.prior is not None and not model.prior.source.startswith(GIVEN):
+        parts.append(f"prior from {model.prior.source}")
+    return ", ".join(parts)
 
 
 def models(context: typer.Context) -> None:
@@ -199,7 +244,7 @@ def add(
     def render(console: Console) -> None:
         show_calibration(console, found)
         assert found.comparison is not None
-        console.print(fall_of_error(found.comparison), soft_wrap=True)
+        console.print(before_and_after_words(found.comparison, TERMINAL), soft_wrap=True)
 
     emit(context, found, render)
     warn(*found.notes)
@@ -279,7 +324,7 @@ def _render_effect(console: Console, effect: EffectDetails) -> None:
                 p.name,
                 p.unit,
                 p.neutral,
-                f"{number(p.prior_mean)} ± {number(p.prior_sd)}",
+                f"{cell(p.prior_mean)} ± {cell(p.prior_sd)}",
                 _range(p.low, p.high),
             )
             for p in effect.parameters
@@ -291,4 +336,4 @@ def _render_effect(console: Console, effect: EffectDetails) -> None:
 def _range(low: float | None, high: float | None) -> str:
     if low is None and high is None:
         return "any"
-    return f"{'' if low is None else number(low)} to {'' if high is None else number(high)}"
+    return f"{'' if low is None else cell(low)} to {'' if high is None else cell(high)}"

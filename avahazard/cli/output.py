@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter
-from textwrap import indent
-from typing import Any, TypeVar
+from textwrap import indent, wrap
+from typing import Any, Literal
 
 import typer
+from click import get_current_context
 from rich import box
 from rich.console import (
     Console,
@@ -29,14 +30,19 @@ from rich.text import Text
 from avahazard.notes import grouped
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.plain import plain
+from avahazard.report import tables as report_tables
+from avahazard.report.language import TERMINAL
+from avahazard.report.tables import cell
+from avahazard.report.words import OPEN
 
 
 @dataclass(frozen=True, slots=True)
 class CliSettings:
-    """The database by path or URL, and whether the output is JSON."""
+    """The database by path or URL, whether the output is JSON, and whether it is whole."""
 
     database: str
     as_json: bool
+    verbose: bool = False
 
 
 def settings(context: typer.Context) -> CliSettings:
@@ -47,6 +53,8 @@ def settings(context: typer.Context) -> CliSettings:
 
 
 LONGEST_CELL = 200
+LEAST_HEADING = 5
+"""Headings of numbers are folded to the width of these, or to so much."""
 LONGEST_LINE = 4000
 # Controls (C0, DEL, C1), marks that turn the direction of writing or cannot be seen, lone halves.
 UNSAFE = re.compile(
@@ -107,9 +115,6 @@ class SafeHook(RenderHook):
         return [SafeText(one) for one in renderables]
 
 
-Row = TypeVar("Row")
-
-
 def emit(context: typer.Context, document: Any, render: Callable[[Console], None]) -> None:
     """Print `document` as JSON where that was asked for, else let `render` print it."""
     if settings(context).as_json:
@@ -150,16 +155,34 @@ def _safe(console: Console) -> Console:
 
 
 def warn(*texts: str) -> None:
-    """Print warnings on standard error, a line for all of one kind."""
-    for text in grouped(texts):
+    """Print warnings on standard error, a line for all of one kind unless all are asked for."""
+    context = get_current_context(silent=True)
+    known = None if context is None else context.find_root().obj
+    whole = isinstance(known, CliSettings) and known.verbose
+    for text in dict.fromkeys(texts) if whole else grouped(texts):
         errors().print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
-    """Return a table; a column's name that begins with '>' is set to the right.
+def show(console: Console, found: report_tables.Table | None, *, verbose: bool = False) -> None:
+    """Print a table and how to read it; nothing for None.
 
-    Numbers are written by `number`, None as a dash.
+    Rows that are folded are counted, unless `verbose`.
     """
+    if found is None:
+        return
+    rows = found.rows if verbose else found.rows[: found.shown]
+    if rows or not found.rows:
+        console.print(table(found.title, found.columns, rows))
+    if len(rows) < len(found.rows):
+        console.print(f"{found.title}: {found.folded} (--verbose shows them).")
+    for words in found.legend if rows else ():
+        console.print(words)
+    if any(OPEN in text for row in rows for text in row):
+        console.print(f"{OPEN}: beyond the end of the profile.")
+
+
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
+    """Return a table; a heading that begins with '>' is set to the right, and never folded."""
     title = safe(title, LONGEST_CELL)
     made = Table(
         title=title or None,
@@ -169,32 +192,20 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
         pad_edge=False,
         padding=(0, 1, 0, 0),
     )
-    for name in columns:
+    cells = [[safe(cell(value, TERMINAL), LONGEST_CELL) for value in row] for row in rows]
+    for k, name in enumerate(columns):
         right = name.startswith(">")
         heading = safe(name.removeprefix(">"), LONGEST_CELL)
-        made.add_column(heading, justify="right" if right else "left", overflow="fold")
-    for row in rows:
-        made.add_row(*(Text(safe(number(value), LONGEST_CELL)) for value in row))
+        if right:  # half of 3.4e-06 is another number
+            widest = max(
+                (len(text) for text in (*(r[k] for r in cells), *heading.split())), default=0
+            )
+            heading = "\n".join(wrap(heading, max(widest, LEAST_HEADING)))
+        justify: Literal["right", "left"] = "right" if right else "left"
+        made.add_column(heading, justify=justify, overflow="fold", no_wrap=right)
+    for row in cells:
+        made.add_row(*map(Text, row))
     return made
-
-
-def evenly(rows: Sequence[Row], n: int) -> list[Row]:
-    """About `n` of the rows, evenly, with the first and the last."""
-    last = len(rows) - 1
-    return [rows[i] for i in sorted({round(k * last / n) for k in range(n + 1)})]
-
-
-def number(value: Any) -> str:
-    """Write a value for people: four digits where they are enough, None as a dash."""
-    if value is None:
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        if value != 0 and (abs(value) < 1e-3 or abs(value) >= 1e7):
-            return f"{value:.3g}"
-        return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
-    return str(value)
 
 
 _MAY_NOT = "Look at the permissions of the file and of its folder, or name another one."

@@ -13,11 +13,13 @@ import typer
 from rich.console import Console
 from rich.padding import Padding
 
-from avahazard.cli.hazard_tables import show_bounds
-from avahazard.cli.model_tables import fall_of_error, show_calibration, unit_words
+from avahazard.cli.hazard import show_bounds
+from avahazard.cli.models import show_calibration
 from avahazard.cli.output import emit, settings, table, warn
 from avahazard.cli.progress import show_progress
-from avahazard.report.verdict_words import verdict_words
+from avahazard.report.language import TERMINAL
+from avahazard.report.sentences import before_and_after_words, verdict_words
+from avahazard.report.words import coordinate_words
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.made import Demo, HiddenEffect, ProjectRun
 
@@ -132,17 +134,18 @@ def _story(found: HiddenEffect) -> Iterator[str]:
     model, by = found.model.model, "paths" if found.held_out.by == "path" else "folds"
     yield (
         f"“{model}” is calibrated without it. Its error, on {by} held out: "
-        f"{found.held_out.runout.crps_m:.1f} m (CRPS in {unit_words(found.coordinate)})."
+        f"{found.held_out.runout.crps_m:.1f} m (CRPS of {coordinate_words(found.coordinate)})."
     )
     told = replace(found.diagnosis, where=())
-    yield f"{verdict_words(told, f'“{model}”')}{_evidence(told)}"
+    yield f"{verdict_words(told, f'“{model}”', TERMINAL)}{_evidence(told)}"
     yield from found.diagnosis.where
     child = found.child
     if child is None or child.comparison is None:
         yield "No single effect is named, so none is added."
     else:
         added = ", ".join(key for key in child.effects if key not in found.model.effects)
-        yield f"“{child.model}” is “{model}” with {added}. {fall_of_error(child.comparison)}"
+        words = before_and_after_words(child.comparison, TERMINAL)
+        yield f"“{child.model}” is “{model}” with {added}. {words}"
     hidden = ", ".join(found.hidden)
     named = set(found.diagnosis.missing)
     right = found.diagnosis.verdict == "missing-effect" and named == set(found.hidden)

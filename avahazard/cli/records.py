@@ -14,10 +14,13 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, OnePath, picture
-from avahazard.cli.output import emit, errors, evenly, number, settings, table, warn
+from avahazard.cli.output import emit, errors, settings, show, table, warn
 from avahazard.records.conventions import Decimal, Order
+from avahazard.report.language import TERMINAL
+from avahazard.report.model_tables import fits_table
+from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
-from avahazard.results.terrain import Runout, RunoutAt, TerrainRunout
+from avahazard.results.terrain import Runout, RunoutAt
 
 
 def import_(
@@ -128,35 +131,12 @@ def paths(context: typer.Context) -> None:
     from avahazard.workflow.path import list_paths  # noqa: PLC0415
 
     found = list_paths(settings(context).database)
-    columns = (
-        "path",
-        "section",
-        ">drop m",
-        ">length m",
-        ">events",
-        ">left",
-        ">V from m3",
-        ">to m3",
-    )
 
     def render(console: Console) -> None:
-        if not found:
+        if found:
+            show(console, paths_table(found, TERMINAL))
+        else:
             console.print("There are no paths yet: import some.")
-            return
-        rows = [
-            (
-                row.path_id,
-                row.section,
-                row.drop_m,
-                row.length_m,
-                row.n_events,
-                row.n_left_profile,
-                row.volume_min_m3,
-                row.volume_max_m3,
-            )
-            for row in found
-        ]
-        console.print(table("", columns, rows))
 
     emit(context, found, render)
 
@@ -180,7 +160,7 @@ def path(
     how = (
         f"Legendre polynomial of degree {fit.degree}"
         if fit.method == "legendre"
-        else f"smoothing spline ({number(fit.smoothing)})"
+        else f"smoothing spline ({cell(fit.smoothing)})"
     )
 
     def render(console: Console) -> None:
@@ -257,7 +237,7 @@ def runout(
     def render(console: Console) -> None:
         console.print(_how_it_ended(found), soft_wrap=True)
         if found.status != "not_released":
-            rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in evenly(found.speeds, SHOWN)]
+            rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in thinned(found.speeds, SHOWN)]
             console.print(table("", (">x m", ">speed m/s"), rows))
             console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
         show_table(console, found)
@@ -328,7 +308,7 @@ def show_table(console: Console, found: Runout) -> None:
             _cell_m(row.dy_dmu_m, 0),
             CURVE_WORDS[row.status],
         )
-        for row in thinned(found.table)
+        for row in shown_frictions(found.table)
     ]
     by = f", with the effects of {found.model}" if found.model else ""
     console.print(table(f"F(μ) on {found.path_id}{by}", CURVE_COLUMNS, rows))
@@ -343,7 +323,7 @@ def show_table(console: Console, found: Runout) -> None:
         console.print(f"{len(jumps) - MOST_JUMPS} smaller jumps: see --json.")
 
 
-def thinned(rows: Sequence[RunoutAt]) -> list[RunoutAt]:
+def shown_frictions(rows: Sequence[RunoutAt]) -> list[RunoutAt]:
     """About `MOST_FRICTIONS` of the rows, evenly, from the last that does not stop to the next."""
     stopped = [j for j, row in enumerate(rows) if row.status == "stopped"]
     if not stopped:
@@ -460,7 +440,7 @@ def _render_events(console: Console, found: Frictions) -> None:
     console.print(table(_friction_title(found), ("event", ">μ", ">sd", "status"), rows))
     for density in found.density[:1]:
         peak = density.mu[density.pdf.index(max(density.pdf))]
-        console.print(f"Density: κ = {number(density.kappa)}, highest at μ = {peak:.3f}.")
+        console.print(f"Density: κ = {cell(density.kappa)}, highest at μ = {peak:.3f}.")
 
 
 def _friction_title(found: Frictions) -> str:
@@ -508,27 +488,11 @@ def fit(
       avahazard fit
       avahazard fit --path P01 --plot laws.png
     """
-    from avahazard.inference.model.laws import LAWS  # noqa: PLC0415
     from avahazard.workflow.friction import fit_laws  # noqa: PLC0415
 
     found = fit_laws(settings(context).database, path, plot)
 
-    def render(console: Console) -> None:
-        rows = []
-        for entry in found.rows:
-            law, r2, aic = (
-                LAWS[entry.law].formula,
-                f"{round(entry.r2, 3) + 0.0:.3f}",
-                f"{entry.aic:.1f}",
-            )
-            for name, parameter in entry.parameters.items():
-                value = f"{number(parameter.value)} {parameter.unit}".rstrip()
-                rows.append((law, name, value, parameter.se, r2, aic))
-                law = r2 = aic = ""
-        columns = ("law", "", ">value", ">± se", ">r²", ">AIC")
-        console.print(table("Least squares of apparent friction", columns, rows))
-
-    emit(context, found.rows, render)
+    emit(context, found.rows, lambda console: show(console, fits_table(found, TERMINAL)))
     warn(*found.notes)
 
 
@@ -568,37 +532,5 @@ def alpha_beta(
 
     rows = alpha_beta_paths(settings(context).database, path, by=by or (), model=model, plot=plot)
 
-    def render(console: Console) -> None:
-        console.print(
-            table(
-                "Extreme runout by regression on the terrain (α-β)",
-                ("path", "by", ">β °", ">β at x m", ">α °", ">sd °", ">x m", ">x ± 1 sd m"),
-                [_alpha_beta_cells(row) for row in rows],
-            )
-        )
-        for name, source in {row.coefficients: row.source for row in rows}.items():
-            console.print(f"{name}: {source}.")
-        if any("beyond" in cell for row in rows for cell in _alpha_beta_cells(row)):
-            console.print("beyond: the line at α meets no ground before the profile ends.")
-
-    emit(context, rows, render)
+    emit(context, rows, lambda console: show(console, alpha_beta_table(rows, TERMINAL)))
     warn(*(note for row in rows for note in row.notes))
-
-
-def _alpha_beta_cells(row: TerrainRunout) -> tuple[str, ...]:
-    if row.beta_deg is None or row.beta_x_m is None or row.alpha_deg is None:
-        return (row.path_id, row.coefficients, *["–"] * 6)
-    return (
-        row.path_id,
-        row.coefficients,
-        f"{row.beta_deg:.1f}",
-        f"{row.beta_x_m:.0f}",
-        f"{row.alpha_deg:.1f}",
-        f"{row.alpha_sd_deg:g}",
-        _alpha_beta_place(row.runout_x_m),
-        f"{_alpha_beta_place(row.runout_x_low_m)}–{_alpha_beta_place(row.runout_x_high_m)}",
-    )
-
-
-def _alpha_beta_place(x: float | None) -> str:
-    return "beyond" if x is None else f"{x:.0f}"

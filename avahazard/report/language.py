@@ -30,6 +30,8 @@ class Language(Writer):
     decimal: str
     group: str
     catalogue: NullTranslations
+    plain: bool = False
+    """Numbers as programs read them, for a terminal."""
 
     def translated(self, sentence: str) -> str:
         """The sentence in this language; one that no catalogue has, such as a name, as it is."""
@@ -52,6 +54,8 @@ class Language(Writer):
 
     def number(self, text: str) -> str:
         """A number as Python writes it (`-1,234.5`, `12%`) with the signs of this language."""
+        if self.plain:
+            return text.replace(",", "")
         if text.endswith("%") and text[-2:-1].isdigit() and self.code != "en":
             text = f"{text[:-1]}\u00a0%"
         return text.translate({ord(","): self.group, ord("."): self.decimal, ord("-"): "−"})
@@ -71,6 +75,7 @@ class Language(Writer):
 
 
 ENGLISH = Language("en", ".", NARROW, NullTranslations())
+TERMINAL = Language("en", ".", "", NullTranslations(), plain=True)
 
 
 @cache

@@ -10,9 +10,8 @@ import numpy as np
 
 from avahazard.criticism.scoring.error_budget import UNEXPLAINED
 from avahazard.criticism.screening.significance import LEVEL
-from avahazard.report.html.words import coordinate_words
-from avahazard.report.language import ENGLISH, Language
 from avahazard.report.picture import figure, picture
+from avahazard.report.words import SIGNIFICANT, coordinate_words, part_words
 from avahazard.results.base import RATIO, amount, unit_of
 from avahazard.results.comparison import Comparison, Failure, MeasuredForce
 from avahazard.results.diagnosis import Candidate, Diagnosis
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 
 
 MOST_ROWS = 20
-SIGNIFICANT = 0.05
 # Told apart by colour-blind readers too.
 FAILS, OTHER = "#d95f02", "0.7"
 
@@ -192,22 +190,6 @@ COLORS = {
 }
 EXPLAINED = ("#009E73", "#66C2A5", "#1B7837", "#A6D96A")
 """Colours of what added effects explain."""
-
-
-def part_words(source: str, language: Language = ENGLISH) -> str:
-    """A source of error as people call it."""
-    say = language.say
-    known = {
-        "record": say("errors of the records"),
-        "volume": say("errors of the volumes"),
-        "release": say("errors of the releases"),
-        "scatter": say("natural scatter"),
-        "parameters": say("parameters"),
-        UNEXPLAINED: say("unexplained"),
-    }
-    if source in known:
-        return known[source]
-    return say("explained by {effect}", effect=language.effect(source))
 
 
 def bars(

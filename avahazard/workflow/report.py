@@ -9,12 +9,13 @@ from avahazard.inference.fitted_model import FittedModel
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
-from avahazard.records.plain import plain
 from avahazard.report.html.content import Cover, ReportContent
 from avahazard.report.language import language_of
 from avahazard.results.base import Report, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.hazard import HazardRow
+from avahazard.results.zones import ZonedPath
 from avahazard.store.records import load_terrain
 from avahazard.store.results import (
     BOUNDS,
@@ -32,6 +33,7 @@ from avahazard.workflow.compare import ladder_rows, stored_comparison
 from avahazard.workflow.effects import own_effects
 from avahazard.workflow.friction import apparent_friction, friction_densities, friction_view
 from avahazard.workflow.models import show_model
+from avahazard.workflow.path import list_paths
 from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import event_views, path_views, unknown_columns
 from avahazard.workflow.requests import ReportRequest
@@ -102,8 +104,8 @@ def gather(
             for model in models
             if (document := latest_result(session, DIAGNOSIS, model.name)) is not None
         }
-        rows = latest_documents(session, BOUNDS, name) or []
-        zones = latest_documents(session, ZONES, name) or []
+        rows = [HazardRow.from_dict(d) for d in latest_documents(session, BOUNDS, name) or ()]
+        zones = [ZonedPath.from_dict(d) for d in latest_documents(session, ZONES, name) or ()]
         grounds = {
             profile.path_id: ground
             for profile in records.profiles
@@ -114,8 +116,9 @@ def gather(
     report("Writing the report", 0.3, 1.0)
     events = event_views(only_paths(records, stored.paths).events, stored, found.mu)
     report("Writing the report", 0.6, 1.0)
-    baseline = plain(alpha_beta_paths(database)) if records.profiles else []
+    baseline = alpha_beta_paths(database) if records.profiles else ()
     paths = path_views(stored, records, events, rows, baseline, zones, grounds)
+    shown = {view.path.path_id for view in paths}
     report("Writing the report", 0.7, 1.0)
     loop = loop_view(database, stored, records, models, comparisons, diagnoses)
     report("Writing the report", 0.9, 1.0)
@@ -130,7 +133,8 @@ def gather(
         n_speeds=sum(len(track.x) for track in stored.observations.speeds),
         covariates=unknown_columns(stored.columns),
         friction=friction_view(stored),
-        densities=plain(friction_densities(found.mu, stored.observations)),
+        densities=friction_densities(found.mu, stored.observations),
+        summaries=[row for row in list_paths(database) if row.path_id in shown],
         ladder=ladder_rows(models, comparisons, {}),
         comparison=comparisons[name],
         diagnosis=diagnoses.get(name),
@@ -153,6 +157,7 @@ def gather(
         loop=loop,
         cover=Cover(request.title, request.author, request.place, request.date),
         language=tongue,
+        brief=request.brief,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,13 +27,15 @@ from avahazard.records.lookup import of_path
 from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.html.content import EventView, PathView, PlanView, SpeedLine
 from avahazard.results.base import RATIO
+from avahazard.results.hazard import HazardRow
+from avahazard.results.terrain import TerrainRunout
+from avahazard.results.zones import ZonedPath
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS
 from avahazard.workflow.friction import from_reference
 from avahazard.workflow.path import describe_path
 from avahazard.workflow.runout import run_site
 
-Rows = Sequence[Mapping[str, Any]]
-
+R = TypeVar("R", HazardRow, TerrainRunout, ZonedPath)
 MOST_PLACES = 200
 ANY_VOLUME_M3 = 1e4
 """Stands for the volume where the model has no use for it."""
@@ -43,18 +45,18 @@ def path_views(
     stored: FittedModel,
     records: Records,
     events: Sequence[EventView],
-    rows: Rows,
-    alpha_beta: Rows,
-    zones: Rows,
+    rows: Sequence[HazardRow],
+    alpha_beta: Sequence[TerrainRunout],
+    zones: Sequence[ZonedPath],
     grounds: Mapping[str, TerrainCrop],
 ) -> tuple[PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
     `records` are all of the database; `events` are those of the calibration; `rows`, `alpha_beta`
-    and `zones` are the documents of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by
+    and `zones` are the results of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by
     path.
     """
-    bounded = {row["path_id"] for row in rows}
+    bounded = {row.path_id for row in rows}
     trained = set(stored.paths) or {path.path_id for path in records.paths}
     shown = [p for p in records.paths if p.path_id in trained | bounded]
     profiles = {profile.path_id: profile for profile in records.profiles}
@@ -90,25 +92,25 @@ def path_views(
     return tuple(views)
 
 
-def _of(path: Path, rows: Rows) -> list[Mapping[str, Any]]:
-    return [row for row in rows if row["path_id"] == path.path_id]
+def _of(path: Path, rows: Sequence[R]) -> list[R]:
+    return [row for row in rows if row.path_id == path.path_id]
 
 
 def _speeds(
-    model: FittedModel, records: Records, rows: Rows
+    model: FittedModel, records: Records, rows: Sequence[HazardRow]
 ) -> Iterator[tuple[str, list[SpeedLine]]]:
     """By path, for each of its rows: the row, x and speed of the block of median friction."""
     values = model.layout.effect_values(model.draws.mean(axis=0))
-    for path_id in dict.fromkeys(row["path_id"] for row in rows):
-        mine = [row for row in rows if row["path_id"] == path_id]
-        volumes = [row["volume_m3"] or ANY_VOLUME_M3 for row in mine]
+    for path_id in dict.fromkeys(row.path_id for row in rows):
+        mine = [row for row in rows if row.path_id == path_id]
+        volumes = [row.volume_m3 or ANY_VOLUME_M3 for row in mine]
         events = [Event("", path_id=path_id, volume_m3=volume) for volume in volumes]
         future = classes_of(replace(of_path(records, path_id), events=tuple(events)))
         friction = model.median_friction(np.array(volumes), future.columns)
         resistance = model.resistance(future.site, values)
         lines = []
         for row, mu in zip(mine, friction, strict=True):
-            if row["p_not_released"] > 0.5:
+            if row.p_not_released > 0.5:
                 continue
             found = run_site(future.site, float(mu), resistance).speeds
             places = np.array([[s.x_m, s.speed_m_s] for s in found])

@@ -234,4 +234,5 @@ class ReportRequest(Request):
     place: Annotated[str, Option(help="Commune, valley or region.")] = ""
     date: Annotated[str, Option(help="Date of the document; else that of the calibration.")] = ""
     language: Annotated[LanguageName, Option(help="Language of the report.")] = "en"
+    brief: Annotated[bool, Option(help="Without the annex.")] = False
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()

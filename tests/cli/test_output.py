@@ -9,7 +9,9 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from avahazard.cli.output import number, show_error, table
+from avahazard.cli.output import show_error, table
+from avahazard.report.language import TERMINAL
+from avahazard.report.tables import cell
 
 
 @pytest.mark.parametrize(
@@ -28,7 +30,7 @@ from avahazard.cli.output import number, show_error, table
     ],
 )
 def test_numbers_for_people(value: object, text: str) -> None:
-    assert number(value) == text
+    assert cell(value, TERMINAL) == text
 
 
 def test_a_long_word_is_folded_not_cut() -> None:
@@ -50,3 +52,14 @@ def test_what_a_disk_refuses_has_a_remedy(
     told = capsys.readouterr().err
     assert "bounds.csv" in told
     assert hint in told
+
+
+def test_numbers_are_never_folded() -> None:
+    """Half of 3.95e-06 at the end of a line reads as another number."""
+    stream = StringIO()
+    words = "a long name that is folded as it does not fit beside so many numbers, of course"
+    heads = ("", *(f">heading of many words {k}" for k in range(6)), "unit")
+    row = (words, *[3.95e-6] * 6, "log friction per (60 days)²")
+    Console(file=stream, width=80).print(table("T", heads, [row]))
+    assert stream.getvalue().count("3.95e-06") == 6
+    assert max(map(len, stream.getvalue().splitlines())) <= 80

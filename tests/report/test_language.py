@@ -6,11 +6,10 @@ import pytest
 
 from avahazard.notes import Note, grouped
 from avahazard.records.errors import AvahazardError
-from avahazard.report.html import words
+from avahazard.report import words
 from avahazard.report.language import ENGLISH, LANGUAGES, language_of
+from avahazard.report.language import NARROW as S
 from avahazard.results.calibration import PathSpread
-
-S = words.NARROW
 
 
 @pytest.mark.parametrize(

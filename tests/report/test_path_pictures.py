@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.path import Path, Profile
 from avahazard.report.path_pictures import DrawnZones, draw_path, draw_zones
-from tests.cli.zone_entries import entry
+from tests.report.zone_entries import entry
 
 
 def test_marks_are_drawn_where_there_are_any(tmp_path: FilePath) -> None:

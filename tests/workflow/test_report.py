@@ -14,6 +14,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
+from avahazard.results.hazard import HazardRow
 from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
@@ -62,7 +63,9 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
 
 def test_it_shows_what_is_stored(report_database: str, content: ReportContent) -> None:
     with reading(report_database) as session:
-        assert content.rows == latest_documents(session, BOUNDS, "m")
+        stored = latest_documents(session, BOUNDS, "m")
+    assert stored is not None
+    assert content.rows == [HazardRow.from_dict(document) for document in stored]
     assert content.comparison is not None
     assert content.diagnosis is not None
     paths = {view.path.path_id: view for view in content.paths}
@@ -73,7 +76,7 @@ def test_it_shows_what_is_stored(report_database: str, content: ReportContent) -
     assert paths["nants"].plan is not None
     assert paths["nants"].plan.crs is None
     assert paths["saugy"].plan is None
-    assert {row["coefficients"] for row in paths["scey"].alpha_beta} == {"norway", "austria"}
+    assert {row.coefficients for row in paths["scey"].alpha_beta} == {"norway", "austria"}
 
 
 def test_predictions_hold_most_records_and_friction_its_median(content: ReportContent) -> None:
@@ -98,7 +101,7 @@ def test_speeds_are_those_of_the_command_runout(
 ) -> None:
     (scey,) = (view for view in content.paths if view.path.path_id == "scey")
     for line in scey.speeds:
-        run = run_model(report_database, "scey", "m", volume_m3=line.row["volume_m3"])
+        run = run_model(report_database, "scey", "m", volume_m3=line.row.volume_m3)
         assert line.x[-1] == pytest.approx(run.runout_x_m)
         assert line.speed.max() == pytest.approx(run.speed_max_m_s, rel=0.01)
 
@@ -170,7 +173,7 @@ def test_one_path_with_events_that_left_it_and_bounds_beyond(database: str, writ
     (view,) = content.paths
     gone = next(e for e in view.events if e.event_id == "gone")
     assert (gone.left_profile, gone.stop_x_m, gone.observed_m) == (True, None, None)
-    assert any(row["runout_x_m"]["q95"] is None for row in view.rows)
+    assert any(row.runout_x_m.q95 is None for row in view.rows)
     text = render(content)
     assert "beyond" in text
     assert 'id="figure-predicted-x"' in text

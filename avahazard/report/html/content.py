@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from avahazard.arrays import Floats
 from avahazard.notes import Note
@@ -14,9 +13,11 @@ from avahazard.report.language import ENGLISH, Language
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.friction import FrictionDensity
+from avahazard.results.hazard import HazardRow
 from avahazard.results.ladder import Rung
-
-Document = Mapping[str, Any]
+from avahazard.results.terrain import PathSummary, TerrainRunout
+from avahazard.results.zones import ZonedPath
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ class PlanView:
 class SpeedLine:
     """Speed (m/s) of the block at places `x` `[n]`, for one row of bounds."""
 
-    row: Document
+    row: HazardRow
     x: Floats
     speed: Floats
 
@@ -95,11 +96,11 @@ class PathView:
     smooth: SmoothProfile | None
     release_x: float | None
     events: tuple[EventView, ...]
-    rows: Sequence[Document]
+    rows: Sequence[HazardRow]
     notes: Sequence[Note] = ()
     speeds: Sequence[SpeedLine] = ()
-    alpha_beta: Sequence[Document] = ()
-    zones: Document | None = None
+    alpha_beta: Sequence[TerrainRunout] = ()
+    zones: ZonedPath | None = None
     plan: PlanView | None = None
 
     @property
@@ -194,7 +195,7 @@ class ReportContent:
     `draws` are posterior draws `[n_draws]` of the model's parameters. `comparison` and
     `diagnosis` are None where they were never made. `lacking` says by key what is missing from
     the report and how to get it, `of_model` what every output notes on the model. `physics` is what
-    each effect means; `speed_limited` whether one of them holds speeds.
+    each effect means; `speed_limited` whether one of them holds speeds. `brief`: without the annex.
     """
 
     model: Calibration
@@ -205,11 +206,12 @@ class ReportContent:
     n_speeds: int
     covariates: Mapping[str, int]
     friction: FrictionView | None
-    densities: Sequence[Document]
+    densities: Sequence[FrictionDensity]
+    summaries: Sequence[PathSummary]
     ladder: Sequence[Rung]
     comparison: Comparison | None
     diagnosis: Diagnosis | None
-    rows: Sequence[Document]
+    rows: Sequence[HazardRow]
     records_changed: bool
     of_model: tuple[Note, ...]
     calibrated_paths: Sequence[str]
@@ -221,3 +223,9 @@ class ReportContent:
     loop: LoopView
     cover: Cover = Cover()
     language: Language = ENGLISH
+    brief: bool = False
+
+    @property
+    def names(self) -> dict[str, str]:
+        """How people call the paths, by their id."""
+        return {view.path.path_id: view.name for view in self.paths}

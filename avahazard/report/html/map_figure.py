@@ -23,8 +23,9 @@ from avahazard.report.html.figure import (
     label,
     layout,
 )
-from avahazard.report.html.words import case, event_words, interval, metres
 from avahazard.report.language import ENGLISH, Language
+from avahazard.report.words import case, event_words, interval, metres
+from avahazard.results.hazard import HazardRow
 
 Span = tuple[float, float]
 
@@ -136,17 +137,17 @@ def map_figure(k: int, view: PathView, language: Language = ENGLISH) -> Figure |
             "hoverinfo": "skip",
         }
     ]
-    zones = view.zones["zones"] if view.zones else ()
-    for zone in (zone for zone in zones if zone["to_x_m"] > zone["from_x_m"]):
-        east, north = _along(plan, zone["from_x_m"], zone["to_x_m"])
+    zones = view.zones.zones if view.zones else ()
+    for zone in (zone for zone in zones if zone.to_x_m > zone.from_x_m):
+        east, north = _along(plan, zone.from_x_m, zone.to_x_m)
         data.append(
             {
                 "type": "scatter",
                 "mode": "lines",
-                "name": label(say("zone: {zone}", zone=say(zone["zone"]))),
+                "name": label(say("zone: {zone}", zone=say(zone.zone))),
                 "x": east,
                 "y": north,
-                "line": {"color": zone["color"], "width": 12},
+                "line": {"color": zone.color, "width": 12},
                 "opacity": 0.5,
                 "hoverinfo": "name",
             }
@@ -250,22 +251,24 @@ def _span(values: Floats) -> tuple[float, float]:
     return float(np.min(values)), float(np.max(values))
 
 
-def _runout(plan: PlanView, row: Any, color: str, width: float, language: Language) -> list[Trace]:
+def _runout(
+    plan: PlanView, row: HazardRow, color: str, width: float, language: Language
+) -> list[Trace]:
     """The 90 % of a row along the line, and its median; rows lie on each other, narrower.
 
     Of the design runout; of avalanches of the volume where the row is for one.
     """
-    spread = (row.get("design") or row)["runout_x_m"]
+    spread = (row.design or row).runout_x_m
     say, of = language.say, case(row, language)
     name = (
         say("design runout, {case}", case=of)
-        if row.get("design")
+        if row.design
         else say("avalanches of {volume}", volume=of)
     )
-    if spread["q05"] is None:
+    if spread.q05 is None:
         return []
-    end = float(plan.x[-1]) if spread["q95"] is None else float(spread["q95"])
-    east, north = _along(plan, float(spread["q05"]), end)
+    end = float(plan.x[-1]) if spread.q95 is None else float(spread.q95)
+    east, north = _along(plan, float(spread.q05), end)
     group = f"row {of}"
     traces: list[Trace] = [
         {
@@ -281,8 +284,8 @@ def _runout(plan: PlanView, row: Any, color: str, width: float, language: Langua
             "hovertemplate": "%{text}<extra></extra>",
         }
     ]
-    if spread["q50"] is not None:
-        east, north = _at(plan, np.array([spread["q50"]], dtype=np.float64))
+    if spread.q50 is not None:
+        east, north = _at(plan, np.array([spread.q50], dtype=np.float64))
         traces.append(
             {
                 "type": "scatter",
@@ -294,7 +297,7 @@ def _runout(plan: PlanView, row: Any, color: str, width: float, language: Langua
                 "marker": {"symbol": "diamond", "size": 10, "color": color,
                            "line": {"color": "white", "width": 1}},
                 "hovertemplate": say(
-                    "{name}, median: x {x}", name=name, x=metres(spread["q50"], language)
+                    "{name}, median: x {x}", name=name, x=metres(spread.q50, language)
                 )
                 + "<extra></extra>",
             }

@@ -7,44 +7,59 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.resources import files
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from avahazard.report.html import model_tables, path_tables
+from avahazard.report.html import brief
 from avahazard.report.html.content import LoopView, PathView, ReportContent, StateView
-from avahazard.report.html.development_figures import budget_figure, effects_figure, ladder_figure
 from avahazard.report.html.figure import Figure, script_json
-from avahazard.report.html.front import path_answers, reading_words, shown_period
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.model_figures import (
+    budget_figure,
     density_figure,
+    effects_figure,
     friction_figure,
+    ladder_figure,
     offsets_figure,
     posterior_figures,
 )
-from avahazard.report.html.model_tables import HtmlTable, made_table
 from avahazard.report.html.path_figure import path_figure
-from avahazard.report.html.path_tables import bounds_table
 from avahazard.report.html.record_figures import (
     force_figure,
     predicted_figures,
     record_figure,
     residuals_figure,
 )
-from avahazard.report.html.summary import chapters, failing, model_words, sure_words, why_words
-from avahazard.report.html.unknowns import (
-    assumptions,
-    baseline_words,
-    cannot_tell,
-    unknown_words,
-    zone_words,
-)
-from avahazard.report.html.words import events, paths
 from avahazard.report.language import Language
-from avahazard.report.verdict_words import verdict_words
+from avahazard.report.model_tables import (
+    budget_table,
+    candidates_table,
+    compared_parts,
+    failures_table,
+    ladder_table,
+    measure_table,
+    misfit_table,
+    parameters_table,
+    scores_table,
+)
+from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
+from avahazard.report.tables import (
+    Table,
+    alpha_beta_table,
+    apart_table,
+    design_table,
+    made,
+    paths_table,
+    period_volumes_table,
+    points_table,
+    volume_runout_table,
+    zones_table,
+)
+from avahazard.report.words import events, integer, paths, share
 
 DIGITS = 5
 
@@ -154,43 +169,40 @@ class PathSection:
 def render(content: ReportContent) -> str:
     """The whole report as HTML that needs nothing else: no network, no other file."""
     folder = files("avahazard.report.html") / "templates"
-    script = _plotly() + "\n" + (folder / "report.js").read_text(encoding="utf-8")
-    model, comparison, diagnosis = content.model, content.comparison, content.diagnosis
-    language, loop = content.language, content.loop
-    names = {view.path.path_id: view.name for view in content.paths if view.events}
-    answers = path_answers(content)
-    return (
-        _environment(language)
-        .get_template("report.html.j2")
-        .render(
-            content=content,
-            style=Markup((folder / "report.css").read_text(encoding="utf-8")),  # noqa: S704 (our own)
-            script=Markup(script),  # noqa: S704 (our own)
-            script_hash=_hash(script),
-            model_words=model_words(content),
-            why_words=why_words(content),
-            sure_words=sure_words(content),
-            cannot_tell=cannot_tell(content),
-            unknown_words=unknown_words(content),
-            assumptions=assumptions(content),
-            zone_words=zone_words(content),
-            verdict=None if diagnosis is None else verdict_words(diagnosis, language=language),
-            by_words=_by_words(content),
-            baseline_words=baseline_words(content),
-            fails=comparison is not None and bool(failing(comparison)),
-            figures=_figures(content, names),
-            posterior=posterior_figures(model.parameters, content.draws, language),
-            predicted=predicted_figures(content.events, names, loop, language),
-            reading_words=reading_words(content.paths, stops=bool(loop.models), language=language),
-            chapters=chapters(content),
-            answers=answers,
-            more_answers=language.plural("{n} more path", "{n} more paths", len(answers) - 12),
-            period=shown_period(content),
-            switch=switch_json(content),
-            sections=list(_sections(content)),
-            tables=_tables(content, names),
-        )
-    )
+    language, model = content.language, content.model
+    n_paths = len({e.path_id for e in content.events if e.path_id is not None})
+    values = {
+        "content": content,
+        "brief": brief,
+        "by_words": _by_words(content),
+        "conclusion": brief.conclusion(content),
+        "map": brief.overview_map(content),
+        "cards": brief.path_cards(content),
+        "period": brief.shown_period(content),
+        "model_words": model_words(model, n_paths, language),
+        "why_words": why_words(model.model, list(content.ladder), language),
+        "error_words": []
+        if content.comparison is None
+        else error_words(content.comparison, language),
+        "style": Markup((folder / "report.css").read_text(encoding="utf-8")),  # noqa: S704 (our own)
+    }
+    script = ""
+    if not content.brief:
+        script = _plotly() + "\n" + (folder / "report.js").read_text(encoding="utf-8")
+        diagnosis, names = content.diagnosis, content.names
+        values |= {
+            "chapters": brief.chapters(content),
+            "verdict": None if diagnosis is None else verdict_words(diagnosis, None, language),
+            "figures": _figures(content, names),
+            "posterior": posterior_figures(model.parameters, content.draws, language),
+            "predicted": predicted_figures(content.events, names, content.loop, language),
+            "switch": switch_json(content),
+            "sections": list(_sections(content)),
+            "tables": _tables(content, names),
+        }
+    code = Markup(script)  # noqa: S704 (our own)
+    template = _environment(language).get_template("report.html.j2")
+    return template.render(values, script=code, script_hash=_hash(script))
 
 
 def _environment(language: Language) -> Environment:
@@ -255,28 +267,86 @@ def _sections(content: ReportContent) -> Iterator[PathSection]:
         yield PathSection(number, view, tuple(f for f in drawn if f is not None))
 
 
-def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, HtmlTable | None]:
-    comparison, diagnosis = content.comparison, content.diagnosis
-    language = content.language
-    return {
-        "lines": path_tables.lines_table(content),
-        "of_volume": path_tables.of_volume_table(content),
-        "bounds": bounds_table(content),
-        "paths": path_tables.paths_table(content.paths, language) if content.paths else None,
-        "models": model_tables.ladder_table(content),
-        "parameters": model_tables.parameters_table(content.model, language),
-        "scores": None if comparison is None else model_tables.scores_table(comparison, language),
-        "failures": None
-        if comparison is None
-        else model_tables.failures_table(comparison, names, language),
-        "candidates": None
-        if diagnosis is None
-        else model_tables.candidates_table(diagnosis, language),
-        "measure": None if diagnosis is None else model_tables.measure_table(diagnosis, language),
-        "alpha_beta": path_tables.alpha_beta_table(content.paths, language),
-        "zones": path_tables.zones_table(content.paths, language),
+def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, Table | None]:
+    """The tables of the annex; None where there is nothing to show."""
+    comparison, diagnosis, language = content.comparison, content.diagnosis, content.language
+    rows = content.rows
+    zones = [view.zones for view in content.paths if view.zones is not None]
+    baseline = [row for view in content.paths for row in view.alpha_beta]
+    found = {
+        "design": design_table(rows, language, names) if rows else None,
+        "volume": volume_runout_table(rows, language, names) if rows else None,
+        "apart": apart_table(rows, language, names),
+        "volumes": period_volumes_table(rows, language, names),
+        "points": points_table(rows, language, names),
+        "zones": zones_table(zones, language, names),
+        "alpha_beta": alpha_beta_table(baseline, language, names),
+        "paths": paths_table(content.summaries, language, names) if content.paths else None,
+        "models": ladder_table(content.ladder, language),
+        "parameters": parameters_table(content.model, language, offsets=False),
         "made": made_table(content),
     }
+    if comparison is not None:
+        parts = compared_parts(comparison, language)
+        found["scores"] = scores_table(comparison.coordinate, parts, language)
+        found["failures"] = failures_table(comparison, language, names)
+        found["budget"] = budget_table(comparison, language)
+        found["misfit"] = misfit_table(comparison, language)
+    if diagnosis is not None:
+        found["candidates"] = candidates_table(diagnosis, language)
+        found["measure"] = measure_table(diagnosis, language)
+    return (
+        dict.fromkeys(("scores", "failures", "budget", "misfit", "candidates", "measure")) | found
+    )
+
+
+def made_table(content: ReportContent) -> Table:
+    """Seeds, versions and fingerprints."""
+    model, language = content.model, content.language
+    say, checks = language.say, content.model.diagnostics
+    day, _, hour = content.created.partition("T")
+    draws = ", ".join(integer(n, language) for n in sorted({row.n_draws for row in content.rows}))
+    rows = [
+        (say("calibrated (UTC)"), f"{language.date(day)} {hour.removesuffix('Z')}".rstrip()),
+        (
+            say("method"),
+            say(
+                "{method}, {n} chains of {draws} draws",
+                method=model.method,
+                n=model.chains,
+                draws=integer(model.draws, language),
+            ),
+        ),
+        (say("seed"), model.seed),
+        (
+            say("convergence"),
+            say(
+                "R-hat {rhat}, effective sample size at least {ess}, {share} accepted",
+                rhat=say("infinite")
+                if checks.rhat_max is None
+                else language.number(f"{checks.rhat_max:.3f}"),
+                ess=integer(checks.ess_min, language),
+                share=share(checks.acceptance, language),
+            ),
+        ),
+        (say("fingerprint of the records (SHA-256)"), model.data_fingerprint),
+        (say("calibrated on the paths"), ", ".join(content.calibrated_paths) or None),
+        (say("fingerprint of the effect file (SHA-256)"), content.effect_sha256),
+        (
+            say("diagnosis"),
+            content.diagnosis
+            and say(
+                "{n} synthetic datasets, seed {seed}",
+                n=content.diagnosis.n_worlds,
+                seed=content.diagnosis.seed,
+            ),
+        ),
+        (say("draws of the bounds"), draws and say("{n} for each row", n=draws)),
+        *((say("version of {name}", name=n), version) for n, version in content.versions.items()),
+    ]
+    columns = (("", itemgetter(0)), ("", itemgetter(1)))
+    known = [row for row in rows if row[1] not in (None, "")]
+    return made("made", say("How to make it again"), columns, known, language)
 
 
 def _plotly() -> str:

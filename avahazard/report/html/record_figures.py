@@ -22,8 +22,8 @@ from avahazard.report.html.figure import (
     label,
     layout,
 )
-from avahazard.report.html.words import event_words
 from avahazard.report.language import ENGLISH, Language
+from avahazard.report.words import event_words
 from avahazard.results.base import RATIO
 from avahazard.results.comparison import MeasuredForce
 

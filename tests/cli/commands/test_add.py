@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.cli.model_tables import fall_of_error
-from avahazard.results.ladder import BeforeAndAfter
+from avahazard.report.sentences import before_and_after_words
+from avahazard.results.ladder import BeforeAndAfter, ErrorFall
 from tests.cli.commands.snow import document, refused, run
 from tests.results.samples import STANDING
 
@@ -23,7 +23,7 @@ def test_the_error_falls_and_the_ladder_shows_it(snow_database: str, tmp_path: P
     done = run(snow_database, *words)
     assert done.exit_code == 0, done.stderr
     assert "my-effect.wet" in done.stdout
-    assert "fell from" in done.stdout
+    assert "falls from" in done.stdout
     rows = document(snow_database, "ladder")
     assert [row["model"] for row in rows] == ["base", "wet"]
     assert set(rows[0]) >= {
@@ -36,7 +36,7 @@ def test_the_error_falls_and_the_ladder_shows_it(snow_database: str, tmp_path: P
     assert "my-effect" in table
     # The floor is the model's own: what errors of volumes do to stops goes by its law.
     floors = [
-        float(found) for found in re.findall(r"([\d.]+) m to ([\d.]+) m, by", words_of_table)[0]
+        float(found) for found in re.findall(r"([\d.]+) m to ([\d.]+) m\.", words_of_table)[0]
     ]
     assert 0.0 < floors[0] < floors[1]
     assert max(map(len, table.splitlines())) <= 80
@@ -66,14 +66,13 @@ def test_ladder_without_a_model(database: str) -> None:
 def test_the_one_line() -> None:
     before, after = (replace(STANDING, held_out_crps_m=crps) for crps in (80.0, 60.0))
     found = BeforeAndAfter(before, after, "path", 12.0, 8.0)
-    line = fall_of_error(found)
-    assert "fell from 80.0 to 60.0 m (-25.0%)" in line
-    assert "CRPS in m of elevation, paths held out" in line
-    assert "would leave a CRPS of 8.0 m (RMSE 12 m)" in line
-    x = (replace(one, held_out_crps_x_m=m) for one, m in ((before, 300.0), (after, 200.0)))
-    assert "in x it fell from 300.0 to 200.0 m" in fall_of_error(BeforeAndAfter(*x, "path", 12, 8))
-    rose = fall_of_error(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))
-    assert "rose from 50.0 to 60.0 m" in rose
-    alone = fall_of_error(replace(found, before=None))
-    assert "60.0 m" in alone
-    assert "fell" not in alone
+    line = before_and_after_words(found)
+    assert "falls from 80.0 m to 60.0 m." in line
+    assert "Measurement-error floor (CRPS; errors of runout, volume and release): 8.0 m." in line
+    sure = before_and_after_words(replace(found, fall=ErrorFall(20.0, 5.0, 35.0)))
+    assert "by 5.0 to 35.0 m (90 % interval)" in sure
+    rose = before_and_after_words(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))
+    assert "rises from 50.0 m to 60.0 m: do not keep the child." in rose
+    alone = before_and_after_words(replace(found, before=None))
+    assert "60.0 m of elevation" in alone
+    assert "falls" not in alone

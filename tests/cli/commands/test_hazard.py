@@ -28,10 +28,10 @@ def test_the_document(on_my_models: Run) -> None:
 
 
 def test_people_see_bounds_volumes_and_what_varies(on_my_models: Run) -> None:
-    done = on_my_models("hazard", "base", "-T", "100", "-T", "10000")
+    done = on_my_models("--verbose", "hazard", "base", "-T", "100", "-T", "10000")
     assert done.exit_code == 0
     words = " ".join(done.stdout.split())
-    assert "5 to 95 %" in words
+    assert "5–95 %" in words
     assert "saint-clement 100" in words
     assert untold(words, "beyond:", "lognormal", "observed_from", "observed_to") == []
     assert max(map(len, done.stdout.splitlines())) <= 80

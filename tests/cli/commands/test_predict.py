@@ -20,7 +20,7 @@ def test_rows_or_rows_with_scores(snow_database: str, snow_world: Path, write: A
     assert found["scores"]["runout"]["n"] == len(found["events"]) == 120
     table = run(snow_database, "predict", "base", str(known)).stdout
     assert "P01-001" in table
-    assert "Against the file's own runouts" in table
+    assert "Scores against the records" in table
     assert max(map(len, table.splitlines())) <= 80
 
 

@@ -42,7 +42,7 @@ def test_people_see_zones_and_largest_speeds(on_my_models: Run, tmp_path: Path) 
     assert done.exit_code == 0
     assert untold(done.stderr, "scey", 300, "extrapolation", "powder") == []
     words = " ".join(done.stdout.split())
-    assert untold(words, "french", "5 to 95 %", "300 ± 50 kg/m3") == []
+    assert untold(words, "french", "5–95 %", "300 ± 50 kg/m³") == []
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 

@@ -13,7 +13,7 @@ from avahazard.criticism.diagnosis.together import needed_beside
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.report.verdict_words import verdict_words
+from avahazard.report.sentences import verdict_words
 from avahazard.workflow.diagnose import diagnosis
 from tests.criticism.lengths import lengths, shifted
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from avahazard.notes import Note
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.report.language import language_of
@@ -154,6 +155,6 @@ def test_cells_have_the_decimal_sign_of_the_language(
 
 
 def test_an_unknown_note_does_not_break_a_page(content: ReportContent) -> None:
-    row = {**content.rows[0], "notes": ["Nobody knows {this} note."]}
+    row = replace(content.rows[0], notes=(Note.ready("Nobody knows {this} note."),))
     page = render(replace(content, rows=[row], language=language_of("de")))
     assert "Nobody knows {this} note." in page

@@ -15,7 +15,7 @@ import plotly.graph_objects as go
 import pytest
 
 from avahazard.report.html.content import ReportContent
-from avahazard.report.html.page import render
+from avahazard.report.html.page import made_table, render
 from tests.report.html.world import EVENT, NAMES
 from tests.results.samples import NOT_COMPARED
 
@@ -131,6 +131,7 @@ def test_what_is_missing_is_said_with_its_command(content: ReportContent) -> Non
         densities=(),
         ladder=[replace(NOT_COMPARED, model="m")],
         paths=tuple(replace(v, rows=(), speeds=(), zones=None, plan=None) for v in content.paths),
+        summaries=(),
         lacking={"rows": "Make them: avahazard hazard m", "comparison": "Do it: avahazard compare",
                  "diagnosis": "Do it: avahazard diagnose m"},
     )  # fmt: skip
@@ -138,3 +139,20 @@ def test_what_is_missing_is_said_with_its_command(content: ReportContent) -> Non
     for command in ("avahazard hazard m", "avahazard compare", "avahazard diagnose m"):
         assert command in text
     assert not re.search(r"\bNone\b", re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL))
+
+
+def test_how_it_was_made_names_seed_versions_and_fingerprint(content: ReportContent) -> None:
+    made = dict(made_table(content).rows)
+    assert made["fingerprint of the records (SHA-256)"] == content.model.data_fingerprint
+    assert made["version of avahazard"] == content.versions["avahazard"]
+    assert made["seed"] == "0"
+    text = str(made_table(replace(content, effect_sha256="ab" * 32)).rows)
+    assert "ab" * 32 in text
+
+
+def test_the_brief_needs_no_script(content: ReportContent) -> None:
+    text = render(replace(content, brief=True))
+    assert len(text) < 60_000
+    assert 'id="brief"' in text
+    assert 'id="made"' not in text
+    assert "<script>" not in text

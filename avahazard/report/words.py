@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from avahazard.report.language import ENGLISH, NARROW, Language
+from avahazard.report.language import ENGLISH, Language
 from avahazard.results.base import RATIO, bare, unit_of
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 
 if TYPE_CHECKING:
     from avahazard.report.html.content import EventView
 
-__all__ = ["NARROW"]
-
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+OPEN = "…"
+"""An end of an interval beyond the profile, where a terminal has little room."""
+SIGNIFICANT = 0.05
+"""A level of a comparison with a smaller p-value is one where the model fails."""
 
 
 def coordinate_words(coordinate: str, language: Language = ENGLISH) -> str:
@@ -46,16 +49,24 @@ def beyond(language: Language = ENGLISH) -> str:
     return language.say("beyond")
 
 
+def place(value: float | None, language: Language = ENGLISH) -> str:
+    """Whole metres without their unit, or that the place lies beyond the profile."""
+    return beyond(language) if value is None else integer(value, language)
+
+
 def metres(value: float | None, language: Language = ENGLISH) -> str:
     """Metres, or that the place lies beyond the profile."""
     return beyond(language) if value is None else f"{integer(value, language)} m"
 
 
+def cubic(value: float | None, language: Language = ENGLISH) -> str:
+    """A volume in m3 to three digits, without its unit: its own error is larger."""
+    return language.say("any") if value is None else integer(float(f"{value:.3g}"), language)
+
+
 def volume(value: float | None, language: Language = ENGLISH) -> str:
-    """A volume to three digits: its own error is larger."""
-    if value is None:
-        return language.say("any")
-    return f"{integer(float(f'{value:.3g}'), language)} m³"
+    """A volume to three digits, with its unit."""
+    return language.say("any") if value is None else f"{cubic(value, language)} m³"
 
 
 def share(value: float, language: Language = ENGLISH) -> str:
@@ -71,48 +82,45 @@ def number(value: float | None, language: Language = ENGLISH) -> str:
     if value is None:
         return "–"
     if value != 0 and (abs(value) < 1e-3 or abs(value) >= 1e7):
+        if language.plain:
+            return f"{value:.3g}"
         digits, power = f"{value:.2e}".split("e")
         return f"{language.number(digits)} × 10{str(int(power)).translate(RAISED)}"
     return integer(value, language) if abs(value) >= 1000 else language.number(f"{value:.4g}")
 
 
+def as_sure_as(sd: float, value: float, language: Language = ENGLISH) -> str:
+    """The value with as many decimals as two digits of its standard deviation have."""
+    decimals = max(1 - math.floor(math.log10(sd)) if sd > 0.0 else 0, 0)
+    if decimals < 6 and abs(value) < 1e6:
+        return language.number(f"{value:.{decimals}f}")
+    return number(value, language)
+
+
 def chance(p: float, floor: float = 0.0, language: Language = ENGLISH) -> str:
-    """A p-value; at its floor, 1 in n made worlds and the data themselves, as less than that."""
+    """A p-value; at its floor, 1 in n synthetic datasets and the data themselves, as less."""
     if 0.0 < p <= 1.0001 * floor:
         return f"< 1/{1.0 / floor:.0f}"
     return language.number("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
-def likelier(gain: float, language: Language = ENGLISH) -> str:
-    """A gain in log likelihood (nats) as how many times likelier the records are."""
-    decades = gain / math.log(10.0)
-    if decades < 0.0:
-        return language.say("no")
-    if decades >= 4.0:
-        times = f"10{str(round(decades)).translate(RAISED)}"
-    elif decades > 1.0:
-        times = integer(float(f"{10.0**decades:.2g}"), language)
-    else:
-        times = language.number(f"{10.0**decades:.1f}")
-    return language.say("{number} times", number=times)
-
-
-def interval(spread: Mapping[str, float | None], language: Language = ENGLISH) -> str:
-    """The 5 and 95 % quantiles of a spread."""
-    low, high = spread["q05"], spread["q95"]
+def span(
+    ends: Spread | PlaceQuantiles | tuple[float | None, float | None], language: Language = ENGLISH
+) -> str:
+    """From the 5 to the 95 % of a place, or between two places, in metres without the unit."""
+    low, high = ends if isinstance(ends, tuple) else (ends.q05, ends.q95)
     if low is None and high is None:
         return beyond(language)
-    return between(metres(low, language).removesuffix(" m"), metres(high, language), language)
+    ends_text = (OPEN if v is None and language.plain else place(v, language) for v in (low, high))
+    return "–".join(ends_text)
 
 
-def mirrored(z: Mapping[str, float | None]) -> dict[str, float | None]:
-    """Quantiles of elevation in the order of x: the far end is the low one."""
-    return {"q05": z["q95"], "q95": z["q05"]}
-
-
-def between(low: str, high: str, language: Language = ENGLISH) -> str:
-    """From the one to the other."""
-    return language.say("{low} to {high}", low=low, high=high)
+def interval(spread: Spread | PlaceQuantiles, language: Language = ENGLISH) -> str:
+    """The 5 and 95 % quantiles of a spread in a sentence."""
+    low, high = spread.q05, spread.q95
+    if low is None and high is None:
+        return beyond(language)
+    return language.say("{low} to {high}", low=place(low, language), high=metres(high, language))
 
 
 def unit_words(unit: str, language: Language = ENGLISH) -> str:
@@ -161,25 +169,6 @@ def level_words(level: str, language: Language = ENGLISH) -> str:
     return known.get(level) or language.note(level)
 
 
-def listed(names: Sequence[str], language: Language = ENGLISH) -> str:
-    """Names in a row, as a sentence has them."""
-    if len(names) < 2:
-        return "".join(names)
-    return language.say("{some} and {last}", some=", ".join(names[:-1]), last=names[-1])
-
-
-def kept_back(by: str, language: Language = ENGLISH) -> str:
-    """On what a held-out error is."""
-    say = language.say
-    return say("on paths kept back") if by == "path" else say("on events kept back")
-
-
-def of_coordinate(error: str, coordinate: str, language: Language = ENGLISH) -> str:
-    """An error, and in which coordinate it is."""
-    of = coordinate_words(coordinate, language)
-    return language.say("{error} of {coordinate}", error=error, coordinate=of)
-
-
 def events(n: int, language: Language = ENGLISH) -> str:
     """A number of events."""
     return language.plural("{n} event", "{n} events", n)
@@ -195,34 +184,46 @@ def years(period: float, language: Language = ENGLISH) -> str:
     return language.say("{period} years", period=language.number(f"{period:g}"))
 
 
-def case(row: Mapping[str, Any], language: Language = ENGLISH) -> str:
+def case(row: HazardRow, language: Language = ENGLISH) -> str:
     """What a row of bounds is for: a return period or a volume."""
-    period = row["return_period_years"]
-    return volume(row["volume_m3"], language) if period is None else years(period, language)
+    period = row.return_period_years
+    return volume(row.volume_m3, language) if period is None else years(period, language)
 
 
-def volume_words(row: Mapping[str, Any], language: Language = ENGLISH) -> str:
+def volume_words(row: HazardRow, language: Language = ENGLISH) -> str:
     """The volume of a row: given, or that of its return period."""
-    period = row["return_period_years"]
-    known = volume(row["volume_m3"], language)
-    if period is None:
+    known = volume(row.volume_m3, language)
+    if row.return_period_years is None:
         return known
-    return language.say(
-        "the {period}-year volume ({volume})",
-        period=language.number(f"{period:g}"),
-        volume=known,
-    )
+    period = language.number(f"{row.return_period_years:g}")
+    return language.say("the {period}-year volume ({volume})", period=period, volume=known)
 
 
 def event_words(event: EventView, names: Mapping[str, str], language: Language = ENGLISH) -> str:
     """The event's name, path, date and volume."""
-    parts = [event.event_id]
-    if event.path_id is not None:
-        parts.append(names.get(event.path_id, event.path_id))
-    parts.append(language.date(event.date) if event.date else language.say("undated"))
-    parts.append(
-        language.say("volume unknown")
-        if event.volume_m3 is None
-        else volume(event.volume_m3, language)
-    )
-    return " · ".join(parts)
+    say = language.say
+    path = [] if event.path_id is None else [names.get(event.path_id, event.path_id)]
+    date = language.date(event.date) if event.date else say("undated")
+    known = say("volume unknown") if event.volume_m3 is None else volume(event.volume_m3, language)
+    return " · ".join((event.event_id, *path, date, known))
+
+
+def listed(names: Sequence[str], language: Language = ENGLISH) -> str:
+    """Names in a row, as a sentence has them."""
+    return language.listed(names)
+
+
+def part_words(source: str, language: Language = ENGLISH) -> str:
+    """A source of error as people call it."""
+    say = language.say
+    known = {
+        "record": say("errors of the recorded runouts"),
+        "volume": say("errors of the recorded volumes"),
+        "release": say("errors of the recorded releases"),
+        "scatter": say("scatter, natural or missing in the model"),
+        "parameters": say("uncertain parameters"),
+        "unexplained": say("unexplained"),
+    }
+    if source in known:
+        return known[source]
+    return say("explained by {effect}", effect=language.effect(source))

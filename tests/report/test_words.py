@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from avahazard.notes import Note
-from avahazard.report.html import words
-from avahazard.report.html.content import EventView
-from avahazard.report.language import language_of
+from dataclasses import replace
 
-S = words.NARROW
+from avahazard.notes import Note
+from avahazard.report import words
+from avahazard.report.html.content import EventView
+from avahazard.report.language import NARROW as S
+from avahazard.report.language import TERMINAL, language_of
+from avahazard.results.hazard import PlaceQuantiles
+from tests.results.samples import HAZARD_ROW
 
 
 def test_numbers() -> None:
@@ -35,14 +38,28 @@ def test_a_share_is_never_nothing_where_it_is_something() -> None:
 
 
 def test_an_interval_says_what_lies_beyond() -> None:
-    assert words.interval({"q05": 900.0, "q95": 1000.0}) == f"900 to 1{S}000 m"
-    assert words.interval({"q05": 900.0, "q95": None}) == "900 to beyond"
-    assert words.interval({"q05": None, "q95": None}) == "beyond"
+    sure, open_end, beyond = (
+        PlaceQuantiles(low, None, high)
+        for low, high in ((900.0, 1000.0), (900.0, None), (None, None))
+    )
+    assert words.interval(sure) == f"900 to 1{S}000 m"
+    assert words.interval(open_end) == "900 to beyond"
+    assert words.interval(beyond) == words.span(beyond) == "beyond"
+    assert words.span(sure, TERMINAL) == "900–1000"
+    assert words.span(open_end) == "900–beyond"
+    assert words.span(open_end, TERMINAL) == "900–…"
 
 
 def test_the_case_of_a_row() -> None:
-    assert words.case({"return_period_years": 30.0, "volume_m3": 1.0}) == "30 years"
-    assert words.case({"return_period_years": None, "volume_m3": 2e4}) == f"20{S}000 m³"
+    assert words.case(replace(HAZARD_ROW, return_period_years=30.0)) == "30 years"
+    assert words.case(replace(HAZARD_ROW, volume_m3=2e4)) == f"20{S}000 m³"
+
+
+def test_a_terminal_has_the_numbers_of_programs() -> None:
+    assert words.number(3.167e-7, TERMINAL) == "3.17e-07"
+    assert words.metres(12345.0, TERMINAL) == "12345 m"
+    assert words.as_sure_as(0.0073, 0.51872, TERMINAL) == "0.5187"
+    assert words.as_sure_as(0.0, 1.0) == "1"
 
 
 def test_an_event_is_named_with_what_is_known() -> None:
@@ -50,13 +67,6 @@ def test_an_event_is_named_with_what_is_known() -> None:
         "e1", "P", "1950", 1950, None, False, "elevation", 900.0, 10.0, 800.0, 0.5, "unique"
     )
     assert words.event_words(event, {"P": "Path"}) == "e1 · Path · 1950 · volume unknown"
-
-
-def test_a_gain_is_a_ratio_in_words() -> None:
-    assert words.likelier(0.7) == "2.0 times"
-    assert words.likelier(4.605) == "100 times"
-    assert words.likelier(30.0) == "10¹³ times"
-    assert words.likelier(-0.1) == "no"
 
 
 def test_levels_have_the_words_and_signs_of_the_language() -> None:

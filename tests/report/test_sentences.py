@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from avahazard.report.verdict_words import verdict_words
+from avahazard.report.sentences import verdict_words
 from tests.results.samples import DIAGNOSIS
 
 

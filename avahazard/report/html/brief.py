@@ -1,0 +1,569 @@
+"""The brief: what those who decide need, and what the annex says of the same in sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from avahazard.arrays import Floats
+from avahazard.inference.model.choices import METHODS
+from avahazard.notes import Note, grouped, placed
+from avahazard.report.html.content import PathView, PlanView, ReportContent
+from avahazard.report.html.figure import GROUND, INK, VERMILION
+from avahazard.report.html.map_figure import round_length
+from avahazard.report.html.path_figure import shown_end
+from avahazard.report.language import Language
+from avahazard.report.sentences import (
+    change_words,
+    error_words,
+    failure_words,
+    verdict_words,
+)
+from avahazard.report.tables import farthest_words, past_words
+from avahazard.report.words import (
+    SIGNIFICANT,
+    amount,
+    coordinate_words,
+    interval,
+    metres,
+    paths,
+    share,
+)
+from avahazard.results.comparison import Comparison
+from avahazard.results.hazard import Design, HazardRow, PlaceQuantiles
+
+USUAL_YEARS = 100.0
+FEW_EVENTS = 5
+MOST_NAMES = 4
+LEAST_BEYOND = 0.05
+"""Probability beyond the profile from which on the interval has no upper end."""
+
+
+def shown_period(content: ReportContent) -> float | None:
+    """The return period of the brief: that nearest to 100 years; None without any."""
+    known = [r.return_period_years for r in content.rows if r.design and r.return_period_years]
+    return min(known, key=lambda t: abs(np.log(t / USUAL_YEARS)), default=None)
+
+
+def conclusion(content: ReportContent) -> list[str]:
+    """How far, how sure, and whether something is missing: three sentences."""
+    return [_how_far(content), _how_sure(content), _what_lacks(content)]
+
+
+def _how_far(content: ReportContent) -> str:
+    language, say, period = content.language, content.language.say, shown_period(content)
+    rows = [r for r in content.rows if r.design and r.return_period_years == period]
+    if not rows:
+        return say("No design runout was computed.")
+    past = [content.names[r.path_id] for r in rows if r.design and r.design.records_beyond]
+    values = {"period": f"{period:g}", "paths": paths(len(rows), language)}
+    if past:
+        names = language.few(past, MOST_NAMES)
+        return say(
+            "The {period}-year design runout is given for {paths}; recorded avalanches went past "
+            "its median on {names}.",
+            names=names,
+            **values,
+        )
+    return say(
+        "The {period}-year design runout is given for {paths}; no recorded avalanche went past "
+        "its median.",
+        **values,
+    )
+
+
+def _how_sure(content: ReportContent) -> str:
+    language, found = content.language, content.comparison
+    if found is None:
+        return language.say("How far the model errs is not known: it was never compared.")
+    held = found.held_out.runout
+    return language.say(
+        "On records that were held out the mean error of the model (CRPS) is {crps} of "
+        "{coordinate}; {share} of them lie in the interval that should hold 90 %.",
+        crps=amount(held.crps_m, found.coordinate, 0, language),
+        coordinate=coordinate_words(found.coordinate, language),
+        share=share(held.coverage_90, language),
+    )
+
+
+def _what_lacks(content: ReportContent) -> str:
+    say, language = content.language.say, content.language
+    if not content.model.diagnostics.converged:
+        return say("The chains of the sampler have not converged: every number is provisional.")
+    if content.records_changed:
+        return say("The records have changed since the model was calibrated: calibrate it again.")
+    if content.diagnosis is None:
+        return say("Whether an effect is missing is not known: the model was not diagnosed.")
+    return verdict_words(content.diagnosis, language=language).split(". ")[0].rstrip(".") + "."
+
+
+def rests_on(content: ReportContent) -> list[str]:
+    """The records behind the model."""
+    language, say, events = content.language, content.language.say, content.events
+    years = [event.year for event in events if event.year is not None]
+    words = []
+    if years:
+        words.append(
+            say(
+                "Records of {n} events, {first} to {last}: {volumes} with a volume, {left} beyond "
+                "the profile; {speeds} measured speeds.",
+                n=len(events),
+                first=str(min(years)),
+                last=str(max(years)),
+                volumes=sum(event.volume_m3 is not None for event in events),
+                left=sum(event.left_profile for event in events),
+                speeds=content.n_speeds,
+            )
+        )
+    if any(row.extrapolated for row in content.rows):
+        words.append(say("Return periods past twice the observed years are extrapolated."))
+    bare = [view.name for view in content.paths if len(view.events) < FEW_EVENTS]
+    if bare and len(bare) < len(content.paths):
+        words.append(
+            language.plural(
+                "{paths} has fewer than {few} records: its design runout rests on the other paths.",
+                "{paths} have fewer than {few} records: their design runouts rest on the other "
+                "paths.",
+                len(bare),
+                paths=language.few(bare),
+                few=FEW_EVENTS,
+            )
+        )
+    return words
+
+
+def limits(content: ReportContent) -> list[str]:
+    """The limits of every report, a line each."""
+    say = content.language.say
+    return [
+        say(
+            "The avalanche is one block on one line: a runout is a point on that line, not an "
+            "outline on the map."
+        ),
+        say("Dams, new forest and other works are in it only as far as the profile shows them."),
+        say(
+            "Climate, forest and recording are taken to be the same in the future as in the "
+            "observed years."
+        ),
+        say("Avalanches that nobody recorded are not in the model."),
+        say("A report is no permit: the line on the map is for those who know the place."),
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class PathCard:
+    """What the brief says of one path: `lines` are its return periods, `mind` what to mind."""
+
+    number: int
+    name: str
+    picture: Markup
+    lines: tuple[tuple[str, str, str], ...]
+    farthest: str | None
+    past: str | None
+    mind: tuple[str, ...]
+
+
+def path_cards(content: ReportContent) -> list[PathCard]:
+    """Every path with a profile."""
+    language, period = content.language, shown_period(content)
+    cards = []
+    for number, view in enumerate(content.paths, start=1):
+        if view.smooth is None:
+            continue
+        designs = [(row, row.design) for row in view.rows if row.design is not None]
+        shown = next((d for r, d in designs if r.return_period_years == period), None)
+        farthest = None if shown is None else farthest_words(shown, language, metres)
+        cards.append(
+            PathCard(
+                number,
+                view.name,
+                profile_picture(view, shown, language),
+                tuple(_line(row, design, language) for row, design in designs),
+                farthest,
+                None if shown is None else past_words(shown, language),
+                tuple(_mind(content, view, shown)),
+            )
+        )
+    return cards
+
+
+def _line(row: HazardRow, design: Design, language: Language) -> tuple[str, str, str]:
+    x, z = design.runout_x_m, design.runout_elevation_m
+    period = language.number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
+    return period, f"{metres(x.q50, language)} ({interval(x, language)})", metres(z.q50, language)
+
+
+def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Iterable[str]:
+    """What to mind on a path: of its answer, its records and its baseline."""
+    language, say = content.language, content.language.say
+    if shown is None:
+        yield say("no design runout, as the block does not start or the rate is not known")
+        return
+    if shown.p_beyond > LEAST_BEYOND:
+        chance = share(shown.p_beyond, language)
+        yield say("{share} probability that it lies beyond the profile", share=chance)
+    if any(row.extrapolated for row in view.rows):
+        yield say("*: extrapolated")
+    if any(row.pooled for row in view.rows):
+        yield say("spread of volumes from all paths")
+    for failure in content.comparison.where_it_fails if content.comparison else ():
+        on_it = failure.axis == "path" and failure.level == view.path.path_id
+        if on_it and failure.p_value < SIGNIFICANT and content.comparison:
+            bias = amount(failure.bias_m, content.comparison.coordinate, 0, language)
+            yield say("the model fails here: bias {bias}", bias=bias)
+    for row in view.alpha_beta:
+        side = _side(row.runout_x_low_m, row.runout_x_high_m, shown.runout_x_m)
+        if side and row.runout_x_m is not None:
+            by = say(row.coefficients)
+            x = metres(row.runout_x_m, language)
+            yield (
+                say("α-β ({by}) is shorter: {x}", by=by, x=x)
+                if side < 0
+                else say("α-β ({by}) is longer: {x}", by=by, x=x)
+            )
+
+
+def _side(low: float | None, high: float | None, x: PlaceQuantiles) -> int:
+    """−1 where α-β with one standard deviation lies short of the 90 %, 1 beyond it, else 0."""
+    if high is not None and x.q05 is not None and high < x.q05:
+        return -1
+    return 1 if low is not None and x.q95 is not None and low > x.q95 else 0
+
+
+# Pictures that need no script
+
+
+WIDTH, HEIGHT, PLACES = 300, 130, 60
+FOOT, LIFT = 10, 5
+At = Callable[[float], tuple[float, float]]
+
+
+def profile_picture(view: PathView, design: Design | None, language: Language) -> Markup:
+    """The profile, the recorded stops, the zones, and the design runout with its 90 %."""
+    smooth = view.smooth
+    assert smooth is not None
+    end = shown_end(view)
+    x = np.linspace(smooth.x_min, end, PLACES)
+    low, high = float(np.min(smooth.height(x))), float(np.max(smooth.height(x)))
+
+    def at(place: float) -> tuple[float, float]:
+        across = (place - smooth.x_min) / (end - smooth.x_min) * WIDTH
+        up = (float(smooth.height(place)) - low) / (high - low)
+        return across, HEIGHT - FOOT - up * (HEIGHT - FOOT - 14)
+
+    ground = _points(at, x)
+    parts = [
+        f'<polygon points="0,{HEIGHT} {ground} {WIDTH},{HEIGHT}" fill="{GROUND}"/>',
+        f'<polyline points="{ground}" fill="none" stroke="{INK}" stroke-width="1.2"/>',
+    ]
+    for zone in view.zones.zones if view.zones else ():
+        a, b = (at(min(v, end))[0] for v in (zone.from_x_m, zone.to_x_m))
+        parts.append(
+            f'<rect x="{a:.1f}" y="{HEIGHT - 5}" width="{max(b - a, 0):.1f}" height="5" '
+            f'fill="{escape(zone.color)}"/>'
+        )
+    for event in view.events:
+        if event.stop_x_m is not None and smooth.x_min <= event.stop_x_m <= end:
+            a, b = at(event.stop_x_m)
+            parts.append(f'<path d="M{a:.1f} {b - 4:.1f}v8" stroke="{INK}" stroke-width="0.9"/>')
+    parts += _design(design, end, at, LIFT)
+    words = language.say(
+        "{path}: the profile, the recorded stops and the design runout", path=view.name
+    )
+    return _svg(f"0 -8 {WIDTH} {HEIGHT + 8}", words, parts)
+
+
+def _svg(box: str, words: str, parts: Iterable[str]) -> Markup:
+    return Markup(  # noqa: S704 (numbers, and words that are escaped)
+        f'<svg viewBox="{box}" role="img" aria-label="{escape(words)}">{"".join(parts)}</svg>'
+    )
+
+
+def _points(at: At, x: Floats, lift: float = 0.0) -> str:
+    return " ".join(f"{a:.1f},{b - lift:.1f}" for a, b in map(at, x.tolist()))
+
+
+def _design(design: Design | None, last: float, at: At, lift: float) -> list[str]:
+    """The band that holds 90 %, and the median as a line across."""
+    if design is None or design.runout_x_m.q05 is None:
+        return []
+    found = design.runout_x_m
+    end = last if found.q95 is None else min(found.q95, last)
+    points = _points(at, np.linspace(found.q05 or 0.0, end, 20), lift)
+    line = f'fill="none" stroke="{VERMILION}"'
+    parts = [f'<polyline points="{points}" {line} stroke-width="5" opacity="0.7"/>']
+    if found.q50 is not None:
+        a, b = at(found.q50)
+        mark = f"M{a:.1f} {b - 22:.1f}V{b + 3:.1f}" if lift else f"M{a - 5:.1f} {b:.1f}h10"
+        parts.append(f'<path d="{mark}" {line} stroke-width="2.2"/>')
+    return parts
+
+
+MAP_WIDTH, MAP_ROOM, MOST_HIGH = 1000.0, 40.0, 0.62
+
+
+def overview_map(content: ReportContent) -> Markup | None:
+    """All paths from above with zones, design runouts and a scale; None without one system.
+
+    Degrees are drawn so that a metre is as long both ways in the middle of the map.
+    """
+    views = [view for view in content.paths if view.plan is not None]
+    plans = [view.plan for view in views if view.plan is not None]
+    if len(views) < 2 or len({plan.crs for plan in plans}) != 1:
+        return None
+    east = np.concatenate([plan.east for plan in plans])
+    north = np.concatenate([plan.north for plan in plans])
+    metre = (1.0, 1.0)
+    if plans[0].crs is None:
+        metre = (111_320.0 * math.cos(math.radians(float(north.mean()))), 111_320.0)
+    wide, high = (float(np.ptp(v)) * m for v, m in zip((east, north), metre, strict=True))
+    scale = MAP_WIDTH / max(wide, high / MOST_HIGH)
+    left, top = float(east.min()), float(north.max())
+
+    def to_page(plan: PlanView) -> At:
+        def at(place: float) -> tuple[float, float]:
+            a = float(np.interp(place, plan.x, plan.east))
+            b = float(np.interp(place, plan.x, plan.north))
+            return (a - left) * metre[0] * scale, (top - b) * metre[1] * scale
+
+        return at
+
+    parts: list[str] = []
+    period = shown_period(content)
+    for view, plan in zip(views, plans, strict=True):
+        at = to_page(plan)
+        line = _points(at, plan.x)
+        parts.append(f'<polyline points="{line}" fill="none" stroke="{INK}" stroke-width="1.4"/>')
+        for zone in view.zones.zones if view.zones else ():
+            if zone.to_x_m > zone.from_x_m:
+                places = np.linspace(zone.from_x_m, zone.to_x_m, 24)
+                parts.append(
+                    f'<polyline points="{_points(at, places)}" fill="none" '
+                    f'stroke="{escape(zone.color)}" stroke-width="9" opacity="0.35"/>'
+                )
+        rows = (r.design for r in view.rows if r.design and r.return_period_years == period)
+        parts += _design(next(rows, None), float(plan.x[-1]), at, 0.0)
+        a, b = at(float(plan.x[0]))
+        parts.append(f'<text x="{a + 5:.0f}" y="{b + 4:.0f}">{escape(view.name)}</text>')
+    length = round_length(0.25 * MAP_WIDTH / scale)
+    bar, under = length * scale, high * scale + 28.0
+    parts.append(
+        f'<path d="M0 {under - 6:.0f}v6h{bar:.0f}v-6" fill="none" stroke="{INK}" stroke-width="2"/>'
+        f'<text x="{bar + 8:.0f}" y="{under:.0f}">{metres(length, content.language)}</text>'
+        f'<path d="M{MAP_WIDTH:.0f} {under:.0f}v-34l-6 12m6 -12l6 12" fill="none" stroke="{INK}" '
+        f'stroke-width="2"/><text x="{MAP_WIDTH - 22:.0f}" y="{under:.0f}">N</text>'
+    )
+    box = f"-{MAP_ROOM} -{MAP_ROOM} {MAP_WIDTH + 4 * MAP_ROOM} {high * scale + 3 * MAP_ROOM:.0f}"
+    words = content.language.say("The paths from above, with their design runouts")
+    return _svg(box, words, parts)
+
+
+# The annex in sentences
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """One model of the line: its heading and its sentences."""
+
+    model: str
+    heading: str
+    sentences: tuple[str, ...]
+
+
+def chapters(content: ReportContent) -> list[Chapter]:
+    """The story of the model from its first ancestor; empty where nothing was ever compared."""
+    from avahazard.criticism.scoring.held_out import error_fall  # noqa: PLC0415 (slow)
+
+    loop, language = content.loop, content.language
+    added = {row.model: row.added for row in content.ladder}
+    found = []
+    for k, name in enumerate(loop.lineage):
+        compared, diagnosis = loop.comparisons.get(name), loop.diagnoses.get(name)
+        if compared is None and diagnosis is None:
+            continue
+        quoted = language.say("“{name}”", name=name)
+        parent = loop.lineage[k - 1] if k else None
+        before = loop.comparisons.get(parent or "")
+        words: list[str] = []
+        if compared is not None and before is not None:
+            was, now = (c.held_out.runout.crps_m for c in (before, compared))
+            fall = error_fall(before, compared)
+            words.append(change_words(was, now, compared.coordinate, fall, language))
+        elif compared is not None:
+            words += error_words(compared, language)[:1]
+        if compared is not None:
+            words.append(failure_words(compared, language))
+        if diagnosis is not None:
+            words.append(verdict_words(diagnosis, quoted, language))
+        if name == loop.lineage[-1]:
+            words += _unexplained(compared, language)
+        heading = quoted
+        if parent is not None:
+            more = language.listed([language.effect(key) for key in added.get(name, ())])
+            heading = language.say(
+                "“{model}”: “{parent}” and {more}", model=name, parent=parent, more=more
+            )
+        found.append(Chapter(name, heading, tuple(words)))
+    return found
+
+
+def _unexplained(found: Comparison | None, language: Language) -> list[str]:
+    budget = {} if found is None else {part.source: part.rms_m for part in found.budget}
+    if found is None or not budget.get("unexplained"):
+        return []
+    return [
+        language.say(
+            "Unexplained: {size} (rms), beyond errors of the records, scatter and uncertain "
+            "parameters.",
+            size=amount(budget["unexplained"], found.coordinate, 0, language),
+        )
+    ]
+
+
+def notes_of(content: ReportContent) -> list[str]:
+    """The notes on the rows of bounds and on the model, a line for all of one kind."""
+    names, language, model = content.names, content.language, content.model.model
+    # The brief says these.
+    said = (Note("stale", model=model), Note("unconverged", model=model))
+    where: dict[Note, dict[str, None]] = {}
+    for row in content.rows:
+        for note in row.notes:
+            if note not in (*said, *content.of_model):
+                where.setdefault(note, {})[names.get(row.path_id, row.path_id)] = None
+    notes = placed(where, len({row.path_id for row in content.rows}))
+    notes += [note for note in content.of_model if note not in said]
+    return [language.note(note) for note in grouped(notes)]
+
+
+def every_note(content: ReportContent) -> list[str]:
+    """The same notes, each by itself."""
+    names, language = content.names, content.language
+    notes = [
+        note.about(names.get(row.path_id, row.path_id))
+        for row in content.rows
+        for note in row.notes
+        if note not in content.of_model
+    ]
+    return [language.note(note) for note in dict.fromkeys((*notes, *content.of_model))]
+
+
+def unknown_words(content: ReportContent) -> list[str]:
+    """What the records do not say, by count."""
+    events, say, plural = content.events, content.language.say, content.language.plural
+    total = len(events)
+    counts = {
+        "volume": sum(e.volume_m3 is None for e in events),
+        "date": sum(e.year is None for e in events),
+        "left": sum(e.left_profile for e in events),
+        "path": sum(e.path_id is None for e in events),
+    }
+    words = [
+        plural("{n} of {total} events has no volume.", "{n} of {total} events have no volume.",
+               counts["volume"], total=total),
+        plural("{n} of {total} events has no date.", "{n} of {total} events have no date.",
+               counts["date"], total=total),
+        plural("{n} of {total} events ran beyond its profile: only a least runout is known.",
+               "{n} of {total} events ran beyond their profile: only a least runout is known.",
+               counts["left"], total=total),
+        plural("{n} of {total} events has no path, and so no profile: it is judged by H/L.",
+               "{n} of {total} events have no path, and so no profile: they are judged by H/L.",
+               counts["path"], total=total),
+    ]  # fmt: skip
+    words = [text for text, n in zip(words, counts.values(), strict=True) if n]
+    if not content.n_speeds:
+        words.append(say("No speeds were measured: what speed does to friction cannot be seen."))
+    words += [
+        say("“{name}” is not known for {n} of {total} events.", name=name, n=n, total=total)
+        for name, n in content.covariates.items()
+        if n
+    ]
+    return words
+
+
+def assumptions(content: ReportContent) -> list[str]:
+    """Assumptions of the model, its data and its bounds, beside the limits of every report."""
+    say = content.language.say
+    words = [
+        say("Recorded volumes and runouts are taken with the errors that the records state."),
+        say("The path is the smoothed profile."),
+    ]
+    if METHODS[content.model.method].in_metres:
+        words.append(
+            say(
+                "This model's scatter is in metres of elevation and holds all errors at once: "
+                "natural variability, errors of the records and of the model."
+            )
+        )
+    speeds = any(view.speeds or view.zones for view in content.paths)
+    if speeds and not content.speed_limited:
+        words.append(no_drag_words(content.language))
+    if any(view.alpha_beta for view in content.paths):
+        words.append(
+            say(
+                "The α-β runouts are regressions of other regions' extreme avalanches on the "
+                "shape of the ground; they know nothing of the records here. Where these are many, "
+                "they weigh more; where they are few, look at both."
+            )
+        )
+    return words
+
+
+def no_drag_words(language: Language) -> str:
+    """The caveat of every picture of speed by a model without drag."""
+    return language.say(
+        "The model has no drag: nothing but friction limits its speeds, so that they and the "
+        "pressures are too high where a path is steep and long."
+    )
+
+
+def reading_words(content: ReportContent) -> list[str]:
+    """How to read the figures of the paths: of what they hold, once for all."""
+    say, views = content.language.say, content.paths
+    rows = [row for view in views for row in view.rows]
+    words = []
+    if any(row.design for row in rows):
+        words.append(
+            say(
+                "Thick bars above the ground: 90 % credible interval of the design runout; the "
+                "tick is its median."
+            )
+        )
+    if rows:
+        words.append(
+            say(
+                "Thin lines: 90 % of avalanches of one volume, with their distribution. A bar that "
+                "ends at the edge goes on beyond the profile."
+            )
+        )
+    if content.loop.models:
+        words.append(
+            say(
+                "Under the profile every record has a line: the tick is where it stopped, the bar "
+                "holds 90 % of where the model shown expects it, the grey one that of its parent."
+            )
+        )
+    if any(view.alpha_beta for view in views):
+        words.append(say("Stars: α-β runout with one standard deviation."))
+    if any(view.zones for view in views):
+        words.append(
+            say(
+                "The strip at the foot shows the zones. Speeds are those that a year exceeds with "
+                "chance 1/T: the median full, 95 % dashed, 5 % dotted; hover for the pressure."
+            )
+        )
+    elif any(view.speeds for view in views):
+        words.append(say("Speeds are those of the block of median friction at that volume."))
+    if any(view.zones or view.speeds for view in views) and not content.speed_limited:
+        words.append(no_drag_words(content.language))
+    if any(row.reach for row in rows):
+        words.append(
+            say(
+                "The lowest panel: the chance that an avalanche comes as far in a year, with its "
+                "90 % credible interval."
+            )
+        )
+    return words

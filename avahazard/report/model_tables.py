@@ -1,0 +1,319 @@
+"""Tables of a model: its parameters, its scores, where it fails, what it may lack, its ladder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import attrgetter
+from typing import Any
+
+from avahazard.criticism.screening.significance import LEVEL
+from avahazard.inference.model.laws import LAWS
+from avahazard.report.language import ENGLISH, Language
+from avahazard.report.tables import NO_NAMES, Column, Names, Table, made
+from avahazard.report.words import (
+    SIGNIFICANT,
+    amount,
+    as_sure_as,
+    axis_words,
+    chance,
+    coordinate_words,
+    level_words,
+    part_words,
+    share,
+    unit_words,
+)
+from avahazard.results.base import RATIO, bare, unit_of
+from avahazard.results.calibration import Calibration
+from avahazard.results.comparison import Comparison, Failure, HeldOutScores, Scores
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.friction import Fits
+from avahazard.results.ladder import Rung
+from avahazard.results.prediction import PredictedEvent, PredictionScores
+
+OFFSET = "path:"
+
+
+def parameters_table(
+    model: Calibration, language: Language = ENGLISH, *, offsets: bool = True
+) -> Table:
+    """The posterior of the parameters; `offsets`: with those of the paths."""
+    say = language.say
+
+    def of(key: str) -> Column:
+        return "", lambda p: as_sure_as(p[1].sd, getattr(p[1], key), language)
+
+    columns = (
+        (say("parameter"), lambda p: p[0]),
+        (">" + say("mean"), of("mean")[1]),
+        (">" + say("± sd"), of("sd")[1]),
+        (">5 %", of("q05")[1]),
+        (">95 %", of("q95")[1]),
+        (">" + say("mode"), of("mode")[1]),
+        (say("unit"), lambda p: unit_words(p[1].unit, language) or None),
+    )
+    rows = [p for p in model.parameters.items() if offsets or not p[0].startswith(OFFSET)]
+    return made("parameters", say("Parameters"), columns, rows, language)
+
+
+def scores_table(
+    coordinate: str,
+    parts: Sequence[tuple[str, Scores | HeldOutScores | PredictionScores]],
+    language: Language = ENGLISH,
+) -> Table:
+    """Scores of runouts in each coordinate, and of speeds if any; `parts` are on what they are.
+
+    `coordinate` is that of the records.
+    """
+    say = language.say
+    rows: list[tuple[str, str, str, str | None, Any]] = []
+    for name, scores in parts:
+        unit = unit_of(coordinate)
+        of = coordinate_words(coordinate, language)
+        rows.append((name, f"{of}, {unit}" if unit == "m" else of, "m", coordinate, scores.runout))
+        if coordinate != "x" and scores.runout_x is not None:
+            rows.append((name, f"{coordinate_words('x', language)}, m", "m", "x", scores.runout_x))
+        if scores.speed is not None:
+            rows.append((name, say("speed") + ", m/s", "m_s", None, scores.speed))
+
+    def of_error(key: str) -> Column:
+        return "", lambda r: language.number(bare(getattr(r[4], f"{key}_{r[2]}") + 0.0, r[3]))
+
+    columns = (
+        (say("records"), lambda r: r[0]),
+        (say("of"), lambda r: r[1]),
+        (">n", lambda r: r[4].n),
+        (">CRPS", of_error("crps")[1]),
+        (">RMSE", of_error("rmse")[1]),
+        (">" + say("bias"), of_error("bias")[1]),
+        (">" + say("in 50 %"), lambda r: share(r[4].coverage_50, language)),
+        (">" + say("in 90 %"), lambda r: share(r[4].coverage_90, language)),
+    )
+    legend = [
+        say(
+            "CRPS: mean error that counts the width of the forecast too; for a forecast without "
+            "scatter it is the mean absolute error, and smaller is better."
+        ),
+        say(
+            "bias: mean of predicted less recorded. in 50 %, in 90 %: share of the records that "
+            "lie in the intervals that should hold 50 and 90 %."
+        ),
+    ]
+    return made("scores", say("Scores against the records"), columns, rows, language, legend)
+
+
+def compared_parts(found: Comparison, language: Language) -> list[tuple[str, Any]]:
+    """The parts of the table of scores of a comparison: held-out, then in-sample."""
+    return [(language.say("held-out"), found.held_out), (language.say("in-sample"), found.scores)]
+
+
+def failing(comparison: Comparison) -> list[Failure]:
+    """Levels where the model fails beyond chance."""
+    return [row for row in comparison.where_it_fails if row.p_value < SIGNIFICANT]
+
+
+def failures_table(
+    comparison: Comparison, language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table:
+    """Where the model fails, the least likely by chance first; what may be chance is folded."""
+    say, coordinate = language.say, comparison.coordinate
+    rows = sorted(comparison.where_it_fails, key=lambda row: row.p_value >= SIGNIFICANT)
+
+    def bias(row: Failure) -> str:
+        sign = "+" if row.bias_m > 0 else ""
+        return sign + language.number(bare(row.bias_m, coordinate, 0))
+
+    columns: tuple[Column, ...] = (
+        (say("by"), lambda r: axis_words(r.axis, language)),
+        (say("level"), lambda r: names.get(r.level) or level_words(r.level, language)),
+        (">" + say("events"), attrgetter("n")),
+        (">" + say("bias, {unit}", unit=unit_of(coordinate)), bias),
+        (">p", lambda r: chance(r.p_value, language=language)),
+    )
+    legend = [
+        say(
+            "bias: mean of predicted less recorded. The p-values are corrected for the number of "
+            "rows; under 0.05 a row needs an explanation."
+        )
+    ]
+    n = len(failing(comparison))
+    folded = say("{n} that may be chance", n=len(rows) - n)
+    title = say("Where it fails")
+    return made("failures", title, columns, rows, language, legend, shown=n, folded=folded)
+
+
+def misfit_table(comparison: Comparison, language: Language = ENGLISH) -> Table | None:
+    """Misfit of speeds, friction fitted to each stop; None without measured speeds."""
+    say = language.say
+    columns: tuple[Column, ...] = (
+        (say("by"), lambda r: axis_words(r.axis, language)),
+        (say("level"), lambda r: level_words(r.level, language)),
+        (">n", attrgetter("n")),
+        (">" + say("bias, {unit}", unit="m/s"), lambda r: language.number(f"{r.bias_m_s:+.1f}")),
+        (">RMSE, m/s", lambda r: language.number(f"{r.rmse_m_s:.1f}")),
+        (">p", lambda r: None if r.p_value is None else chance(r.p_value, language=language)),
+    )
+    title = say("Speeds, with friction fitted to each stop")
+    rows = comparison.speed_misfit
+    return made("misfit", title, columns, rows, language) if rows else None
+
+
+def budget_table(found: Comparison, language: Language = ENGLISH) -> Table | None:
+    """The error budget: root mean squares, and shares of the squared error; None without one."""
+    say = language.say
+    whole = sum(part.rms_m**2 for part in found.budget) or 1.0
+    columns = (
+        (say("source of error"), lambda p: part_words(p.source, language)),
+        (f">rms, {unit_of(found.coordinate)}",
+         lambda p: language.number(bare(p.rms_m, found.coordinate))),
+        (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole, language)),
+    )  # fmt: skip
+    legend = []
+    if found.profile_m is not None:
+        legend.append(
+            say(
+                "Errors of the profiles' points move the predicted stops by {size} (rms): a part "
+                "of the scatter and of what is unexplained, not one beside them.",
+                size=amount(found.profile_m, found.coordinate, language=language),
+            )
+        )
+    title = say("Where the error comes from")
+    return made("budget", title, columns, found.budget, language, legend) if found.budget else None
+
+
+def ladder_table(rows: Sequence[Rung], language: Language = ENGLISH) -> Table:
+    """Every model and its error, oldest first."""
+    say = language.say
+    known = {row.coordinate for row in rows if row.coordinate is not None}
+    coordinate = known.pop() if len(known) == 1 else None
+    unit = unit_of(coordinate)
+
+    def error(key: str, of: str | None = None) -> Any:
+        def text(row: Rung) -> str | None:
+            value = getattr(row, key)
+            shown = bare(value, of or row.coordinate) if value is not None else None
+            return None if shown is None else language.number(shown)
+
+        return text
+
+    columns: tuple[Column, ...] = (
+        (say("model"), attrgetter("model")),
+        (say("from"), attrgetter("parent")),
+        (say("added"), lambda r: ", ".join(language.effect(key) for key in r.added) or None),
+        (">" + say("held-out CRPS, {unit}", unit=unit), error("held_out_crps_m")),
+        (">" + say("of x, m"), error("held_out_crps_x_m", "x")),
+        (">" + say("in-sample CRPS, {unit}", unit=unit), error("crps_m")),
+        (">elpd", lambda r: None if r.elpd_loo is None else language.number(f"{r.elpd_loo:.0f}")),
+        (">" + say("in 90 %"), lambda r: None if r.coverage_90 is None
+            else share(r.coverage_90, language)),
+        (">" + say("speed RMSE"), lambda r: None if r.speed_rmse_m_s is None
+            else language.number(f"{r.speed_rmse_m_s:.1f} m/s")),
+    )  # fmt: skip
+    legend = [
+        say(
+            "held-out CRPS: the error of a model, on records that it was not calibrated on. CRPS: "
+            "mean error that counts the width of the forecast too; smaller is better. elpd: log "
+            "predictive density with each record left out in turn; higher is better. in 90 %: "
+            "share of the records in the interval that should hold 90 %."
+        )
+    ]
+    floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m]
+    if floors:
+        # What the error of a volume does to a stop is the model's own; gibbs knows none.
+        low, high = (amount(f, coordinate, 1, language) for f in (min(floors), max(floors)))
+        legend.append(
+            say(
+                "Measurement-error floor (CRPS; errors of runout, volume and release): {floor}.",
+                floor=low if low == high else say("{low} to {high}", low=low, high=high),
+            )
+        )
+    title = say("Every model and its error, oldest first")
+    return made("models", title, columns, rows, language, legend)
+
+
+def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table:
+    """Candidate effects, best first; those that chance may have made are folded."""
+    say, floor = language.say, 1.0 / (diagnosis.n_worlds + 1)
+    named, coordinate = set(diagnosis.missing), diagnosis.coordinate
+    unit = unit_of(coordinate)
+
+    def error(key: str) -> Any:
+        return lambda c: None if getattr(c, key) is None else language.number(bare(getattr(c, key), coordinate))  # fmt: skip # noqa: E501
+
+    columns = (
+        (say("effect"), lambda c: language.effect(c.effect)),
+        (">" + say("gain, nats"), lambda c: language.number(f"{c.screened_gain:.1f}")),
+        (">p", lambda c: chance(c.p_value, floor, language)),
+        (">" + say("CRPS before, {unit}", unit=unit), error("error_before_m")),
+        (">" + say("after"), error("error_after_m")),
+        (say("confounded with"),
+         lambda c: ", ".join(language.effect(key) for key in c.confounded_with) or None),
+    )  # fmt: skip
+    legend = [
+        say(
+            "gain: log likelihood with the effect less that without (2.3 nats: the records are 10 "
+            "times likelier with it, 4.6 nats: 100 times). p: chance of such a gain among all "
+            "candidates if nothing is missing. CRPS: in-sample, at the best fit."
+        )
+    ]
+    shown = sum(c.effect in named or c.p_value <= LEVEL for c in diagnosis.candidates)
+    return made(
+        "candidates",
+        say("Candidate effects"),
+        columns,
+        diagnosis.candidates,
+        language,
+        legend,
+        cards=True,
+        shown=shown,
+        folded=say("{n} that may be chance", n=len(diagnosis.candidates) - shown),
+    )
+
+
+def measure_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | None:
+    """What to measure next; None where nothing is proposed."""
+    say = language.say
+    columns: tuple[Column, ...] = (
+        (say("measurement"), lambda m: language.note(m.measurement)),
+        (">" + say("expected gain, nats"), lambda m: language.number(f"{m.expected_gain:.1f}")),
+    )
+    rows = [step for step in diagnosis.measure_next if step.expected_gain > 0.05]
+    title = say("What to measure next")
+    return made("measure", title, columns, rows, language) if rows else None
+
+
+def fits_table(fits: Fits, language: Language = ENGLISH) -> Table:
+    """Laws by least squares."""
+    rows = [(fit, *entry) for fit in fits.rows for entry in fit.parameters.items()]
+    columns: tuple[Column, ...] = (
+        ("law", lambda r: LAWS[r[0].law].formula),
+        ("", lambda r: r[1]),
+        (">value", lambda r: r[2].value),
+        (">± se", lambda r: r[2].se),
+        ("unit", lambda r: r[2].unit or None),
+        (">r²", lambda r: f"{round(r[0].r2, 3) + 0.0:.3f}"),
+        (">AIC", lambda r: f"{r[0].aic:.1f}"),
+    )
+    title = "Least squares of apparent friction"
+    return made("fits", title, columns, rows, language)
+
+
+def predicted_table(rows: Sequence[PredictedEvent], language: Language = ENGLISH) -> Table:
+    """Predicted stops of events."""
+
+    def of(key: str) -> Any:
+        return lambda r: language.number(bare(getattr(r, key), r.coordinate, 0))
+
+    columns: tuple[Column, ...] = (
+        ("event", attrgetter("event_id")),
+        ("path", attrgetter("path_id")),
+        ("of", lambda r: coordinate_words(r.coordinate, language)
+            + ("" if r.coordinate == RATIO else ", m")),
+        (">mean", of("mean_m")),
+        (">± sd", of("sd_m")),
+        (">5 %", of("q05_m")),
+        (">median", of("q50_m")),
+        (">95 %", of("q95_m")),
+        (">beyond", lambda r: share(r.p_left_profile, language)
+            if r.p_left_profile else None),
+    )  # fmt: skip
+    return made("predicted", "Predicted stops", columns, rows, language)

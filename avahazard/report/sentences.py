@@ -1,0 +1,278 @@
+"""What the command line and the report say in sentences: of a model, its error, its verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from avahazard.inference.model.choices import METHODS
+from avahazard.inference.model.laws import law
+from avahazard.report.language import ENGLISH, Language
+from avahazard.report.model_tables import failing
+from avahazard.report.words import (
+    amount,
+    axis_words,
+    chance,
+    coordinate_words,
+    events,
+    level_words,
+    paths,
+    share,
+)
+from avahazard.results.base import bare
+from avahazard.results.calibration import Calibration
+from avahazard.results.comparison import Comparison
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.ladder import BeforeAndAfter, ErrorFall, Rung
+
+
+def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) -> list[str]:
+    """What the model is, in two or three sentences."""
+    say = language.say
+    values = {
+        "events": events(model.n_events, language),
+        "method": say(METHODS[model.method].words),
+    }
+    words = [
+        say(
+            "The avalanche is a block that slides down the path; its friction μ {law}.",
+            law=say(law(model.law).words),
+        ),
+        say(
+            "The model was calibrated on {events} on {paths}, by {method}.",
+            paths=paths(n_paths, language),
+            **values,
+        )
+        if n_paths
+        else say("The model was calibrated on {events}, without profiles, by {method}.", **values),
+    ]
+    families = {
+        "lognormal": say("lognormal"),
+        "normal": say("normal"),
+        "lognormal student": say("lognormal, Student t"),
+        "normal student": say("normal, Student t"),
+    }
+    family = families[model.distribution + (" student" if model.tails == "student" else "")]
+    if METHODS[model.method].in_metres:
+        words.append(say("Stops scatter about that of the block by σ metres of elevation."))
+    elif model.scatter == "volume":
+        words.append(
+            say(
+                "Friction scatters between avalanches ({family}), less or more by volume.",
+                family=family,
+            )
+        )
+    else:
+        words.append(say("Friction scatters between avalanches ({family}).", family=family))
+    if model.effects:
+        named = language.listed([language.effect(key) for key in model.effects])
+        words.append(say("Further effects in it: {effects}.", effects=named))
+    if not model.centrifugal:
+        words.append(say("The load of the path's curvature on the bed is left out."))
+    if model.parent:
+        words.append(say("It was made from the model “{model}”.", model=model.parent))
+    return words
+
+
+def why_words(name: str, ladder: list[Rung], language: Language = ENGLISH) -> list[str]:
+    """Why this model and not another of the ladder: its held-out error."""
+    say = language.say
+    known = {row.model: row.held_out_crps_m for row in ladder if row.held_out_crps_m is not None}
+    if len(known) < 2 or name not in known:
+        return []
+    best = min(known, key=lambda key: known[key])
+    coordinate = next(row.coordinate for row in ladder if row.model == name)
+    own, least = (amount(known[key], coordinate, language=language) for key in (name, best))
+    if best == name:
+        return [
+            say("It has the lowest held-out CRPS of {n} models: {error}.", n=len(known), error=own)
+        ]
+    return [
+        say(
+            "“{best}” has the lowest held-out CRPS of {n} models, {least}; this one has {error}.",
+            best=best,
+            n=len(known),
+            least=least,
+            error=own,
+        )
+    ]
+
+
+def held_out_words(by: str, language: Language = ENGLISH) -> str:
+    """What was held out."""
+    return language.say("paths held out") if by == "path" else language.say("events held out")
+
+
+def error_words(found: Comparison, language: Language = ENGLISH) -> list[str]:
+    """The held-out error of a model, beside what errors of the records alone account for."""
+    say, coordinate, held = language.say, found.coordinate, found.held_out
+    values = {
+        "by": held_out_words(held.by, language),
+        "crps": amount(held.runout.crps_m, coordinate, 1, language),
+        "coordinate": coordinate_words(coordinate, language),
+    }
+    if held.runout_x is not None and coordinate != "x":
+        words = say(
+            "Held-out CRPS ({by}): {crps} of {coordinate}, {along} of distance along the path.",
+            along=amount(held.runout_x.crps_m, "x", 1, language),
+            **values,
+        )
+    else:
+        words = say("Held-out CRPS ({by}): {crps} of {coordinate}.", **values)
+    sentences = [
+        words,
+        say(
+            "Root mean square error, held-out: {rmse}; measurement-error floor (errors of recorded "
+            "runout, volume and release): {floor}. Natural variability comes on top for every "
+            "model.",
+            rmse=amount(held.runout.rmse_m, coordinate, 0, language),
+            floor=amount(held.runout.noise_floor_m, coordinate, 0, language),
+        ),
+        say(
+            "{share} of the held-out records lie in the interval that should hold 90 %.",
+            share=share(held.runout.coverage_90, language),
+        ),
+    ]
+    if held.speed is not None:
+        sentences.append(
+            say(
+                "Root mean square error of speeds, held-out: {error} m/s.",
+                error=language.number(f"{held.speed.rmse_m_s:.1f}"),
+            )
+        )
+    return sentences
+
+
+MOST_LEVELS = 3
+
+
+def failure_words(found: Comparison, language: Language = ENGLISH) -> str:
+    """Where the model fails beyond chance, the worst levels first."""
+    say, rows = language.say, failing(found)
+    if not rows:
+        return say("It fails nowhere beyond chance (corrected p over 0.05 on every axis).")
+    named = [
+        language.plural(
+            "{axis} “{level}” ({n} event, {bias})",
+            "{axis} “{level}” ({n} events, {bias})",
+            row.n,
+            axis=axis_words(row.axis, language),
+            level=level_words(row.level, language),
+            bias=("" if row.bias_m < 0.0 else "+")
+            + amount(row.bias_m, found.coordinate, 0, language),
+        )
+        for row in rows
+    ]
+    few = language.few(named, MOST_LEVELS)
+    return say("It fails beyond chance by {levels}; predicted less recorded.", levels=few)
+
+
+def change_words(
+    before: float,
+    after: float,
+    coordinate: str,
+    fall: ErrorFall | None,
+    language: Language = ENGLISH,
+) -> str:
+    """How a held-out error changes from a parent to its child."""
+    say = language.say
+    values = {
+        "before": amount(before, coordinate, 1, language),
+        "after": amount(after, coordinate, 1, language),
+    }
+    if fall is None:
+        if after < before:
+            return say("The held-out CRPS falls from {before} to {after}.", **values)
+        return say(
+            "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
+        )
+    values |= {
+        "low": language.number(bare(fall.q05_m, coordinate)),
+        "high": amount(fall.q95_m, coordinate, 1, language),
+    }
+    if fall.q05_m > 0.0:
+        return say(
+            "The held-out CRPS falls from {before} to {after}, by {low} to {high} (90 % interval).",
+            **values,
+        )
+    if fall.q95_m < 0.0:
+        return say(
+            "The held-out CRPS rises from {before} to {after} (fall {low} to {high}, 90 % "
+            "interval): do not keep the child.",
+            **values,
+        )
+    return say(
+        "The held-out CRPS changes from {before} to {after}; a fall is not certain (90 % interval "
+        "{low} to {high}).",
+        **values,
+    )
+
+
+def before_and_after_words(found: BeforeAndAfter, language: Language = ENGLISH) -> str:
+    """The error of a child beside its parent's, and the floor of both."""
+    say, coordinate, after = language.say, found.coordinate, found.after.held_out_crps_m
+    floor = say(
+        "Measurement-error floor (CRPS; errors of runout, volume and release): {floor}.",
+        floor=amount(found.noise_floor_crps_m, coordinate, 1, language),
+    )
+    if found.before is None:
+        by = held_out_words(found.held_out_by, language)
+        error = amount(after, coordinate, 1, language)
+        of = coordinate_words(coordinate, language)
+        words = say(
+            "Held-out CRPS ({by}): {crps} of {coordinate}.", by=by, crps=error, coordinate=of
+        )
+    else:
+        before = found.before.held_out_crps_m
+        words = change_words(before, after, coordinate, found.fall, language)
+    return f"{words} {floor}"
+
+
+def verdict_words(
+    diagnosis: Diagnosis, who: str | None = None, language: Language = ENGLISH
+) -> str:
+    """What a diagnosis says of the model, and where the records have what is missing."""
+    whose = language.say("The model") if who is None else who
+    where = [language.note(note) for note in diagnosis.where]
+    return " ".join([_verdict(diagnosis, whose, language), *_together(diagnosis, language), *where])
+
+
+def _together(diagnosis: Diagnosis, language: Language) -> Iterator[str]:
+    """What is needed together, the largest set that was found."""
+    for last in diagnosis.pairs[-1:]:
+        yield language.say(
+            "Needed together: {effects}. All of them gain {nats:.1f} nats over the best of them "
+            "alone (p {p}).",
+            effects=language.listed([language.effect(key) for key in last.effects]),
+            nats=last.gain_over_best_single,
+            p=chance(last.p_value, 1.0 / (diagnosis.n_worlds + 1), language),
+        )
+
+
+def _verdict(diagnosis: Diagnosis, who: str, language: Language) -> str:
+    say = language.say
+    values = {"who": who, "missing": ", ".join(language.effect(key) for key in diagnosis.missing)}
+    size = amount(diagnosis.detectable_m, diagnosis.coordinate, 0, language)
+    if diagnosis.verdict == "missing-effect":
+        return say("{who} lacks an effect: {missing}.", **values)
+    if diagnosis.verdict == "ambiguous":
+        return say("{who} lacks an effect; these data cannot tell which: {missing}.", **values)
+    if diagnosis.verdict == "unexplained":
+        return say(
+            "{who} fails along {missing}, and no effect of the catalogue explains it: look at its "
+            "shape, and write an effect of your own (avahazard effect new FILE).",
+            **values,
+        )
+    if diagnosis.cannot_tell:
+        return say(
+            "{who} shows no missing effect, but these data cannot tell: one behind half of the "
+            "scatter could have been missed. Detectable with 80 % power: an effect that moves "
+            "runouts by {size} (rms).",
+            who=who,
+            size=size,
+        )
+    return say(
+        "{who} is adequate: these data show no missing effect. Detectable with 80 % power: one "
+        "that moves runouts by {size} (rms).",
+        who=who,
+        size=size,
+    )

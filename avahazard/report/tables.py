@@ -1,0 +1,492 @@
+"""Tables of paths, design runouts and zones, each described once: terminal and report show it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from operator import itemgetter
+from typing import Any, TypeVar
+
+from avahazard.report.language import ENGLISH, Language
+from avahazard.report.words import beyond, cubic, integer, number, place, share, span
+from avahazard.results.hazard import Design, HazardRow, PathVolumes, Quantiles, VolumeInterval
+from avahazard.results.terrain import PathSummary, TerrainRunout
+from avahazard.results.zones import Place, Zone, ZonedPath
+
+R = TypeVar("R")
+Column = tuple[str, Callable[[Any], object]]
+"""A heading, set to the right where it begins with '>', and what is shown of a row."""
+Names = Mapping[str, str]
+NO_NAMES: Names = {}
+HazardRows = Sequence[HazardRow]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns (a heading that begins with '>' is set to the right) and rows of text.
+
+    `legend`: sentences on how to read it. `cards`: on a narrow screen every row becomes a block of
+    its own, with a line for each cell. Rows after the first `shown` are folded under the words
+    `folded`; None: no row is.
+    """
+
+    key: str
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    legend: Sequence[str] = ()
+    cards: bool = False
+    shown: int | None = None
+    folded: str = ""
+
+    @property
+    def parts(self) -> list[tuple[bool, Sequence[Sequence[str]]]]:
+        """The rows that are always seen, and those that are folded, each if there are any."""
+        k = len(self.rows) if self.shown is None else self.shown
+        parts = [(False, self.rows[:k]), (True, self.rows[k:])]
+        return [part for part in parts if part[1]]
+
+
+def made(
+    key: str,
+    title: str,
+    columns: Sequence[Column],
+    rows: Iterable[Any],
+    language: Language = ENGLISH,
+    legend: Sequence[str] = (),
+    **more: Any,
+) -> Table:
+    """The table of the rows, by what each column shows of one; `more` are fields of `Table`.
+
+    Numbers are written in the language, None as a dash. A column after the first that shows
+    nothing of any row is left out.
+    """
+    values = [[show(row) for _, show in columns] for row in rows]
+    empty = {k for k in range(1, len(columns)) if values and all(v[k] is None for v in values)}
+    kept = [k for k in range(len(columns)) if k not in empty]
+    cells = [[cell(row[k], language) for k in kept] for row in values]
+    return Table(key, title, [columns[k][0] for k in kept], cells, legend, **more)
+
+
+def cell(value: object, language: Language = ENGLISH) -> str:
+    """A value for people: four digits where they are enough, None as a dash."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return language.say("yes") if value else language.say("no")
+    if isinstance(value, float):
+        return number(value, language)
+    return str(value)
+
+
+def _path(names: Names, language: Language, of: Callable[[Any], Any] = lambda r: r) -> Column:
+    return language.say("path"), lambda r: names.get(of(r).path_id, of(r).path_id)
+
+
+def _years(language: Language, of: Callable[[Any], Any] = lambda r: r) -> Column:
+    return ">" + language.say("T, years"), lambda r: _period(of(r), language)
+
+
+def _period(row: Any, language: Language) -> str | None:
+    """The return period of a row, marked where it is an extrapolation."""
+    if row.return_period_years is None:
+        return None
+    return language.number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
+
+
+def _far(extrapolated: bool, language: Language) -> list[str]:
+    words = language.say(
+        "*: an extrapolation, past twice the observed years or the table of volumes."
+    )
+    return [words] if extrapolated else []
+
+
+def _some(value: float, language: Language) -> str | None:
+    return share(value, language) if value else None
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The design runout of a path and a return period, or `why` there is none."""
+
+    path_id: str
+    return_period_years: float
+    extrapolated: bool
+    design: Design | None
+    why: str = ""
+
+
+def answers(rows: HazardRows | Sequence[ZonedPath], language: Language) -> Iterator[Answer]:
+    """The design runouts of `hazard` or of `zones`."""
+    for row in rows:
+        if isinstance(row, ZonedPath):
+            for found in row.designs:
+                period, far = found.return_period_years, found.extrapolated
+                yield Answer(row.path_id, period, far, found.design)
+        elif row.return_period_years is not None:
+            held = row.p_not_released > 0.5
+            why = language.say("not released") if held else language.say("rate unknown")
+            far = bool(row.extrapolated)
+            yield Answer(row.path_id, row.return_period_years, far, row.design, why)
+
+
+def farthest_words(
+    design: Design,
+    language: Language = ENGLISH,
+    written: Callable[[float | None, Language], str] = place,
+) -> str | None:
+    """Where the farthest record stopped, as `written`, and its date."""
+    found = design.farthest_record
+    if found is None:
+        return None
+    at, date = written(found.runout_x_m, language), found.date
+    if date is None:
+        return at
+    return f"{at} ({date[:4] if language.plain else language.date(date)})"
+
+
+def past_words(design: Design, language: Language = ENGLISH) -> str | None:
+    """How many of the records lie past the median."""
+    n, total = design.records_beyond, design.n_records
+    return None if n is None or not total else language.say("{n} of {total}", n=n, total=total)
+
+
+def design_table(
+    rows: HazardRows | Sequence[ZonedPath], language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table:
+    """The answer for each return period, and what the records say of it."""
+    say = language.say
+    found = list(answers(rows, language))
+    designs = [answer.design for answer in found if answer.design is not None]
+
+    def of(show: Callable[[Design], object]) -> Callable[[Answer], object]:
+        return lambda a: None if a.design is None else show(a.design)
+
+    def x(answer: Answer) -> str:
+        design = answer.design
+        return answer.why if design is None else place(design.runout_x_m.q50, language)
+
+    columns = (
+        _path(names, language),
+        _years(language),
+        (">x, m", x),
+        (">5–95 %", of(lambda d: span(d.runout_x_m, language))),
+        (">z, m", of(lambda d: place(d.runout_elevation_m.q50, language))),
+        (">5–95 %", of(lambda d: span(d.runout_elevation_m, language))),
+        (">" + say("beyond"), of(lambda d: _some(d.p_beyond, language))),
+        (">" + say("records past it"), of(lambda d: past_words(d, language))),
+        (say("farthest record, m"), of(lambda d: farthest_words(d, language))),
+    )
+    legend = []
+    if designs:
+        legend.append(
+            say(
+                "x: horizontal distance along the path from its top; z: elevation there. Median "
+                "and 90 % credible interval of the place that avalanches pass once in T years (in "
+                "a year with chance 1/T)."
+            )
+        )
+        legend += dict.fromkeys(language.note(design.interval) + "." for design in designs)
+        if any(design.p_beyond for design in designs):
+            legend.append(say("beyond: probability that it lies past the end of the profile."))
+    legend += _far(any(answer.extrapolated for answer in found), language)
+    title = say("Design runout: exceeded once in T years by avalanches of all volumes")
+    return made("design", title, columns, found, language, legend, cards=True)
+
+
+def points_table(
+    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table | None:
+    """The median design runouts on the map; None where no path has coordinates."""
+    say = language.say
+    found = [row for row in rows if row.design is not None and row.design.point is not None]
+
+    def at(row: Any, key: str) -> str:
+        point = row.design.point
+        return language.number(f"{getattr(point, key):.{5 if abs(point.x) <= 180.0 else 0}f}")
+
+    columns = (
+        _path(names, language),
+        _years(language),
+        (">" + say("east"), lambda r: at(r, "x")),
+        (">" + say("north"), lambda r: at(r, "y")),
+        (say("coordinates"), lambda r: r.design.point.crs),
+    )
+    title = say("Median of the design runout on the map")
+    return made("points", title, columns, found, language) if found else None
+
+
+def volume_runout_table(
+    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table:
+    """Where avalanches of one volume stop: that of a return period, or a given one."""
+    say = language.say
+
+    def of(
+        show: Callable[[HazardRow], object], none: object = None
+    ) -> Callable[[HazardRow], object]:
+        return lambda r: none if r.p_not_released > 0.5 else show(r)
+
+    columns = (
+        _path(names, language),
+        _years(language),
+        (">V, m³", lambda r: cubic(r.volume_m3, language)),
+        (">x, m", of(lambda r: place(r.runout_x_m.q50, language), say("not released"))),
+        (">5–95 %", of(lambda r: span(r.runout_x_m, language))),
+        (">z, m", of(lambda r: place(r.runout_elevation_m.q50, language))),
+        (">5–95 %", of(lambda r: span(r.runout_elevation_m, language))),
+        (">" + say("beyond"), lambda r: _some(r.p_left_profile, language)),
+    )
+    legend = [say("Median, and 5 to 95 % of the runouts of avalanches of the volume V.")]
+    if any(row.return_period_years is not None for row in rows):
+        legend.append(
+            say(
+                "The median for the volume of T years is no design runout: it is passed more often "
+                "than once in T years, as smaller avalanches with little friction come as far."
+            )
+        )
+    legend += dict.fromkeys(language.note(row.interval) + "." for row in rows)
+    if any(row.p_left_profile for row in rows):
+        legend.append(say("beyond: share of them that run past the end of the profile."))
+    legend += _far(any(row.extrapolated for row in rows), language)
+    title = say("Runout of avalanches of one volume")
+    return made("volume", title, columns, rows, language, legend, cards=True)
+
+
+def apart_table(
+    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table | None:
+    """Natural variability and the uncertainty of the parameters apart; None where not computed."""
+    say = language.say
+    found = [row for row in rows if row.natural is not None and row.parameters is not None]
+    columns: tuple[Column, ...] = (
+        _path(names, language),
+        _years(language),
+        (">V, m³", lambda r: cubic(r.volume_m3, language)),
+        (">" + say("x, natural variability"), lambda r: span(r.natural.runout_x_m, language)),
+        (">" + say("x, parameters"), lambda r: span(r.parameters.runout_x_m, language)),
+    )
+    parts = [part for row in found for part in (row.natural, row.parameters) if part is not None]
+    legend = list(dict.fromkeys(language.note(part.interval) + "." for part in parts))
+    title = say("Runout of one volume: natural variability and parameters apart, 5–95 %")
+    return made("apart", title, columns, found, language, legend) if found else None
+
+
+def period_volumes_table(
+    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table | None:
+    """Volumes of the return periods, and what they rest on; None without return periods."""
+    say = language.say
+    found = [row for row in rows if row.volume_interval_m3 is not None]
+
+    def rate(row: HazardRow) -> str | None:
+        each = row.events_per_year
+        return None if each is None else language.number(f"{each:.2f}")
+
+    def origin(row: HazardRow) -> str:
+        if row.volume_source != "records":
+            return str(row.volume_source)
+        return say("all paths") if row.pooled else say("this path")
+
+    columns: tuple[Column, ...] = (
+        _path(names, language),
+        _years(language),
+        (">V, m³", lambda r: cubic(r.volume_m3, language)),
+        (">5–95 %", lambda r: _volumes(r.volume_interval_m3, language)),
+        (">" + say("records"), lambda r: r.n_records),
+        (say("years"), lambda r: None if r.first_year is None else f"{r.first_year}–{r.last_year}"),
+        (">" + say("events a year"), rate),
+        (say("spread from"), origin),
+    )
+    legend = []
+    if any(row.pooled for row in found):
+        legend.append(say("all paths: few volumes on the path; their spread is that of all paths."))
+    windows = {
+        "observed_from to observed_to": say("observed_from to observed_to"),
+        "observed_from to its last record": say("observed_from to the last record"),
+        "its first record to observed_to": say("the first record to observed_to"),
+        "the span of its records": say("the span of the records"),
+    }
+    observed = {(str(r.years_from), r.path_id): None for r in found if r.years_from is not None}
+    for source, of in groupby(sorted(observed), key=itemgetter(0)):
+        few = language.few([names.get(path_id, path_id) for _, path_id in of])
+        legend.append(
+            say("Years: {source} ({paths}).", source=windows.get(source, source), paths=few)
+        )
+    title = say("Volumes of the return periods, with the 90 % credible interval")
+    return made("volumes", title, columns, found, language, legend) if found else None
+
+
+def _volumes(ends: VolumeInterval, language: Language) -> str:
+    return f"{cubic(ends.q05, language)}–{cubic(ends.q95, language)}"
+
+
+def volumes_table(entries: Sequence[PathVolumes], language: Language = ENGLISH) -> Table:
+    """Return levels of the volumes of each path."""
+    rows = [(entry, level) for entry in entries for level in entry.levels]
+    columns = (
+        _path(NO_NAMES, language, itemgetter(0)),
+        _years(language, itemgetter(1)),
+        (">V, m³", lambda r: cubic(r[1].volume_m3, language)),
+        (">5–95 %", lambda r: _volumes(VolumeInterval(r[1].q05_m3, r[1].q95_m3), language)),
+    )
+    legend = [f"{entry.path_id}: {entry.method}." for entry in entries]
+    legend += _far(any(level.extrapolated for _, level in rows), language)
+    title = "Volumes of the return periods, with the 90 % credible interval"
+    return made("volumes", title, columns, rows, language, legend)
+
+
+def zones_table(
+    entries: Sequence[ZonedPath], language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table | None:
+    """The zones of each path; None where none were drawn."""
+    say = language.say
+    rows = [(entry, zone) for entry in entries for zone in entry.zones]
+    if not rows:
+        return None
+
+    def start(zone: Zone) -> str:
+        if zone.to_x_m > zone.from_x_m:
+            return place(zone.from_x_m, language)
+        return beyond(language) if zone.beyond else say("none")
+
+    def end(zone: Zone) -> str | None:
+        reached = zone.to_x_m > zone.from_x_m
+        return place(None if zone.beyond else zone.to_x_m, language) if reached else None
+
+    columns = (
+        _path(names, language, itemgetter(0)),
+        (say("zone"), lambda r: say(r[1].zone) + ("*" if r[1].extrapolated else "")),
+        (">" + say("from x, m"), lambda r: start(r[1])),
+        (">" + say("to x, m"), lambda r: end(r[1])),
+        (">5–95 %", lambda r: span((r[1].to_x_q05_m, r[1].to_x_q95_m), language)),
+    )
+    density = entries[0].density_kg_m3
+    legend = [
+        say("Limits: {limits}.", limits=say(entries[0].limits)),
+        say(
+            "Pressure is ρu² with a density of {mean} ± {sd} kg/m³. Speeds and pressures: "
+            "{interval}.",
+            mean=f"{density.mean:.0f}",
+            sd=f"{density.sd:.0f}",
+            interval=language.note(entries[0].interval),
+        ),
+        *_far(any(zone.extrapolated for _, zone in rows), language),
+    ]
+    return made("zones", say("Zones"), columns, rows, language, legend)
+
+
+PLACES_SHOWN = 12
+"""Places in the table of speeds of one path."""
+
+
+def speeds_table(entries: Sequence[ZonedPath], language: Language = ENGLISH) -> Table:
+    """Speeds and pressures: at places of one path, of several the largest along each."""
+    first = entries[0].places[0].by_return_period
+    if len(entries) > 1:
+
+        def largest(entry: ZonedPath, k: int, key: str) -> Quantiles:
+            found: list[Quantiles] = [getattr(h.by_return_period[k], key) for h in entry.places]
+            return max(found, key=lambda value: value.q50)
+
+        rows = [
+            (entry, found, largest(entry, k, "speed_m_s"), largest(entry, k, "pressure_kpa"))
+            for entry in entries
+            for k, found in enumerate(first)
+        ]
+        several = (
+            _path(NO_NAMES, language, itemgetter(0)),
+            _years(language, itemgetter(1)),
+            (">u, m/s", lambda r: integer(r[2].q50, language)),
+            (">5–95 %", lambda r: span((r[2].q05, r[2].q95), language)),
+            (">p, kPa", lambda r: integer(r[3].q50, language)),
+            (">5–95 %", lambda r: span((r[3].q05, r[3].q95), language)),
+        )
+        title = "Largest speed u and pressure p along each path"
+        return made("speeds", title, several, rows, language)
+    columns: list[Column] = [
+        (">x, m", lambda p: place(p.x_m, language)),
+        (">z, m", lambda p: place(p.elevation_m, language)),
+        (">p/year", lambda p: language.number(f"{p.p_reach_per_year:.2g}")),
+    ]
+    for k, found in enumerate(first):
+        for sign, key in (("u", "speed_m_s"), ("p", "pressure_kpa")):
+            columns.append((f">{sign} {_period(found, language)}", partial(_median, k, key)))
+    where = entries[0].path_id
+    title = f"{where}: median speed u (m/s) and pressure p (kPa) exceeded once in T years"
+    legend = ["p/year: chance that an avalanche comes so far in a year."]
+    shown = thinned(entries[0].places, PLACES_SHOWN)
+    return made("speeds", title, columns, shown, language, legend)
+
+
+def _median(k: int, key: str, here: Place) -> str:
+    return f"{getattr(here.by_return_period[k], key).q50:.0f}"
+
+
+def thinned(rows: Sequence[R], n: int) -> list[R]:
+    """About `n` of the rows, at equal distances, with the first and the last."""
+    last = len(rows) - 1
+    return [rows[i] for i in sorted({round(k * last / n) for k in range(n + 1)})]
+
+
+def alpha_beta_table(
+    rows: Sequence[TerrainRunout], language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table | None:
+    """The α-β runouts of the paths; None where there are none."""
+    say = language.say
+
+    def known(
+        show: Callable[[TerrainRunout], object], none: object = None
+    ) -> Callable[[TerrainRunout], object]:
+        return lambda r: none if r.beta_deg is None else show(r)
+
+    columns = (
+        _path(names, language),
+        (say("by"), lambda r: say(r.coefficients)),
+        (">β, °", known(lambda r: language.number(f"{r.beta_deg:.1f}"), say("no β-point"))),
+        (">" + say("β at x, m"), known(lambda r: place(r.beta_x_m, language))),
+        (">α, °", known(lambda r: language.number(f"{r.alpha_deg:.1f}"))),
+        (">" + say("± sd, °"), known(lambda r: language.number(f"{r.alpha_sd_deg:g}"))),
+        (">x, m", known(lambda r: place(r.runout_x_m, language))),
+        (">± 1 sd", known(lambda r: span((r.runout_x_low_m, r.runout_x_high_m), language))),
+    )
+    sources = {row.coefficients: row.source for row in rows}
+    plain = language.code == "en"  # names of papers and programs
+    legend = [f"{name}: {source}." for name, source in sources.items()] if plain else []
+    title = say("α-β: extreme runout by regression on the terrain alone")
+    return made("alpha-beta", title, columns, rows, language, legend) if rows else None
+
+
+def paths_table(
+    rows: Sequence[PathSummary], language: Language = ENGLISH, names: Names = NO_NAMES
+) -> Table:
+    """The paths, their profiles and their records."""
+    say = language.say
+    sections = {"channelled": say("channelled"), "open": say("open")}
+
+    def volumes(row: PathSummary) -> str | None:
+        low, high = row.volume_min_m3, row.volume_max_m3
+        if low is None or high is None:
+            return None
+        return _volumes(VolumeInterval(low, high), language)
+
+    def size(key: str) -> Callable[[PathSummary], object]:
+        return lambda r: None if getattr(r, key) is None else place(getattr(r, key), language)
+
+    columns = (
+        _path(names, language),
+        (say("section"), lambda r: sections.get(r.section or "", r.section)),
+        (">" + say("top, m"), size("top_m")),
+        (">" + say("drop, m"), size("drop_m")),
+        (">" + say("length, m"), size("length_m")),
+        (">" + say("events"), lambda r: r.n_events),
+        (">" + say("beyond"), lambda r: r.n_left_profile or None),
+        (say("years"), lambda r: None if r.first_year is None else f"{r.first_year}–{r.last_year}"),
+        (">" + say("volumes, m³"), volumes),
+    )
+    legend = []
+    if any(row.n_left_profile for row in rows):
+        legend.append(say("beyond: events that ran past the end of the profile."))
+    return made("paths", say("Paths"), columns, rows, language, legend)
