@@ -67,7 +67,7 @@ def smaller(commands: str) -> str:
 
 def verdicts(printed: str) -> list[str]:
     """The lines that a reader takes away: what is missing, and how the error changed."""
-    words = ("lacks an effect", "is adequate", "Held-out error", "fails along")
+    words = ("lacks an effect", "is adequate", "held-out CRPS falls", "fails along")
     return [line for line in printed.splitlines() if any(word in line for word in words)]
 
 
