@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from avahazard.physics.resistance import GRAVITY
+from avahazard.physics.cells import GRAVITY
 from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare

@@ -21,7 +21,7 @@ PROGRAM = """
 import numpy as np
 from avahazard.physics import block, speed
 from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import no_resistance
 from avahazard.physics.smooth_profile import legendre_profile
 from avahazard.physics.terrain import build_terrain
 

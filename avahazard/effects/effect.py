@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import Site
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Resistance
 
 MIN_LEVEL = 5
 """Fewest events of a level, or on each side of a split, that can speak for it."""

@@ -12,7 +12,7 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition, Facts, MotionEffect, Parameter, needs_profile
 from avahazard.effects.site import Site
 from avahazard.notes import Note
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Resistance
 
 FOREST = "forest"
 

@@ -17,7 +17,7 @@ from avahazard.effects.effect import (
     needs_profile,
 )
 from avahazard.effects.site import Site
-from avahazard.physics.resistance import SPEEDS, Resistance
+from avahazard.physics.cells import SPEEDS, Resistance
 
 EDGE_M = 40.0
 """The snow line is blurred over this height, so that the likelihood is smooth in it."""

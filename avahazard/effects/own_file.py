@@ -34,7 +34,7 @@ from avahazard.effects.effect import (
 )
 from avahazard.effects.levels import text_column
 from avahazard.effects.site import Site
-from avahazard.physics.resistance import SPEEDS, Resistance
+from avahazard.physics.cells import SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
 from avahazard.records.errors import AvahazardError
 

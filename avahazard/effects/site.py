@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.physics.cells import Cells, build_cells
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Cells, Resistance, build_cells
 from avahazard.physics.runout_curve import (
     MU,
     Asked,

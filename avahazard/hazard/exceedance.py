@@ -29,7 +29,7 @@ from avahazard.hazard.passing_kernel import (
 from avahazard.inference.likelihood.predicted import Values
 from avahazard.inference.model.friction_scatter import below
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, inverse
 
 LEAST_SCATTER = 1e-9

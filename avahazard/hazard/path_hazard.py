@@ -25,7 +25,7 @@ from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.likelihood.predicted import Values, front_ahead, fronts
 from avahazard.inference.model.friction_model import FrictionModel
 from avahazard.inference.seeds import generator
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.collection import Records

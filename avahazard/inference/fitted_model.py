@@ -22,7 +22,7 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes
 from avahazard.notes import Note
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Resistance
 from avahazard.results.calibration import Calibration, Convergence
 
 RHAT_LIMIT = 1.01

@@ -17,8 +17,7 @@ from avahazard.physics.cell_motion import (
     resisting,
 )
 from avahazard.physics.cell_step import BATCH_SIZE, LANES, step, step_by_speed, step_with_contact
-from avahazard.physics.cells import Cells
-from avahazard.physics.resistance import GRAVITY
+from avahazard.physics.cells import GRAVITY, Cells
 
 
 class Batch(NamedTuple):

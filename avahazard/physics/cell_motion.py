@@ -8,13 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.kernels import kernel
-from avahazard.physics.cells import Cells
-from avahazard.physics.resistance import GRAVITY, SPEED_STEP
+from avahazard.physics.cells import GRAVITY, SPEED_STEP, Cells
 
 
 @kernel(forceinline=True)
 def at_speed(table: np.ndarray, w: float) -> float:
-    """Value of a table over speed (`resistance.SPEEDS`) at speed √w, linear in between."""
+    """Value of a table over speed (`cells.SPEEDS`) at speed √w, linear in between."""
     return between(table, table_place(table, w))
 
 

@@ -19,8 +19,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
 from avahazard.physics.cell_motion import between, load, resisting, table_place
-from avahazard.physics.cells import Cells
-from avahazard.physics.resistance import GRAVITY
+from avahazard.physics.cells import GRAVITY, Cells
 
 BATCH_SIZE = 32
 """Frictions that go through a cell together: enough for the widest registers."""

@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.effects.site import release_place, stop_place
 from avahazard.notes import Note
-from avahazard.physics.ground_spline import block_length
 from avahazard.physics.point_error import point_error
-from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, smooth_profile
+from avahazard.physics.smooth_profile import (
+    SmoothProfile,
+    block_length,
+    legendre_profile,
+    smooth_profile,
+)
 from avahazard.physics.terrain import build_terrain
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile

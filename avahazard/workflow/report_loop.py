@@ -20,7 +20,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.block import LEFT_PROFILE
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError

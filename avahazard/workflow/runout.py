@@ -12,8 +12,7 @@ from avahazard.effects.site import Site, path_site
 from avahazard.hazard.future_events import classes_of
 from avahazard.inference.prediction import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import Resistance, no_resistance
+from avahazard.physics.cells import Resistance, build_cells, no_resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
 from avahazard.records.collection import Records

@@ -7,8 +7,7 @@ from functools import partial
 import numpy as np
 
 from avahazard.hazard.rows import draw_stops
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import MU, friction_grid, pieces, tabulate
 from avahazard.physics.terrain import build_terrain
 from benchmarks.cases.tyrol import longest

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.physics.block import STOPPED, run
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.terrain import build_terrain
 from benchmarks.cases.solver import pieces, solve
 from benchmarks.cases.tyrol import MU, longest

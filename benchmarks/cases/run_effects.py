@@ -8,8 +8,7 @@ import numpy as np
 
 from avahazard.effects.site import SPEED_CELL_M
 from avahazard.physics.block import STOPPED, run
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import SPEEDS, no_resistance
+from avahazard.physics.cells import SPEEDS, build_cells, no_resistance
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain
 from benchmarks.cases.solver import pieces, solve
 from benchmarks.cases.solver_effects import motion

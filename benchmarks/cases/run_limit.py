@@ -7,8 +7,7 @@ from numba import njit
 
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cell_step import BATCH_SIZE
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.terrain import build_terrain
 from benchmarks.cases.tyrol import MU, longest
 from benchmarks.measuring import Result, alternate, processor_seconds

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP, tabulate
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain

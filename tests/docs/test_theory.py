@@ -12,8 +12,8 @@ THEORY = Path(__file__).resolve().parents[2] / "docs" / "theory"
 CONSTANTS = [
     ("motion", "degree 8", "physics.smooth_profile", "DEGREE", 8),
     ("motion", "λ = 1e-4", "physics.smooth_profile", "PENALTY", 1e-4),
-    ("motion", "L = 100 m", "physics.ground_spline", "BLOCK_M", 100.0),
-    ("motion", "a tenth of the path", "physics.ground_spline", "BLOCK_SHARE", 0.1),
+    ("motion", "L = 100 m", "physics.smooth_profile", "BLOCK_M", 100.0),
+    ("motion", "a tenth of the path", "physics.smooth_profile", "BLOCK_SHARE", 0.1),
     ("motion", "below 0.1 m", "physics.point_error", "FINEST_M", 0.1),
     ("motion", "Fewer than 15 points", "physics.point_error", "FEWEST_POINTS", 15),
     ("motion", "fourth differences", "physics.point_error", "DIFFERENCES", 4),

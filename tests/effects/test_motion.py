@@ -10,7 +10,7 @@ import pytest
 from avahazard.effects import forest_drag, motion
 from avahazard.effects.effect import Definition, MotionEffect
 from avahazard.effects.site import Site
-from avahazard.physics.resistance import SPEEDS, Resistance, no_resistance
+from avahazard.physics.cells import SPEEDS, Resistance, no_resistance
 from avahazard.physics.runout_curve import RunoutCurve
 from tests.effects.examples import columns, sites
 

@@ -41,7 +41,7 @@ import numpy as np
 from avahazard.effects.effect import (
     Definition, FrictionEffect, MotionEffect, Parameter, ShiftEffect
 )
-from avahazard.physics.resistance import SPEEDS
+from avahazard.physics.cells import SPEEDS
 """
 FILES = {
     "brush-drag": """

@@ -19,7 +19,7 @@ from avahazard.effects.own_file import (
     track_of,
 )
 from avahazard.effects.site import Site, build_site
-from avahazard.physics.resistance import SPEEDS, no_resistance
+from avahazard.physics.cells import SPEEDS, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile

@@ -1,4 +1,4 @@
-"""Effects on the record: epoch bias, leading edge, observation limit."""
+"""Effects on the record: epoch bias, leading edge, observation limit, stated errors."""
 
 from __future__ import annotations
 
@@ -11,8 +11,24 @@ import pytest
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.columns import build_columns
-from avahazard.effects.effect import Effect, FrontEffect, LimitEffect, ShiftEffect
-from avahazard.effects.record import EPOCH_BIAS, LEADING_EDGE, OBSERVATION_LIMIT
+from avahazard.effects.effect import (
+    Effect,
+    FrontEffect,
+    LimitEffect,
+    RecordErrorEffect,
+    ShiftEffect,
+    VolumeErrorEffect,
+)
+from avahazard.effects.record import (
+    EPOCH_BIAS,
+    LEADING_EDGE,
+    MIN_SPREAD,
+    MOST,
+    OBSERVATION_LIMIT,
+    RECORD_ERROR,
+    VOLUME_ERROR,
+    largest_factor,
+)
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 from tests.effects.examples import N_PATHS, columns, events, sites
@@ -99,3 +115,47 @@ def test_a_limit_of_sight_takes_some_stops_of_a_path_or_is_declared(
     lack = definition("observation-limit").lacking(table, sites)
     assert (lack is None) == enough
     assert lack is None or "5 stops" in lack
+
+
+def test_the_factor_is_one_at_neutral_and_of_either_side_alike() -> None:
+    for entry in (RECORD_ERROR, VOLUME_ERROR):
+        effect = entry.build(entry.facts(columns(), ()))
+        assert isinstance(effect, RecordErrorEffect | VolumeErrorEffect)
+        assert effect.scale(effect.neutral) == 1.0
+        assert effect.scale(np.array([np.log(2.5)])) == pytest.approx(2.5)
+        assert effect.scale(np.array([-np.log(2.5)])) == pytest.approx(0.4)
+
+
+def _volumes(path_means: list[float], deviations: list[float], error: float) -> float:
+    chosen = tuple(
+        replace(e, path_id=f"P{k}", volume_m3=float(np.exp(mean + d)), volume_rel_sigma=error)
+        for k, mean in enumerate(path_means)
+        for e, d in zip(events(), deviations, strict=False)
+    )
+    return largest_factor(columns(chosen))
+
+
+def test_errors_of_volumes_go_up_to_the_scatter_within_paths() -> None:
+    # Two paths with deviations ±1: 8 events, 2 means, so a variance of 8/6.
+    deviations = [1.0, -1.0, 1.0, -1.0]
+    by_hand = np.sqrt(8.0 / 6.0 - MIN_SPREAD**2) / 0.4
+    assert _volumes([9.0, 12.0], deviations, 0.4) == pytest.approx(by_hand)
+    # What paths differ by is no error.
+    assert _volumes([9.0, 9.0], deviations, 0.4) == pytest.approx(by_hand)
+    assert _volumes([9.0], deviations, 0.0) == np.inf
+
+
+def test_volumes_more_alike_than_their_errors_let_these_be_smaller_only() -> None:
+    alike = tuple(replace(e, volume_m3=1e4 + i) for i, e in enumerate(events()))
+    entry = VOLUME_ERROR
+    (parameter,) = entry.build(entry.facts(columns(alike), ())).parameters
+    assert (parameter.low, parameter.high) == (-MOST, 0.0)
+
+
+def test_what_they_need() -> None:
+    exact = tuple(replace(e, volume_rel_sigma=0.0) for e in events())
+    assert VOLUME_ERROR.lacking(columns(exact), ()) is not None
+    assert VOLUME_ERROR.lacking(columns(events()[:19]), ()) is not None
+    assert VOLUME_ERROR.lacking(columns(), ()) is None
+    assert RECORD_ERROR.lacking(columns(events()[:19]), ()) is not None
+    assert RECORD_ERROR.lacking(columns(), ()) is None

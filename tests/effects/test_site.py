@@ -9,8 +9,7 @@ import pytest
 
 from avahazard.effects.site import build_site, path_site, release_place, release_places
 from avahazard.physics.block import NOT_RELEASED, STOPPED, run
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.path import Path, Profile

@@ -20,8 +20,7 @@ from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import run
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.physics.resistance import SPEEDS, Resistance
+from avahazard.physics.cells import SPEEDS, Resistance
 from avahazard.physics.runout_curve import JUMP_FACTOR, RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.physics.terrain import Terrain

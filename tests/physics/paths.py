@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.linalg import solve_banded
 
-from avahazard.physics.cells import Cells, build_cells
-from avahazard.physics.resistance import Resistance, no_resistance
+from avahazard.physics.cells import Cells, Resistance, build_cells, no_resistance
 from avahazard.physics.smooth_profile import (
     Derivatives,
     SmoothProfile,

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
-from avahazard.physics.resistance import SPEEDS, no_resistance
+from avahazard.physics.cells import SPEEDS, no_resistance
 from avahazard.physics.smooth_profile import spline_profile
 from tests.physics.naive import small_steps
 from tests.physics.paths import (

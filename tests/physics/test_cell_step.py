@@ -18,7 +18,7 @@ from avahazard.physics.cell_step import (
     step_by_speed,
     step_with_contact,
 )
-from avahazard.physics.resistance import SPEEDS
+from avahazard.physics.cells import SPEEDS
 from avahazard.physics.smooth_profile import spline_profile
 from avahazard.physics.terrain import build_terrain
 from tests.physics import naive

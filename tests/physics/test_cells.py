@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial.polynomial import polyval
 from scipy.integrate import quad
 
-from avahazard.physics.resistance import SPEEDS, no_resistance
+from avahazard.physics.cells import SPEEDS, no_resistance
 from avahazard.physics.terrain import build_terrain
 from tests.physics.paths import cells_of, profile_of, ski_jump
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
-from avahazard.physics.resistance import SPEEDS
+from avahazard.physics.cells import SPEEDS
 from avahazard.physics.runout_curve import (
     EVEN,
     MARGIN,

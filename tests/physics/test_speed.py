@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.physics.block import run
-from avahazard.physics.cells import Cells, build_cells
-from avahazard.physics.resistance import GRAVITY, SPEEDS, Resistance, no_resistance
+from avahazard.physics.cells import GRAVITY, SPEEDS, Cells, Resistance, build_cells, no_resistance
 from avahazard.physics.smooth_profile import legendre_profile
 from avahazard.physics.speed import TRIED, _at, carried, speeds_along, squares_to_rest
 from tests.physics.naive import small_steps

@@ -15,8 +15,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import no_resistance
+from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain
 from avahazard.records.collection import Records

@@ -38,7 +38,7 @@ from avahazard.effects.site import Site
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import SpeedRecord
-from avahazard.physics.resistance import GRAVITY, SPEEDS, Resistance
+from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance
 
 FEWEST_SPEEDS = 4
 """Of a track; two of them go to its own E₀ and μ."""

@@ -19,7 +19,7 @@ from avahazard.inference.likelihood.track_nodes import drawn_speeds
 from avahazard.inference.model.friction_scatter import below, log_density
 from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
 from avahazard.notes import Note
-from avahazard.physics.resistance import GRAVITY
+from avahazard.physics.cells import GRAVITY
 from avahazard.physics.runout_curve import MU, between, located, steps_of
 from avahazard.results.base import Rows
 from avahazard.results.comparison import MeasuredForce, SpeedMisfit

@@ -37,9 +37,13 @@ from avahazard.criticism.screening.significance import (
 from avahazard.criticism.screening.tables import make_tables
 from avahazard.effects.effect import Definition
 from avahazard.engine import LOCAL, chosen, spread_map
-from avahazard.inference.likelihood.kept_runs import sight_is_limited
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import Predicted, predict_records, run_blocks
+from avahazard.inference.likelihood.predicted import (
+    Predicted,
+    predict_records,
+    run_blocks,
+    sight_is_limited,
+)
 from avahazard.inference.likelihood.track_nodes import squares
 from avahazard.inference.seeds import generator
 from avahazard.workers import ordered_map

@@ -13,7 +13,6 @@ from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.laplace_fit import Edges
 from avahazard.criticism.screening.speed_points import STRETCH, SpeedGrid
 from avahazard.effects.effect import Effect
-from avahazard.inference.likelihood.kept_runs import stops_asked
 from avahazard.inference.likelihood.node_charts import EVENTS_AT_ONCE, in_parts
 from avahazard.inference.likelihood.predicted import (
     BlockRuns,
@@ -21,6 +20,7 @@ from avahazard.inference.likelihood.predicted import (
     Values,
     predict_records,
     run_blocks,
+    stops_asked,
 )
 from avahazard.inference.likelihood.record_nodes import hidden_from
 from avahazard.inference.likelihood.track_nodes import squares

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.effects.effect import Effect, LimitEffect, RecordErrorEffect, of_kind
-from avahazard.inference.likelihood.kept_runs import KeptRuns, keep, sight_is_limited
 from avahazard.inference.likelihood.nodes import (
     Nodes,
     log_wrong,
@@ -26,7 +25,13 @@ from avahazard.inference.likelihood.nodes import (
     record_nodes,
     with_tracks,
 )
-from avahazard.inference.likelihood.predicted import Predicted, Values
+from avahazard.inference.likelihood.predicted import (
+    KeptRuns,
+    Predicted,
+    Values,
+    keep,
+    sight_is_limited,
+)
 from avahazard.inference.likelihood.star import Star
 from avahazard.inference.likelihood.track_nodes import TrackTables, track_nodes, track_tables
 from avahazard.inference.model.layout import Layout

@@ -14,18 +14,17 @@ from numpy.typing import NDArray
 from avahazard.arrays import Bools, Floats
 from avahazard.effects.effect import Effect, VolumeErrorEffect, of_kind
 from avahazard.effects.site import Site
-from avahazard.inference.likelihood.kept_runs import keep
 from avahazard.inference.likelihood.node_charts import NodeCharts
 from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share, log_wrong
 from avahazard.inference.likelihood.offsets import Offsets, newton_offsets
-from avahazard.inference.likelihood.predicted import Values, record_sigma, resistance_of
+from avahazard.inference.likelihood.predicted import Values, keep, record_sigma, resistance_of
 from avahazard.inference.likelihood.terms import event_terms, summed_terms
 from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
 from avahazard.inference.model.layout import Arms, Layout, with_arms
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, rescaled
-from avahazard.physics.resistance import Resistance
+from avahazard.physics.cells import Resistance
 from avahazard.workers import ordered_map
 
 T = TypeVar("T")

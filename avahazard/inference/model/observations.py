@@ -15,8 +15,7 @@ from avahazard.effects.site import Site, build_site, release_place, release_plac
 from avahazard.engine import spread_map
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.block import STOPPED
-from avahazard.physics.cells import build_cells
-from avahazard.physics.resistance import GRAVITY, no_resistance
+from avahazard.physics.cells import GRAVITY, build_cells, no_resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain

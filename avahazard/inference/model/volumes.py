@@ -12,7 +12,7 @@ from scipy.special import log_ndtr, log_softmax, logsumexp, ndtri_exp
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.stated_errors import MIN_SPREAD, variance_within
+from avahazard.effects.record import MIN_SPREAD, variance_within
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
 from avahazard.records.event import Event
 

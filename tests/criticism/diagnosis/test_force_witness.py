@@ -19,7 +19,7 @@ from avahazard.effects.site import Site, build_site
 from avahazard.inference.fitting.mode import Mode
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import SpeedRecord, build_observations
-from avahazard.physics.resistance import GRAVITY, SPEEDS, Resistance, no_resistance
+from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile

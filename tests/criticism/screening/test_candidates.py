@@ -23,7 +23,7 @@ from avahazard.criticism.screening.record_moments import moments_of
 from avahazard.criticism.screening.tables import LOG_MU, Tables, make_tables
 from avahazard.effects.effect import Parameter
 from avahazard.effects.own_file import TEMPLATE, definition_from
-from avahazard.effects.stated_errors import VOLUME_ERROR
+from avahazard.effects.record import VOLUME_ERROR
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records, run_blocks

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.inference.likelihood import kept_runs, node_charts
+from avahazard.inference.likelihood import node_charts, predicted
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
@@ -35,7 +35,7 @@ def test_blocks_that_no_parameter_moves_are_run_once(monkeypatch: pytest.MonkeyP
     model = posterior(observations(speeds=False))
     model.nodes.at(near(model))
     with monkeypatch.context() as patch:
-        patch.setattr(kept_runs, "run_blocks", None)
+        patch.setattr(predicted, "run_blocks", None)
         found = model.nodes.predicted_at(near(model))
     fresh = predict_records(model.observations, (), {})
     np.testing.assert_array_equal(found.record, fresh.record)
@@ -90,7 +90,7 @@ def test_few_frictions_are_run_near_the_records(monkeypatch: pytest.MonkeyPatch)
         runs.append(run_blocks(*args))
         return runs[-1]
 
-    monkeypatch.setattr(kept_runs, "run_blocks", kept)
+    monkeypatch.setattr(predicted, "run_blocks", kept)
     model.nodes.panels()
     model.nodes.exact(near(model, **{"turbulent-drag.drag": 0.3}))
     whole, some = runs
@@ -106,7 +106,7 @@ def test_a_scatter_along_tracks_asks_for_no_new_run(monkeypatch: pytest.MonkeyPa
     model = posterior(in_sight(), "turbulent-drag")
     values = {"turbulent-drag.drag": 0.3}
     one = model.nodes.exact(near(model, **values, **{"log track sigma": -3.0}))
-    monkeypatch.setattr(kept_runs, "run_blocks", None)
+    monkeypatch.setattr(predicted, "run_blocks", None)
     other = model.nodes.exact(near(model, **values, **{"log track sigma": -2.0}))
     assert not np.array_equal(one.log_scale, other.log_scale)
 
@@ -242,7 +242,7 @@ def test_runs_that_serve_other_values_are_made_once(
     grid = model.nodes
     grid.exact(near(model))
     with monkeypatch.context() as patch:
-        patch.setattr(kept_runs, "run_blocks", None)
+        patch.setattr(predicted, "run_blocks", None)
         grid.exact(near(model, **{grid.layout.slots[grid.layout.tables[0]].name: 0.4}))
     grid.forget_runs()
     assert not any(part.runs._runs for part in grid._parts)

@@ -20,7 +20,7 @@ from avahazard.inference.model.observations import (
     speed_record,
     track_spread,
 )
-from avahazard.physics.resistance import GRAVITY
+from avahazard.physics.cells import GRAVITY
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed

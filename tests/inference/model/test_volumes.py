@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.stats import norm, truncnorm
 
 from avahazard.effects.columns import build_columns
-from avahazard.effects.stated_errors import MIN_SPREAD
+from avahazard.effects.record import MIN_SPREAD
 from avahazard.inference.model.volumes import (
     MOST_PULL,
     WIDEST,
