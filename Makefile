@@ -43,7 +43,7 @@ test-slow: developer
 	$(PYTHON) -m pytest -m slow --durations 10
 
 bench: $(BENCH)/.installed
-	$(BENCH)/bin/python benchmarks/run.py
+	$(BENCH)/bin/python -m benchmarks.run
 
 worlds: developer
 	$(PYTHON) benchmarks/worlds.py

@@ -1,35 +1,96 @@
-"""Measure ours against the rivals and write results.json and docs/benchmarks.md.
+"""Measure ours against the rivals; writes results.jsonl and the tables of docs/benchmarks.md.
 
-make bench              all of them
-… benchmarks/run.py NAME…    some of them; the other rows stay as they were measured
+make bench                      all of them
+… -m benchmarks.run NAME…       some of them; the other rows stay as they were measured
 """
 
 from __future__ import annotations
 
 import importlib
-import json
 import os
 import platform
 import sys
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
-for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ[threads] = "1"
-HERE = Path(__file__).resolve().parent
-RESULTS, PROFILES = HERE / "results.json", HERE / "profiles.md"
-sys.path.insert(0, str(HERE.parent))
+from benchmarks.study import DOCS, HERE, Line, bullets, keep, lines, table, write_parts
 
-from benchmarks.measuring import Result  # noqa: E402
+RESULTS = HERE / "results.jsonl"
 
-NAMES = (
-    *("run", "run_limit", "run_effects", "run_speed", "run_limit_ground"),
-    *("mh_emcee", "marginal_nuts", "gibbs_limit", "draws_limit", "evidence"),
-    *("alpha_beta", "help", "small", "import_rows"),
-    *("diagnose", "diagnose_speeds", "diagnose_records"),
-    *("hazard_path", "workers", "compare_paths", "scaling", "events"),
-)
+
+class Target(NamedTuple):
+    """A row: the module of its case, what its ratio must reach, its unit, what the ratio is."""
+
+    module: str
+    target: float
+    unit: str
+    ratio: str
+    at_most: bool = False
+
+    def reached(self, ratio: float) -> bool:
+        """Whether the target is met."""
+        return ratio <= self.target if self.at_most else ratio >= self.target
+
+    @property
+    def bound(self) -> str:
+        """The target with its sign."""
+        return f"{'≤' if self.at_most else '≥'} {self.target:g}"
+
+
+RUNS, SOLVER = "ms per 1000 runs", "time of `solve_ivp` (DOP853, event, rtol 1e-8) over ours"
+LOOP = "time of a bare compiled loop of the same multiply-adds over ours"
+ESS = "smallest ESS per second"
+DIAGNOSIS = ("s per diagnosis", "time of a diagnosis over a minute", True)
+ROWS = {
+    "run": Target("blocks", 310_000, RUNS, SOLVER),
+    "run_limit": Target("blocks", 0.5, f"CPU-{RUNS}", LOOP),
+    "run_effects": Target("blocks", 400_000, RUNS, SOLVER),
+    "run_speed": Target("blocks", 23_000, RUNS, SOLVER),
+    "run_limit_ground": Target("blocks", 0.3, f"CPU-{RUNS}", LOOP),
+    "mh_emcee": Target("samplers", 47, ESS, f"our {ESS} over emcee's"),
+    "marginal_nuts": Target("marginal_nuts", 70, ESS, f"our {ESS} over that of NumPyro's NUTS"),
+    "gibbs_limit": Target(
+        "samplers", 0.63, "ns per iteration", "time of the random numbers alone over ours"
+    ),
+    "draws_limit": Target(
+        "samplers", 2.5, "s per 1e7 draws", "time of `standard_normal` and `numpy.interp` over ours"
+    ),
+    "evidence": Target(
+        "evidence", 200, "s an evidence", "time of dynesty's nested sampling over ours"
+    ),
+    "alpha_beta": Target(
+        "alpha_beta", 65, "ms a line",
+        "time of AvaFrame's com2AB (its kernel, on a raster of four rows) over ours",
+    ),
+    "help": Target(
+        "programs", 1.5, "s per process",
+        'time of `avahazard --help` over that of `python -c "import typer"`', True,
+    ),
+    "small": Target(
+        "programs", 2.5, "s per process",
+        'time of `avahazard paths` over that of `python -c "import sqlalchemy"`', True,
+    ),
+    "import_rows": Target(
+        "programs", 0.25, "µs a row",
+        "time of `sqlite3` executemany of the same rows, unchecked, over ours",
+    ),
+    "diagnose": Target("diagnoses", 1, *DIAGNOSIS),
+    "diagnose_speeds": Target("diagnoses", 1, *DIAGNOSIS),
+    "diagnose_records": Target(
+        "diagnoses", 1, "CPU-s", "time of a diagnosis over five minutes", True
+    ),
+    "hazard_path": Target(
+        "regions", 7, "CPU-s a path", "time of the version before (0.35 s) over ours"
+    ),
+    "workers": Target("regions", 1.7, "s", "time of one process over that of two"),
+    "compare_paths": Target(
+        "regions", 15, "CPU-s", "time of the version before (486 s, a fit for each path) over ours"
+    ),
+    "scaling": Target("regions", 11, "CPU-s", "time of 10000 paths over that of 1000", True),
+    "events": Target("regions", 11, "CPU-s", "time of 20000 events over that of 2000", True),
+}  # fmt: skip
 
 
 def main(names: list[str]) -> None:
@@ -37,30 +98,22 @@ def main(names: list[str]) -> None:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # one core for everybody
     lacking = []
-    for name in names or NAMES:
+    for name in names or ROWS:
+        row = ROWS[name]
         try:
-            found = importlib.import_module(f"benchmarks.cases.{name}").measure()
-        except SystemExit as reason:  # a rival that is not there: its row stays as it was
+            case = importlib.import_module(f"benchmarks.cases.{row.module}")
+            ratio, ours, theirs, note = getattr(case, name)()
+        except (SystemExit, ImportError) as reason:  # no such rival: its row stays as it was
             lacking.append(f"{name} was not measured. {reason}")
             continue
-        print(line(name, found), flush=True)
-        write({**known(), name: found})
+        verdict = "reached" if row.reached(ratio) else "MISSED"
+        sides = f"ours {number(ours)}, theirs {number(theirs)} {row.unit}"
+        print(f"{name:16} {number(ratio):>9}  ({row.bound}: {verdict})  {sides}", flush=True)
+        found = {"name": name, "ratio": ratio, "ours": ours, "theirs": theirs, "note": note}
+        keep(RESULTS, {**found, "machine": machine()})
+        write_parts(DOCS / "benchmarks.md", parts(lines(RESULTS)))
     if lacking:
         raise SystemExit("\n".join(lacking))
-
-
-def known() -> dict[str, Result]:
-    """The rows that were measured before."""
-    rows = json.loads(RESULTS.read_text(encoding="utf-8"))
-    return {name: Result(**row) for name, row in rows.items()}
-
-
-def line(name: str, result: Result) -> str:
-    """One row of the printed table."""
-    bound = f"{'≤' if result.at_most else '≥'} {result.target:g}"
-    verdict = "reached" if result.reached else "MISSED"
-    sides = f"ours {number(result.ours)}, theirs {number(result.theirs)} {result.unit}"
-    return f"{name:12} {number(result.ratio):>9}  ({bound}: {verdict})  {sides}"
 
 
 def number(value: float) -> str:
@@ -68,47 +121,30 @@ def number(value: float) -> str:
     return f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
 
 
-def write(results: dict[str, Result]) -> None:
-    """Write benchmarks/results.json and docs/benchmarks.md."""
-    results = {name: results[name] for name in NAMES if name in results}
-    plain = {name: result._asdict() for name, result in results.items()}
-    words = json.dumps(plain, indent=2, ensure_ascii=False)
-    RESULTS.write_text(words + "\n", encoding="utf-8")
-    rows = [
-        f"| `{name}` | {number(r.ratio)} | {'≤' if r.at_most else '≥'} {r.target:g} "
-        f"| {'yes' if r.reached else '**no**'} | {number(r.ours)} | {number(r.theirs)} "
-        f"| {r.unit} | {r.meaning} |"
-        for name, r in results.items()
-    ]
-    notes = [f"- `{name}`: {r.note}" for name, r in results.items()]
-    text = "\n".join(
-        [
-            "# Benchmarks",
-            "",
-            "Written by `make bench` (rivals in `.bench-venv`, an environment of their own). Both",
-            "sides run in turn, A B A B, on one core; the ratio is the median of the rounds' "
-            "ratios.",
-            "",
-            "| name | ratio | target | reached | ours | theirs | unit | the ratio is |",
-            "|---|---|---|---|---|---|---|---|",
-            *rows,
-            "",
-            *notes,
-            "",
-            f"Machine: {machine()}.",
-            "",
-            PROFILES.read_text(encoding="utf-8").rstrip(),
-            "",
-        ]
-    )
-    (HERE.parent / "docs" / "benchmarks.md").write_text(text, encoding="utf-8")
+def parts(measured: list[Line]) -> dict[str, str]:
+    """The table of the page, the notes on its rows, and the machines."""
+    found = {line["name"]: line for line in measured}
+    rows, notes = [], []
+    for name, row in ROWS.items():
+        if name in found:
+            ratio, ours, theirs = (found[name][key] for key in ("ratio", "ours", "theirs"))
+            reached = "yes" if row.reached(ratio) else "**no**"
+            sides = (number(ratio), row.bound, reached, number(ours), number(theirs))
+            rows.append((f"`{name}`", *sides, row.unit, row.ratio))
+            notes.append(f"`{name}`: {found[name]['note']}")
+    head = ("name", "ratio", "target", "reached", "ours", "theirs", "unit", "the ratio is")
+    machines = dict.fromkeys(line["machine"] for line in measured)
+    return {
+        "rows": table(head, rows),
+        "notes": bullets(notes, "") + "\n\nMeasured on: " + "; ".join(machines) + ".",
+    }
 
 
 def machine() -> str:
     """Processor and versions that the figures depend on."""
     info = Path("/proc/cpuinfo")
-    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
-    models = [text.split(":")[1].strip() for text in lines if text.startswith("model name")]
+    text = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    models = [line.split(":")[1].strip() for line in text if line.startswith("model name")]
     packages = ", ".join(
         f"{name} {version(name)}"
         for name in ("numpy", "scipy", "numba", "emcee", "numpyro", "dynesty")

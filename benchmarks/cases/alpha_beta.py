@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-import time
 from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.alpha_beta import BY_NAME, AlphaBeta, alpha_beta, alpha_beta_on_points
+from avahazard.hazard.alpha_beta import BY_NAME, AlphaBeta, alpha_beta_on_points
+from avahazard.hazard.alpha_beta import alpha_beta as on_ground
 from avahazard.physics.smooth_profile import smooth_profile
 from benchmarks.alpha_beta import PYTHON, com2ab
-from benchmarks.measuring import Result, alternate
+from benchmarks.measuring import Row, alternate, seconds
 from benchmarks.true_worlds import drawn_ground
 
 N_LINES, N_SMOOTHED = 1000, 100
@@ -20,7 +20,7 @@ SAME_M = 0.1
 """Places so near are one."""
 
 
-def measure() -> Result:
+def alpha_beta() -> Row:
     """Seconds a line, from its points to the runout."""
     if PYTHON not in os.environ:
         raise SystemExit(
@@ -33,35 +33,28 @@ def measure() -> Result:
     by = BY_NAME["avaframe"]
 
     def ours() -> float:
-        start = time.perf_counter()
-        kept["ours"] = [alpha_beta_on_points(x, y, 0.0, by) for x, y in lines]
-        return (time.perf_counter() - start) / N_LINES
+        def every() -> None:
+            kept["ours"] = [alpha_beta_on_points(x, y, 0.0, by) for x, y in lines]
 
-    def smoothed() -> float:
-        start = time.perf_counter()
-        for x, y in lines[:N_SMOOTHED]:
-            alpha_beta(smooth_profile(x, y), 0.0, by)
-        return (time.perf_counter() - start) / N_SMOOTHED
+        return 1e3 * seconds(every) / N_LINES
 
     def theirs() -> float:
         told = com2ab(asked)
         kept["theirs"] = told["found"]
-        return float(told["seconds"]) / N_LINES
+        return 1e3 * float(told["seconds"]) / N_LINES
 
-    ours()  # compiled
-    mine, rival, ratio = alternate(ours, theirs, 3)
-    smoothed()
-    return Result(
-        ratio,
-        1e3 * mine,
-        1e3 * rival,
-        "ms a line",
-        65.0,
-        False,
-        "time of AvaFrame's com2AB (its kernel, on a raster of four rows) over ours",
+    def smoothed() -> None:
+        for x, y in lines[:N_SMOOTHED]:
+            on_ground(smooth_profile(x, y), 0.0, by)
+
+    found = alternate(ours, theirs, 3)
+    smoothed()  # compiles
+    return (
+        *found,
         f"{N_LINES} made lines of 2 to 6 km, points every {CELL_M:g} m, taken as they are by both. "
         f"{_agreement(**kept)} Our own sets take them as points with errors, whose ground is "
-        f"smoothed first, which com2AB does not: {1e3 * smoothed():.2f} ms a line.",
+        "smoothed first, which com2AB does not: "
+        f"{1e3 * seconds(smoothed) / N_SMOOTHED:.2f} ms a line.",
     )
 
 

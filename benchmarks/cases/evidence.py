@@ -15,7 +15,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
-from benchmarks.measuring import Result, alternate
+from benchmarks.measuring import Row, alternate
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ ALLOWED = 1.0
 """Nats by which the two may differ."""
 
 
-def measure() -> Result:
+def evidence() -> Row:
     """Seconds of an evidence; ours with the search for the mode, from the model without."""
     records, _ = make_world(70, 240, 9, {CANDIDATE: 1.0})
     observations = build_observations(records)
@@ -49,21 +49,14 @@ def measure() -> Result:
         found["calls"].append(calls)
         return time.perf_counter() - start
 
-    mine, rival, ratio = alternate(ours, theirs, 2)
+    times = alternate(ours, theirs, 2)
     off = abs(float(np.mean(found["ours"]) - np.mean(found["theirs"])))
     if off > ALLOWED:
         raise SystemExit(f"evidence: the two differ by {off:.2f} nats.")
-    return Result(
-        ratio,
-        mine,
-        rival,
-        "s an evidence",
-        200.0,
-        False,
-        "time of dynesty's nested sampling over ours",
-        f"`{CANDIDATE}` on 240 events of 9 paths that may differ, {len(fit.mode.u)} "
-        f"parameters. They agree within "
-        f"{off:.2f} nats (dynesty's runs by themselves within "
+    return (
+        *times,
+        f"`{CANDIDATE}` on 240 events of 9 paths that may differ, {len(fit.mode.u)} parameters. "
+        f"They agree within {off:.2f} nats (dynesty's runs by themselves within "
         f"{np.ptp(found['theirs']):.2f}). Ours holds the search for the mode and its tables; "
         f"dynesty ({N_LIVE} live points, {np.mean(found['calls']):,.0f} densities) is given our "
         "compiled density and tables made before.",

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.workflow.database import check
 from benchmarks.study import Line, bullets, table
 from benchmarks.trust.commands import (
     JOBS,
@@ -27,12 +26,11 @@ from benchmarks.trust.commands import (
     ended,
     link_records,
     make_state,
-    run,
     start,
     write_records,
 )
-from benchmarks.trust.kills import Undisturbed
-from benchmarks.trust.places import Files, contents, copied, faults, same_rows
+from benchmarks.trust.kills import Undisturbed, judge
+from benchmarks.trust.places import Files, contents, copied
 from benchmarks.trust.power import HERE, build
 
 # A disk of its own for the command: a file system in memory that no other process sees.
@@ -161,9 +159,8 @@ def on_mounted(job: Job, alone: Undisturbed, folder: Path, free_kb: int | None) 
         ["unshare", "-m", "sh", "-c", script], cwd=folder / "disk", stdout=-1, stderr=-1, text=True
     )
     ran = ended(process, job.words)
-    found = _judged("full disk" if how == "rw" else "read-only folder", job, ran)
-    _look(found, job, alone, given, confirmed=ran.status == 0)
-    return found
+    fault = "full disk" if how == "rw" else "read-only folder"
+    return _judged(fault, job, alone, given, ran)
 
 
 def _vanishing(job: Job, alone: Undisturbed, folder: Path, share: float) -> Disturbed:
@@ -174,10 +171,8 @@ def _vanishing(job: Job, alone: Undisturbed, folder: Path, share: float) -> Dist
     timer.start()
     ran = ended(process, job.words)
     timer.join()
-    found = _judged("folder that vanishes", job, ran)
     away.rename(given)
-    _look(found, job, alone, given, confirmed=False)
-    return found
+    return _judged("folder that vanishes", job, alone, given, ran, confirmed=False)
 
 
 def _jumping(job: Job, alone: Undisturbed, folder: Path, jump: int) -> Disturbed:
@@ -187,44 +182,23 @@ def _jumping(job: Job, alone: Undisturbed, folder: Path, jump: int) -> Disturbed
     environment = {**os.environ, **clock, "TRUST_JUMP": str(jump)}
     process = start(str(given / "avahazard.db"), job.words, given, env=environment)
     ran = ended(process, job.words)
-    found = _judged("clock that jumps", job, ran)
+    found = _judged("clock that jumps", job, alone, given, ran)
     # Ten years back the last records of the world are to come, and that is said.
     if ran.status != 0 and "date" not in ran.errors:
         found.faults.append(f"refused: {ran.errors}")
-    _look(found, job, alone, given, confirmed=ran.status == 0)
     return found
 
 
-def _judged(fault: str, job: Job, ran: Ran) -> Disturbed:
+def _judged(
+    fault: str, job: Job, alone: Undisturbed, given: Path, ran: Ran, *, confirmed: bool = True
+) -> Disturbed:
     found = Disturbed(fault, job.name, ran.status != 0)
     if ran.status not in (0, 1) or ran.broken:
         found.faults.append(f"status {ran.status}: {ran.errors[-400:]}")
     elif ran.status == 1 and not ("Error:" in ran.errors and "Hint:" in ran.errors):
         found.faults.append(f"no message with a hint: {ran.errors[-400:]}")
+    if job.file is not None and list(given.glob("*.part*")):
+        found.faults.append("a part of a file is left")
+    done = confirmed and ran.status == 0
+    found.faults += judge(job, alone, str(given / "avahazard.db"), given, confirmed=done)[1]
     return found
-
-
-def _look(found: Disturbed, job: Job, alone: Undisturbed, given: Path, *, confirmed: bool) -> None:
-    database = str(given / "avahazard.db")
-    now = contents(database)
-    found.faults += faults(now, alone.before, alone.after)
-    if confirmed and now != alone.after:
-        found.faults.append("it was confirmed, and is not there")
-    if job.state != "old" or now == alone.after:
-        found.faults += check(database).problems
-    ended_well = confirmed and now == alone.after
-    if job.file is not None:
-        file = given / job.file
-        ended_well = ended_well and file.exists()
-        if job.file != "copy.db" and file.exists() and file.read_bytes() != alone.written:
-            found.faults.append(f"{job.file} is written in part")
-        file.unlink(missing_ok=True)
-        if list(given.glob("*.part*")):
-            found.faults.append("a part of a file is left")
-    if ended_well:
-        return  # that it can be done once more is for `kills` to show
-    again = run(database, job.words, given)
-    if again.status != 0 and not (now == alone.after and again.status == 1):
-        found.faults.append(f"the same command again: {again.errors or again.broken}")
-    if not same_rows(contents(database), alone.after):
-        found.faults.append("the same command again does not end as the one left alone")

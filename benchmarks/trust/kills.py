@@ -6,7 +6,7 @@ import signal
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +51,8 @@ class Killed:
     job: str
     place: str
     moment: float
-    stood: str = "before"
-    faults: list[str] = field(default_factory=list)
+    stood: str
+    faults: list[str]
 
 
 def kills(given: Any, folder: Path) -> Line:
@@ -151,35 +151,36 @@ def kill_once(
         else:
             process.sleep(float(rng.uniform(0.0, 1.05 * alone.seconds)))
         process.end(signal.SIGKILL)
-        found = Killed(job.name, place.name, time.monotonic() - began)
+        moment = time.monotonic() - began
         place.settle(database)
-        _judge(found, job, alone, database, inside, confirmed=process.status == 0)
-    return found
+        stood, wrong = judge(job, alone, database, inside, confirmed=process.status == 0)
+    return Killed(job.name, place.name, moment, stood, wrong)
 
 
-def _judge(
-    found: Killed, job: Job, alone: Undisturbed, database: str, folder: Path, *, confirmed: bool
-) -> None:
+def judge(
+    job: Job, alone: Undisturbed, database: str, folder: Path, *, confirmed: bool
+) -> tuple[str, list[str]]:
+    """What a job left (as before, in between or as after), and what is wrong; then run it again."""
     now = contents(database)
-    found.faults += faults(now, alone.before, alone.after)
+    found = faults(now, alone.before, alone.after)
     whole = now == alone.after
-    found.stood = "after" if whole else "before" if now == alone.before else "between"
+    stood = "after" if whole else "before" if now == alone.before else "between"
     if confirmed and not whole:
-        found.faults.append("it was confirmed, and is not there")
+        found.append("it was confirmed, and is not there")
     if job.state != "old" or whole:
-        found.faults += check(database, full=True).problems
+        found += check(database, full=True).problems
     if job.file is not None and (file := folder / job.file).exists():
         if job.file == "copy.db":  # stamped by the hour of the copy
             same = contents(str(file)) == alone.before
         else:
             same = file.read_bytes() == alone.written
         if not same:
-            found.faults.append(f"{job.file} is written in part")
+            found.append(f"{job.file} is written in part")
         file.unlink()  # backups are never written over
     again = run(database, job.words, folder)
     stored_already = whole and again.status == 1 and not again.broken
     if again.status != 0 and not stored_already:
-        found.faults.append(f"the same command again: {again.errors or again.broken}")
+        found.append(f"the same command again: {again.errors or again.broken}")
     if not same_rows(contents(database), alone.after):
-        found.faults.append("the same command again does not end as the one left alone")
-    found.faults += check(database, full=True).problems
+        found.append("the same command again does not end as the one left alone")
+    return stood, found + list(check(database, full=True).problems)

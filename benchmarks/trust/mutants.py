@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -26,49 +26,35 @@ def mutate_table(text: str, rng: Rng, separator: str = ",") -> bytes:
     """One to three changes of cells, rows, columns or the header of a table, or of its bytes."""
     rows = [line.split(separator) for line in text.splitlines()]
     for _ in range(int(rng.integers(1, 4))):
-        _pick(ROW_CHANGES, rng)(rows, rng)
+        _pick((_change_row, _change_row, _change_column), rng)(rows, rng)
     data = "\n".join(separator.join(row) for row in rows).encode("utf-8", "surrogatepass")
     return mutate_bytes(data, rng) if rng.random() < 0.15 else data
 
 
 def mutate_text(text: str, rng: Rng) -> bytes:
     """One to three changes of the lines, or of words within lines, of a text."""
-    lines = text.splitlines()
+    rows = [line.split(" ") for line in text.splitlines()]
     for _ in range(int(rng.integers(1, 4))):
-        k = int(rng.integers(len(lines))) if lines else 0
-        what = int(rng.integers(5))
-        if not lines:
-            lines = [_pick(CELLS, rng)]
-        elif what == 0:
-            del lines[k]
-        elif what == 1:
-            lines.insert(k, lines[int(rng.integers(len(lines)))])
-        elif what == 2:
-            lines[k] = lines[k][: int(rng.integers(len(lines[k]) + 1))]
-        else:
-            words = lines[k].split(" ")
-            words[int(rng.integers(len(words)))] = _pick(CELLS, rng)
-            lines[k] = " ".join(words)
-    return "\n".join(lines).encode("utf-8", "surrogatepass")
+        _change_row(rows, rng)
+    return "\n".join(" ".join(row) for row in rows).encode("utf-8", "surrogatepass")
 
 
 def mutate_bytes(data: bytes, rng: Rng) -> bytes:
     """Bytes that are other ones, missing, doubled, zero, or cut off."""
     changed = bytearray(data)
     for _ in range(int(rng.integers(1, 6))):
-        n = len(changed)
-        if n == 0:
+        if (n := len(changed)) == 0:
             break
         at, what = int(rng.integers(n)), int(rng.integers(6))
-        length = int(rng.integers(1, max(2, min(512, n))))
+        part = slice(at, at + int(rng.integers(1, max(2, min(512, n)))))
         if what <= 1:
             changed[at] = int(rng.integers(256))
         elif what == 2:
-            del changed[at : at + length]
+            del changed[part]
         elif what == 3:
-            changed[at:at] = changed[at : at + length]
+            changed[at:at] = changed[part]
         elif what == 4:
-            changed[at : at + length] = bytes(len(changed[at : at + length]))
+            changed[part] = bytes(len(changed[part]))
         elif rng.random() < 0.3:
             del changed[at:]
     return bytes(changed)
@@ -82,9 +68,8 @@ def mutate_workbook(data: bytes, rng: Rng) -> bytes:
         parts = {name: whole.read(name) for name in whole.namelist()}
     sheets = [name for name in parts if "sheet" in name or "sharedStrings" in name]
     name = _pick(sheets if rng.random() < 0.7 else list(parts), rng)
-    text = parts[name].decode("utf-8")
     if rng.random() < 0.6:  # the value of a cell
-        values = text.split("<v>")
+        values = parts[name].decode("utf-8").split("<v>")
         k = int(rng.integers(len(values)))
         head, _, rest = values[k].partition("</v>")
         cell = _pick(CELLS, rng).replace("&", "&amp;").replace("<", "&lt;").replace("\x00", "")
@@ -99,74 +84,49 @@ def mutate_workbook(data: bytes, rng: Rng) -> bytes:
     return made.getvalue()
 
 
-def _cell(rows: Rows, rng: Rng) -> None:
-    row = _pick(rows[1:] or rows, rng)
-    row[int(rng.integers(len(row)))] = _pick(CELLS, rng)
+def _change_row(rows: Rows, rng: Rng) -> None:
+    """A row left out, doubled, elsewhere or cut off; or, in half, another cell."""
+    if not rows:
+        rows.append([_pick(CELLS, rng)])
+        return
+    i, j = (int(rng.integers(len(rows))) for _ in range(2))
+    what = int(rng.integers(8))
+    if what == 0:
+        del rows[i]
+    elif what == 1:
+        rows.insert(i, list(rows[j]))
+    elif what == 2:
+        rows[i], rows[j] = rows[j], rows[i]
+    elif what == 3:
+        del rows[i][int(rng.integers(1, len(rows[i]) + 1)) :]
+    elif rows[i]:
+        rows[i][int(rng.integers(len(rows[i])))] = _pick(CELLS, rng)
 
 
-def _heading(rows: Rows, rng: Rng) -> None:
-    head = rows[0]
-    k = int(rng.integers(len(head)))
-    name = head[k]
-    head[k] = _pick(
-        (name.upper(), f" {name} ", f"{name} [m]", name[:-1], name.replace("_", " "), "", *head),
-        rng,
-    )
-
-
-def _drop_row(rows: Rows, rng: Rng) -> None:
-    if len(rows) > 1:
-        del rows[int(rng.integers(len(rows)))]
-
-
-def _double_row(rows: Rows, rng: Rng) -> None:
-    rows.insert(int(rng.integers(len(rows))), list(_pick(rows, rng)))
-
-
-def _swap_rows(rows: Rows, rng: Rng) -> None:
-    i, j = rng.integers(len(rows), size=2)
-    rows[i], rows[j] = rows[j], rows[i]
-
-
-def _drop_column(rows: Rows, rng: Rng) -> None:
-    k = int(rng.integers(len(rows[0])))
-    for row in rows:
-        del row[k : k + 1]
-        if not row:
-            row.append("")
-
-
-def _fill_column(rows: Rows, rng: Rng) -> None:
-    k, cell = int(rng.integers(len(rows[0]))), _pick(CELLS, rng)
-    for row in rows[1:]:
-        row[k : k + 1] = [cell]
-
-
-def _scale_column(rows: Rows, rng: Rng) -> None:
-    k = int(rng.integers(len(rows[0])))
-    factor = _pick(("-", "1e3*", "1e-3*", "1e9*"), rng)
-    for row in rows[1:]:
-        if k < len(row):
+def _change_column(rows: Rows, rng: Rng) -> None:
+    """A column left out, filled or scaled, or its heading written otherwise."""
+    if not rows or not rows[0]:
+        return
+    k, what = int(rng.integers(len(rows[0]))), int(rng.integers(4))
+    cell, factor = _pick(CELLS, rng), _pick((-1.0, 1e3, 1e-3, 1e9), rng)
+    if what == 0:
+        name = rows[0][k]
+        names = name.upper(), f" {name} ", f"{name} [m]", name[:-1], name.replace("_", " "), ""
+        rows[0][k] = _pick((*names, *rows[0]), rng)
+    for row in rows[what > 1 :]:
+        if what == 1:
+            del row[k : k + 1]
+        elif what == 2:
+            row[k : k + 1] = [cell]
+        elif what == 3 and k < len(row):
             row[k] = _scaled(row[k], factor)
 
 
-def _short_row(rows: Rows, rng: Rng) -> None:
-    row = _pick(rows, rng)
-    del row[int(rng.integers(1, len(row) + 1)) :]
-
-
-def _scaled(cell: str, factor: str) -> str:
+def _scaled(cell: str, factor: float) -> str:
     try:
-        value = float(cell)
+        return f"{factor * float(cell):g}"
     except ValueError:
         return cell
-    return f"{-value if factor == '-' else float(factor[:-1]) * value:g}"
-
-
-ROW_CHANGES: tuple[Callable[[Rows, Rng], None], ...] = (
-    _cell, _cell, _cell, _cell, _heading, _drop_row, _double_row, _swap_rows, _drop_column,
-    _fill_column, _scale_column, _short_row,
-)  # fmt: skip
 
 
 def _pick(items: Sequence[T], rng: Rng) -> T:

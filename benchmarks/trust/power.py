@@ -53,22 +53,16 @@ class Cuts:
 
 def power(given: Any, folder: Path) -> Line:
     """Power cuts; with weaker syncs too, which shows that the study sees losses."""
-    from benchmarks.trust.power_server import can_cut_server, cut_server_power  # noqa: PLC0415
-
     if not can_cut():
         raise SystemExit("power: no gcc here to build what logs the writes.")
     rows = []
-    files = [("alone", "FULL"), ("held", "FULL"), ("held", "NORMAL"), ("alone", "OFF")]
-    server = [("server", "on"), ("server", "off")] if can_cut_server() else []
-    for k, (holder, synchronous) in enumerate(files + server):
+    ways = (("alone", "FULL"), ("held", "FULL"), ("held", "NORMAL"), ("alone", "OFF"))
+    for k, (holder, synchronous) in enumerate(ways):
         inside = folder / str(k)
         inside.mkdir()
         rng = np.random.default_rng([given.seed, k])
-        n = given.cuts if synchronous in ("FULL", "on") else min(given.cuts, 100)
-        if holder == "server":
-            found = cut_server_power(inside, n, rng, synchronous=synchronous)
-        else:
-            found = cut_power(inside, n, rng, holder=holder, synchronous=synchronous)
+        n = given.cuts if synchronous == "FULL" else min(given.cuts, 100)
+        found = cut_power(inside, n, rng, holder=holder, synchronous=synchronous)
         rows.append(asdict(found))
         print(rows[-1])
     return {"rows": rows}
@@ -76,7 +70,7 @@ def power(given: Any, folder: Path) -> Line:
 
 def page(found: Line) -> str:
     """A row for each way to sync."""
-    names = {"alone": "SQLite, {}", "held": "SQLite, {}, log held open", "server": "PostgreSQL, {}"}
+    names = {"alone": "SQLite, {}", "held": "SQLite, {}, log held open"}
     counts = ("n_cuts", "n_confirmed", "lost", "partial", "damaged")
     rows = [
         (names[row["holder"]].format(row["synchronous"]), *(row[n] for n in counts))
@@ -117,27 +111,22 @@ def cut_power(
     database = disk_folder / "avahazard.db"
     upkeep.create(str(database))
     disk = disk_of(disk_folder)
-    logging = logs(folder, disk_folder)
-    work(str(database), folder, logging, holder, synchronous, model=model)
-    found = Cuts(holder, synchronous)
-    for files, told in disks_after_cuts(disk, logging, n_cuts, rng):
-        left = folder / "left"
+    log = folder / "log"
+    shim = str(build(HERE / "disk_log.c", folder))
+    logging = {"LD_PRELOAD": shim, "TRUST_LOG": str(log), "TRUST_FOLDER": str(disk_folder)}
+    _work(str(database), folder, logging, holder, synchronous, model=model)
+    found, left = Cuts(holder, synchronous), folder / "left"
+    for files, told in disks_after_cuts(disk, log, n_cuts, rng):
         shutil.rmtree(left, ignore_errors=True)
         left.mkdir()
         for name, content in files.items():
             if not name.endswith("-shm"):  # the index of the log is memory, and made anew
                 (left / Path(name).name).write_bytes(content)
-        judge(found, str(left / "avahazard.db"), told)
+        _judge(found, str(left / "avahazard.db"), told)
     return found
 
 
-def logs(folder: Path, disk_folder: Path) -> dict[str, str]:
-    """What in its environment lets a process log to `folder` what it asks of `disk_folder`."""
-    shim = str(build(HERE / "disk_log.c", folder))
-    return {"LD_PRELOAD": shim, "TRUST_LOG": f"{folder}/log", "TRUST_FOLDER": str(disk_folder)}
-
-
-def work(
+def _work(
     database: str, folder: Path, logging: dict[str, str], *how: str, model: bool = True
 ) -> None:
     """Do the work in a process that is logged; its files are written to `folder`."""
@@ -161,10 +150,10 @@ def work(
 
 
 def disks_after_cuts(
-    disk: Disk, logging: dict[str, str], n_cuts: int, rng: np.random.Generator
+    disk: Disk, log: Path, n_cuts: int, rng: np.random.Generator
 ) -> Iterator[tuple[dict[str, bytes], list[str]]]:
     """The files that each of `n_cuts` may leave, and the lines that had confirmed something."""
-    steps = steps_of(Path(logging["TRUST_LOG"]))
+    steps = steps_of(log)
     told = list(confirmed(steps))
     at = 0
     for cut in np.sort(rng.integers(len(steps), size=n_cuts)):
@@ -175,7 +164,7 @@ def disks_after_cuts(
         yield files, [line for k, line in told if k < cut]
 
 
-def judge(found: Cuts, database: str, told: list[str]) -> None:
+def _judge(found: Cuts, database: str, told: list[str]) -> None:
     """Count what is lost, in part or damaged in a database after a cut."""
     found.n_cuts += 1
     found.n_confirmed += len(told)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from openpyxl import Workbook
+import pandas as pd
 
 from avahazard.effects.own_file import TEMPLATE, read_effect_file
 from avahazard.hazard.zones import read_limits
@@ -53,11 +53,6 @@ class Source:
     read: Callable[[str, Path], object]
     chain: bool = False
 
-    @property
-    def imported(self) -> bool:
-        """Whether it is a table of records, which `import` alone takes."""
-        return self.read is _import
-
 
 def sources(folder: Path) -> list[Source]:
     """All forms; `folder` holds the world whose files are mutated, and takes the terrain."""
@@ -70,11 +65,12 @@ def sources(folder: Path) -> list[Source]:
         line.replace(".", ",") if k else line
         for k, line in enumerate(world["events"].replace(",", ";").splitlines())
     )
+    workbook = _workbook(folder / "world")
     found += [
         Source("events with ;", "events.csv", semicolons.encode(), _table(";"), _import, True),
         Source("events by H, L", "events.csv", STRAIGHT.encode(), _table(","), _import, chain=True),
         Source("velocities", "velocities.csv", VELOCITIES.encode(), _table(","), _import),
-        Source("workbook", "events.xlsx", _workbook(world), mutants.mutate_workbook, _import, True),
+        Source("workbook", "events.xlsx", workbook, mutants.mutate_workbook, _import, True),
         Source("volumes", "volumes.csv", VOLUMES.encode(), _table(","), _just(read_return_volumes)),
         Source("snow depths", "snow.csv", SNOW.encode(), _table(","), _just(read_snow_depths)),
         Source("avahazard.toml", "avahazard.toml", PROJECT.encode(), _text, _just(read_project)),
@@ -87,8 +83,8 @@ def sources(folder: Path) -> list[Source]:
 FORMS = ("paths", "profiles", "events")
 
 
-def _import(database: str, file: Path) -> object:
-    return import_files(database, [file], update=True, dry_run=True)
+def _import(database: str, file: Path, **given: Path) -> object:
+    return import_files(database, [file], update=True, dry_run=True, **given)
 
 
 def _just(read: Callable[[Path], object]) -> Callable[[str, Path], object]:
@@ -107,23 +103,12 @@ def _text(data: bytes, rng: np.random.Generator) -> bytes:
     return mutants.mutate_text(data.decode(), rng)
 
 
-def _workbook(world: dict[str, str]) -> bytes:
-    book = Workbook()
-    book.remove(book.active)
-    for name, text in world.items():
-        sheet = book.create_sheet(name)
-        for line in text.splitlines():
-            sheet.append([_value(cell) for cell in line.split(",")])
+def _workbook(folder: Path) -> bytes:
     made = io.BytesIO()
-    book.save(made)
+    with pd.ExcelWriter(made) as book:
+        for name in FORMS:
+            pd.read_csv(folder / f"{name}.csv").to_excel(book, sheet_name=name, index=False)
     return made.getvalue()
-
-
-def _value(cell: str) -> str | float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return cell or None
 
 
 def _terrain(folder: Path) -> list[Source]:
@@ -161,12 +146,10 @@ def _terrain(folder: Path) -> list[Source]:
         )
 
     def on_terrain(database: str, file: Path) -> object:
-        given = {"dem": folder / "dem.tif", "dry_run": True, "update": True}
-        return import_files(database, [file], **given)  # type: ignore[arg-type]
+        return _import(database, file, dem=folder / "dem.tif")
 
     def under_lines(database: str, file: Path) -> object:
-        given = {"dem": file, "dry_run": True, "update": True}
-        return import_files(database, [folder / "lines.gpkg"], **given)  # type: ignore[arg-type]
+        return _import(database, folder / "lines.gpkg", dem=file)
 
     return [
         Source(name, name, (folder / name).read_bytes(), mutants.mutate_bytes, read)
