@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import multiprocessing
 import re
@@ -18,14 +19,21 @@ Line = dict[str, Any]
 
 def lines(file: Path) -> list[Line]:
     """The results in `file`, of each name the last; none where there is no such file yet."""
-    text = file.read_text(encoding="utf-8") if file.exists() else ""
-    return list({line["name"]: line for line in map(json.loads, text.splitlines())}.values())
+    if not file.exists():
+        return []
+    with _open(file, "rt") as kept:
+        return list({line["name"]: line for line in map(json.loads, kept)}.values())
 
 
 def keep(file: Path, line: Line) -> None:
     """Append a result; a run that is cut short then goes on from it."""
-    with file.open("a", encoding="utf-8") as out:
+    with _open(file, "at") as out:
         out.write(json.dumps(line, ensure_ascii=False) + "\n")
+
+
+def _open(file: Path, mode: str) -> Any:
+    """Many results are kept compressed, in a file that ends in .gz."""
+    return (gzip.open if file.suffix == ".gz" else open)(file, mode, encoding="utf-8")
 
 
 def run_missing(

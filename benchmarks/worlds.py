@@ -16,7 +16,6 @@ make worlds                 SIZE=10 worlds of each effect and strength, and more
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import time
@@ -26,12 +25,11 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
 HERE = Path(__file__).resolve().parent
 AGAIN = HERE / "worlds_again.jsonl"
-BEFORE = HERE / "worlds_before.jsonl"
 FINAL = HERE / "worlds_final.jsonl"
 SETTLED = HERE / "worlds_settled.jsonl"
 sys.path.insert(0, str(HERE.parent))
 
-from benchmarks.study import lines  # noqa: E402
+from benchmarks.study import keep, lines  # noqa: E402
 from benchmarks.worlds import beyond  # noqa: E402
 from benchmarks.worlds.again import one_of_each  # noqa: E402
 from benchmarks.worlds.arms import final_worlds, further_nulls, plans, settled_worlds  # noqa: E402
@@ -68,8 +66,7 @@ def main() -> None:
             continue
         line = judge(plan, given.made)
         done[plan.name] = line
-        with results.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line) + "\n")
+        keep(results, line)
         print(
             f"{sum(p.name in done for p in chosen)}/{len(chosen)}  {plan.name}: {line['verdict']} "
             f"{', '.join(line['missing'])} ({line['all_seconds']:.0f} s)",
@@ -77,7 +74,7 @@ def main() -> None:
         )
     if given.page:
         command = f"make worlds SIZE={size}"
-        others = [lines(file) for file in (AGAIN, BEFORE, FINAL, SETTLED)]
+        others = [lines(file) for file in (AGAIN, FINAL, SETTLED)]
         given.page.write_text(
             page(lines(given.results), command, len(plans(size)), *others),
             encoding="utf-8",
@@ -96,7 +93,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--further", action="store_true", help="more nulls of two of these")
     parser.add_argument("--settled", action="store_true", help="limits of sight, by who knows them")
     parser.add_argument("--made", type=int, default=199, help="made worlds for each diagnosis")
-    parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl")
+    parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl.gz")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")
     return parser.parse_args()
 

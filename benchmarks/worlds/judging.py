@@ -49,20 +49,6 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
         "neutral": list(plan.neutral),
         "verdict": found.verdict,
         "missing": list(found.missing),
-        "together": [list(more.effects) for more in found.together],
-        "heavy_tails": found.heavy_tails,
-        "groups": [[g.key, g.gain, g.p_value] for g in found.screening.groups],
-        "gains": [
-            [
-                c.key,
-                round(c.screened.gain, 2),
-                round(c.screened.p_family, 4),
-                None if c.evidence_gain is None else round(c.evidence_gain, 2),
-                c.held_out_gain,
-            ]
-            for c in found.candidates[:3]
-        ],
-        "n_made": found.screening.n_worlds,
         "bic": best_bic(found),
         "regression": regression(found),
         "seconds": round(seconds, 1),
@@ -74,8 +60,7 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
         again = diagnose(build_observations(with_speeds(plan)), base, {}, n_worlds=n_worlds)
         line["with_speeds"] = [again.verdict, list(again.missing)]
     if found.verdict == "ambiguous":
-        line["measure_next"] = diagnosis("", found, 0).measure_next[0].to_dict()
-        told = as_told(plan, line["measure_next"]["measurement"])
+        told = as_told(plan, diagnosis("", found, 0).measure_next[0].to_dict()["measurement"])
         if told is not None and len(plan.true) == 1:
             again = diagnose(told, base, {}, n_worlds=n_worlds)
             line["as_told"] = [again.verdict, list(again.missing)]

@@ -47,11 +47,10 @@ def page(
     command: str,
     n_planned: int,
     again: Sequence[Line],
-    before: Sequence[Line],
     final: Sequence[Line],
     settled: Sequence[Line],
 ) -> str:
-    """The page: traps, `before`, `final` and `settled` with seeds of their own, what must hold,
+    """The page: traps, `final` and `settled` with seeds of their own, what must hold,
     `again` what today's version says, then every arm."""
     trapped = [x for x in lines if is_trapped(x)]
     n_all, lines = len(lines), [x for x in lines if not is_trapped(x)]
@@ -72,7 +71,7 @@ def page(
         "",
         "## Traps, with seeds on which no rule was made",
         "",
-        *fresh_traps(before, final, settled),
+        *fresh_traps(final, settled),
         "",
         "## What must hold",
         "",
