@@ -28,7 +28,7 @@ from rich.table import Table
 from rich.text import Text
 
 from avahazard.notes import grouped
-from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
 from avahazard.records.plain import plain
 from avahazard.report import tables as report_tables
 from avahazard.report.language import TERMINAL
@@ -220,12 +220,28 @@ DISK_HINTS = {
 }
 
 
+FEW = 3
+
+
+def _complaints(alike: Sequence[RowProblem]) -> list[tuple[Any, ...]]:
+    """Rows of the table of problems that differ in line and value; many are one row."""
+    if len(alike) <= FEW:
+        return [(p.line or None, p.column, p.value, p.accepted) for p in alike]
+    values = list(dict.fromkeys(p.value for p in alike))
+    more = ", …" if len(values) > FEW else ""
+    lines = f"{', '.join(str(p.line) for p in alike[:FEW])}, … ({len(alike)} rows)"
+    return [(lines, alike[0].column, ", ".join(values[:FEW]) + more, alike[0].accepted)]
+
+
 def show_error(error: AvahazardError | OSError) -> None:
     """Print an error on standard error: the rows at fault, the message, the hint."""
     console = errors()
     if isinstance(error, RejectedRows):
         for file, problems in groupby(error.problems, key=attrgetter("file")):
-            rows = [(p.line or None, p.column, p.value, p.accepted) for p in problems]
+            equal: dict[tuple[str, str], list[RowProblem]] = {}
+            for p in problems:
+                equal.setdefault((p.column, p.accepted), []).append(p)
+            rows = [row for alike in equal.values() for row in _complaints(alike)]
             console.print(safe(file), soft_wrap=True)
             console.print(table("", (">line", "column", "value", "accepted"), rows))
     if isinstance(error, AvahazardError):

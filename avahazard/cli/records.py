@@ -72,11 +72,19 @@ def import_(
         Order | None,
         typer.Option(help="Day or month first, where dates do not show it.", show_default=False),
     ] = None,
+    unknown: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MARKS",
+            help="What stands for unknown, such as --unknown=NULL,-9999.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Import tables, or folders of them, or paths drawn as lines on a terrain model.
 
     Tables are workbooks (.xlsx) or texts with commas, semicolons or tabs; how each was read is
-    said. What may be read in two ways is refused until --decimal or --dates says it.
+    said. What may be read in two ways is refused until --decimal or --dates decides.
     Each line is a path, drawn from its top; its attributes are the columns of paths.csv.
     All files are imported or none: every row that cannot be taken is listed.
 
@@ -86,12 +94,13 @@ def import_(
       avahazard import events.csv velocities.csv --dry-run
       avahazard import records.xlsx --dry-run
       avahazard import events.csv --dates dmy --update
-      avahazard import slides.csv --unusual
+      avahazard import slides.csv --unusual --unknown=-9999
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
     from avahazard.records.conventions import Conventions  # noqa: PLC0415
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
+    marks = tuple(mark for text in unknown or () for mark in text.split(",") if mark)
     found = import_files(
         settings(context).database,
         source,
@@ -100,7 +109,7 @@ def import_(
         crs=crs,
         update=update,
         dry_run=dry_run,
-        given=Conventions(decimal, dates, unusual),
+        given=Conventions(decimal, dates, unusual, marks),
     )
 
     def render(console: Console) -> None:

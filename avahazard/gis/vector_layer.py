@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 import warnings
 from dataclasses import dataclass
 from pathlib import Path as FilePath
@@ -130,7 +131,7 @@ def _text(value: object) -> str:
         return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
     if isinstance(value, np.datetime64):
         return "" if np.isnat(value) else str(value)
-    return str(value).strip()
+    return unicodedata.normalize("NFC", str(value)).strip()
 
 
 COLUMN = "land_cover"

@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from avahazard.records.conventions import (
     Conventions,
     Decimal,
@@ -24,7 +26,10 @@ Place = tuple[int, str]  # index of the row, column
 ODD = re.compile("[,\\s'’\u2212]")  # what a number of a file with commas does not hold, unquoted
 ODD_ELSEWHERE = re.compile("[.,\\s'’\u2212]")
 DECIMAL = {"point": "decimal points", "comma": "decimal commas"}
-AMBIGUOUS = "a number: is this sign a decimal one or of thousands? Say --decimal point or comma"
+LIKELY_MARKS = frozenset(
+    ("?", "??", "-", "--", "–", "—", "na", "n/a", "n.a.", "nan", "null", "none")
+)
+AMBIGUOUS = "a number: is this sign a decimal one or of thousands? Use --decimal point or comma"
 MADE_A_DATE = "the text that was meant: the spreadsheet holds a date here"
 
 
@@ -32,8 +37,10 @@ def plain_cells(table: Table, given: Conventions, problems: list[RowProblem]) ->
     """Return `table` with numbers such as 1234.5 and dates such as 1950-02-13, told in its words.
 
     The decimal sign is one in the whole file. Where the file does not show it and `given` does
-    not say it, ambiguous numbers are added to `problems`, as are ambiguous dates.
+    not say it, ambiguous numbers are added to `problems`, as are ambiguous dates. Marks of unknown
+    become empty cells where `given` names them.
     """
+    table = _without_marks(table, given, problems)
     edits: dict[str, dict[int, str]] = {}
     words = list(table.words)
     words += _numbers(table, given.decimal, edits, problems)
@@ -55,6 +62,31 @@ def _edited(cells: Texts, edits: Mapping[int, str] | None) -> Texts:
     for k, text in edits.items():
         edited[k] = text
     return edited
+
+
+def _without_marks(table: Table, given: Conventions, problems: list[RowProblem]) -> Table:
+    """Empty the cells that mean unknown; refuse likely marks that nobody has named."""
+    columns = dict(table.columns)
+    emptied = 0
+    for name, cells in table.columns.items():
+        found = table.counts(name)
+        marks = [text for text in found if given.is_unknown(text)]
+        if marks:
+            columns[name] = _edited(
+                cells, dict.fromkeys(np.flatnonzero(np.isin(cells, marks)).tolist(), "")
+            )
+            emptied += sum(found[text] for text in marks)
+        if _holds_numbers(name, table) or name == "date":
+            likely = {text for text in found if text.casefold() in LIKELY_MARKS} - set(marks)
+            accepted = "an empty cell where it is unknown; or import with --unknown {!r}"
+            for k, text in table.values(name) if likely else ():
+                if text in likely:
+                    problems.append(
+                        RowProblem(table.file, table.lines[k], name, text, accepted.format(text))
+                    )
+    if not emptied:
+        return table
+    return replace(table, columns=columns, words=(*table.words, f"{emptied} cells unknown"))
 
 
 def _numbers(

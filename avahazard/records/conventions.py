@@ -4,25 +4,51 @@ from __future__ import annotations
 
 import datetime as dt
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Literal
 
 Order = Literal["dmy", "mdy"]
 
 ISO = re.compile(r"[0-9]{4}(?:-[0-9]{2}-[0-9]{2})?")
-TIMED = re.compile(r"([0-9]{4}-[0-9]{2}-[0-9]{2})[ T][0-9]{2}:[0-9]{2}.*")
-YEAR_FIRST = re.compile(r"([0-9]{4})[./]([0-9]{1,2})[./]([0-9]{1,2})")
-COMPACT = re.compile(r"([0-9]{4})([0-9]{2})([0-9]{2})")
-DOTTED = re.compile(r"([0-9]{1,2})\. ?([0-9]{1,2})\. ?([0-9]{4})")
 SLASHED = re.compile(r"([0-9]{1,2})[/-]([0-9]{1,2})[/-]([0-9]{4})")
+WINTER = re.compile(r"([0-9]{4}) ?[/-] ?([0-9]{4}|[0-9]{2})")
 SERIAL = re.compile(r"([0-9]{5})(?:\.[0-9]+)?")
+NAME = r"([^\W\d_]+)\.?"
+FORMS = (  # pattern, the groups of year, month and day, words
+    (
+        re.compile(r"([0-9]{4})-([0-9]{2})-([0-9]{2})[ T][0-9]{2}:[0-9]{2}.*"),
+        (1, 2, 3),
+        "their time of day left out",
+    ),
+    (re.compile(r"([0-9]{4})[./]([0-9]{1,2})[./]([0-9]{1,2})"), (1, 2, 3), "the year first"),
+    (re.compile(r"([0-9]{4})([0-9]{2})([0-9]{2})"), (1, 2, 3), "the year first"),
+    (re.compile(r"([0-9]{1,2})\. ?([0-9]{1,2})\. ?([0-9]{4})"), (3, 2, 1), "dd.mm.yyyy"),
+    (
+        re.compile(rf"([0-9]{{1,2}})(?:st|nd|rd|th|er|\.)?[ -]?{NAME}[ -]([0-9]{{4}})"),
+        (3, 2, 1),
+        "months by name",
+    ),
+    (
+        re.compile(rf"{NAME} ([0-9]{{1,2}})(?:st|nd|rd|th)?,? ([0-9]{{4}})"),
+        (3, 1, 2),
+        "months by name",
+    ),
+    (re.compile(rf"{NAME}[ -]([0-9]{{4}})"), (2, 1), "months by name"),
+)
+TWO_SIGNS = re.compile(r"[0-9].*[-/. ].*[0-9].*[-/. ]")
 FIRST_DAY = dt.date(1899, 12, 30)  # day 0 of Excel, for days after February 1900
+WINTER_BEGINS = 10  # October
+LANGUAGES = ("en", "de", "de_AT", "fr", "it", "nb")
 
 ACCEPTED = "a date as 1950-02-13, or a year as 1950"
-AMBIGUOUS = f"{ACCEPTED}: day or month first? Say --dates dmy or --dates mdy"
+AMBIGUOUS = f"{ACCEPTED}: day or month first? Use --dates dmy or --dates mdy"
 MIXED = "dates with the day first or the month first, one of them in a column; or 1950-02-13"
 BESIDE_DAYS = f"{ACCEPTED}: beside Excel's day numbers this may be a year or a day"
+BESIDE_DATES = f"{ACCEPTED}: a day number of a spreadsheet beside written dates is an error"
+WITHOUT_DAY = "months without a day as the year in which their winter ends"
+MONTH_OR_WINTER = f"{ACCEPTED}: a month or a winter? Write a winter as 2004/2005"
 
 
 def read_dates(
@@ -32,7 +58,8 @@ def read_dates(
 
     Faults are `(place, what is accepted)`; what is no date at all stays as it is, for the form
     to refuse. Whether the day or the month comes first is decided by the column, unless `order`
-    says it. Day numbers of a spreadsheet count from `first_day`.
+    says it. Day numbers of a spreadsheet count from `first_day`. A winter, and a month without
+    its day, become the year in which their winter ends.
     """
     different = set(texts)
     if all(ISO.fullmatch(text) for text in different):
@@ -40,35 +67,89 @@ def read_dates(
     dates, words = list(texts), dict[str, None]()
     faults: list[tuple[int, str]] = []
     slashed: list[tuple[int, int, int, int]] = []
-    serial = any(map(SERIAL.fullmatch, different))
+    pairs: list[tuple[int, int, int]] = []
+    serial = [k for k, text in enumerate(texts) if SERIAL.fullmatch(text)]
+    written = [k for k, text in enumerate(texts) if TWO_SIGNS.search(text)]
+    if serial and written:
+        faults += [(k, BESIDE_DATES) for k in min(serial, written, key=len)]
+    faulty = {k for k, _ in faults}
     for k, text in enumerate(texts):
+        if k in faulty:
+            continue
         if ISO.fullmatch(text):
             if serial and len(text) == 4:
                 faults.append((k, BESIDE_DAYS))
-        elif found := TIMED.fullmatch(text):
-            dates[k] = found.group(1)
-            words["their time of day left out"] = None
-        elif found := YEAR_FIRST.fullmatch(text) or COMPACT.fullmatch(text):
-            year, month, day = map(int, found.groups())
-            _put(dates, k, year, month, day, faults)
-            words["the year first"] = None
-        elif found := DOTTED.fullmatch(text):
-            day, month, year = map(int, found.groups())
-            _put(dates, k, year, month, day, faults)
-            words["dd.mm.yyyy"] = None
         elif found := SLASHED.fullmatch(text):
             first, second, year = map(int, found.groups())
             slashed.append((k, first, second, year))
-        elif found := SERIAL.fullmatch(text):
-            dates[k] = (first_day + dt.timedelta(int(found.group(1)))).isoformat()
-            words["day numbers of Excel"] = None
+        elif found := WINTER.fullmatch(text):
+            pairs.append((k, int(found.group(1)), int(found.group(2))))
+        elif named := _year_month_day(text, first_day):
+            _put(dates, k, *named[:3], faults)
+            words[named[3]] = None
     if slashed:
         words[_by_order(dates, slashed, order, faults)] = None
+    words |= dict.fromkeys(_winters(dates, pairs, faults))
     if not words:
         return dates, faults, ""
-    pairs = zip(texts, dates, strict=True)
-    example = next((f" ({text} is {date})" for text, date in pairs if text != date), "")
+    both = zip(texts, dates, strict=True)
+    example = next((f" ({text} is {date})" for text, date in both if text != date), "")
     return dates, faults, f"dates: {', '.join(words)}{example}"
+
+
+def _year_month_day(text: str, first_day: dt.date) -> tuple[int, int, int, str] | None:
+    """The parts of a text that can only be read in one way, and the words for it; day 0: none."""
+    if serial := SERIAL.fullmatch(text):
+        date = first_day + dt.timedelta(int(serial.group(1)))
+        return date.year, date.month, date.day, "day numbers of Excel"
+    for pattern, (year, month, *day), words in FORMS:
+        if found := pattern.fullmatch(text):
+            name = found.group(month)
+            number = int(name) if name.isdigit() else _month_names().get(name.casefold())
+            if number is not None:
+                days = int(found.group(day[0])) if day else 0
+                said = words if day else WITHOUT_DAY
+                return int(found.group(year)), number, days, said
+    return None
+
+
+@cache
+def _month_names() -> dict[str, int]:
+    """The names of the months and their abbreviations, where all languages agree on them."""
+    from babel.dates import get_month_names  # noqa: PLC0415 (slow to import)
+
+    found: dict[str, set[int]] = {"sept": {9}}
+    for language in LANGUAGES:
+        for width in ("wide", "abbreviated"):
+            for month, name in get_month_names(width, "format", language).items():
+                found.setdefault(name.strip(".").casefold(), set()).add(month)
+    return {name: min(months) for name, months in found.items() if len(months) == 1}
+
+
+def _winters(
+    dates: list[str], pairs: Sequence[tuple[int, int, int]], faults: list[tuple[int, str]]
+) -> Iterator[str]:
+    """Read `(place, year, what follows it)`: the next year makes a winter, else it is a month.
+
+    2004-05 is what the others of the column are.
+    """
+    winters = {k for k, year, rest in pairs if rest in (year + 1, (year + 1) % 100)}
+    months = {k for k, _, rest in pairs if 1 <= rest <= 12}
+    both = winters & months
+    as_winters, as_months = bool(winters - both), bool(months - both)
+    for k, year, rest in pairs:
+        if k in both and as_winters == as_months:
+            faults.append((k, MONTH_OR_WINTER))
+        elif k in winters and (k not in both or as_winters):
+            dates[k] = str(year + 1)
+            yield "winters as the year in which they end"
+        elif k in months:
+            dates[k] = _winter(year, rest)
+            yield WITHOUT_DAY
+
+
+def _winter(year: int, month: int) -> str:
+    return str(year + (month >= WINTER_BEGINS))
 
 
 def _by_order(
@@ -98,7 +179,8 @@ def _put(
     dates: list[str], k: int, year: int, month: int, day: int, faults: list[tuple[int, str]]
 ) -> None:
     try:
-        dates[k] = dt.date(year, month, day).isoformat()
+        # A month without its day is kept as its winter.
+        dates[k] = dt.date(year, month, day).isoformat() if day else _winter(year, month)
     except ValueError:
         faults.append((k, ACCEPTED))
 
@@ -175,12 +257,25 @@ def is_number(text: str) -> bool:
 class Conventions:
     """The decimal sign, and whether day or month comes first; None: the file shows it.
 
-    `unusual`: numbers beyond those of snow avalanches are meant so, and need no note.
+    `unusual`: numbers beyond those of snow avalanches are meant so, and need no note. Cells that
+    hold one of the marks `unknown` are empty.
     """
 
     decimal: Decimal | None = None
     dates: Order | None = None
     unusual: bool = False
+    unknown: tuple[str, ...] = ()
+
+    def is_unknown(self, text: str) -> bool:
+        """Tell whether a cell holds a mark of unknown, numbers by their value."""
+        return any(
+            text.casefold() == mark.casefold() or _equal(text, mark) for mark in self.unknown
+        )
+
+
+def _equal(text: str, mark: str) -> bool:
+    one, other = canonical(text, "point"), canonical(mark, "point")
+    return one is not None and other is not None and float(one) == float(other)
 
 
 UNKNOWN = Conventions()

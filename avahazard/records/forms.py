@@ -238,6 +238,7 @@ def check_ranges(
             _check_years(table, column, problems, doubts)
         elif column in MEANINGS:
             _check_numbers(table, column, MEANINGS[column], problems, doubts)
+        notes += _marks_among_numbers(table, column)
     if not unusual:
         notes += doubts
 
@@ -258,6 +259,31 @@ def _check_numbers(
             problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
     if unusual:
         notes.append(_note(table, column, unusual, f"outside {low:g} to {high:g} {unit}".rstrip()))
+
+
+USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0))
+FAR, FAR_OF_MARK = 10.0, 1.0
+"""How many times the range of the others a repeated value, or a usual mark, lies beyond it."""
+
+
+def _marks_among_numbers(table: Table, column: str) -> Iterator[str]:
+    """Note a value far outside the rest that looks like a mark of unknown."""
+    if column in MEANINGS and MEANINGS[column].content != "number":
+        return
+    counts = {x: (n, t) for t, n in table.counts(column).items() if (x := _number(t)) is not None}
+    ordered = sorted(counts)
+    for at in (0, -1):
+        others = ordered[1:] if at == 0 else ordered[:-1]
+        if len(others) < 3:
+            return
+        value, (low, high) = ordered[at], (others[0], others[-1])
+        n, text = counts[value]
+        beyond = max(low - value, value - high) / (high - low)
+        if beyond > (FAR_OF_MARK if value in USUAL_MARKS else FAR if n > 1 else math.inf):
+            yield (
+                f"{table.file}: {column} holds {text} {n} times, far outside the other values "
+                f"({low:g} to {high:g}). If it means unknown, import with --unknown={text}"
+            )
 
 
 def _check_years(table: Table, column: str, problems: list[RowProblem], notes: list[str]) -> None:
@@ -309,7 +335,7 @@ def _note(table: Table, column: str, rows: list[tuple[int, str]], what: str) -> 
     more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
     return (
         f"{table.file}: {column} {what} ({shown}{more}). Are the unit and the "
-        "value right? If so, --unusual says it."
+        "value right? If so, use --unusual."
     )
 
 
@@ -401,7 +427,8 @@ def read_forms(
             intake.notes.append(f"{table.file}: not read, it has the columns of no form.")
         else:
             wrong += of_header
-    intake.problems += wrong or faults
+    headers = {problem.file for problem in wrong}
+    intake.problems += [*wrong, *(fault for fault in faults if fault.file not in headers)]
     yield from found
 
 

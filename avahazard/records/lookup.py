@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from unicodedata import normalize
 
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
@@ -16,8 +17,9 @@ def find_path(records: Records, path_id: str) -> Path:
     Raises:
         AvahazardError: there is none; the hint lists those that there are.
     """
+    same = (path_id, normalize("NFC", path_id))
     for path in records.paths:
-        if path.path_id == path_id:
+        if path.path_id in same:
             return path
     raise unknown_path(path_id, [path.path_id for path in records.paths])
 

@@ -7,6 +7,7 @@ import csv
 import datetime as dt
 import io
 import re
+import unicodedata
 import warnings
 import zipfile
 from array import array
@@ -152,7 +153,7 @@ def decode(file: str, raw: bytes, problems: list[RowProblem]) -> tuple[str, str]
     found = _strict(file, raw, "cp1252", "Windows-1252", problems)
     if found is None:
         return None
-    text = found[0]
+    text, _ = found
     if wrong := FOREIGN.search(text):
         line = text.count("\n", 0, wrong.start()) + 1
         problems.append(
@@ -180,7 +181,7 @@ def _no_zero(file: str, text: str, name: str, problems: list[RowProblem]) -> tup
         line = text.count("\n", 0, text.index("\0")) + 1
         problems.append(RowProblem(file, line, "", "byte 0x00", TEXT_ACCEPTED))
         return None
-    return text, name
+    return unicodedata.normalize("NFC", text), name
 
 
 def _without_mark(raw: bytes) -> str | None:
@@ -365,4 +366,4 @@ def _text(value: Any, kind: str) -> tuple[str, str]:
         return (str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)), ""
     if isinstance(value, dt.datetime):
         return value.date().isoformat(), ""
-    return str(value).strip(), ""
+    return unicodedata.normalize("NFC", str(value)).strip(), ""

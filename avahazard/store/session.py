@@ -25,6 +25,7 @@ __all__ = ["Session", "database_name", "database_url", "reading", "sqlite_file",
 
 MIGRATION_LOCK = 7_244_306
 """Any number that other programs on one server hardly take."""
+LONGEST_PATH = 500
 BUSY_TIMEOUT_S = 600
 """A writer waits for the others, each of which may import a century's records."""
 
@@ -124,6 +125,12 @@ def _check_file(url: URL, create: bool) -> None:
             "The database has no file.", "Give --db a file path: a database has to be kept."
         )
     file = FilePath(name)
+    # SQLite's limit, and room for the names of its log beside it.
+    if len(os.fsencode(file.absolute())) > LONGEST_PATH or len(os.fsencode(file.name)) > 250:
+        raise AvahazardError(
+            f"The path of the database is too long: {len(os.fsencode(file.absolute()))} bytes.",
+            f"Use a path of at most {LONGEST_PATH} bytes, with a file name of at most 250.",
+        )
     if file.is_dir():
         raise AvahazardError(f"{file} is a folder, not a database.", "Give --db a file path.")
     if create and not file.absolute().parent.is_dir():

@@ -1,0 +1,88 @@
+"""Small odd inputs, each with what is read of it or why it is refused.
+
+A case is a folder of `corpus/` with a `case.toml`: `files` to import (those of its folder, or of
+the folder `inputs` beside the repository, whose name `inputs` gives), `options` of the import, and
+either `refused`, texts that the refusal must hold, or what is read: `paths` and `events` with
+some of their values, and texts that `notes` and the lines on reading must hold.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avahazard.records.conventions import Conventions
+from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.store.records import load_records
+from avahazard.store.session import reading
+from avahazard.workflow.database import init_database
+from avahazard.workflow.import_files import import_files
+
+CORPUS = Path(__file__).parent / "corpus"
+BESIDE = Path(__file__).parents[2].parent / "shared/data/inputs"
+INPUTS = Path(os.environ.get("AVAHAZARD_INPUTS", BESIDE))
+CASES = sorted(case.parent.name for case in CORPUS.glob("*/case.toml"))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_case(tmp_path: Path, name: str) -> None:
+    case = tomllib.loads((CORPUS / name / "case.toml").read_text(encoding="utf-8"))
+    folder = CORPUS / name
+    if "inputs" in case:
+        folder = INPUTS / case["inputs"]
+        if not INPUTS.is_dir():
+            pytest.skip("the inputs that are not part of the repository are not there")
+    database = str(tmp_path / "corpus.db")
+    init_database(database)
+    if "refused" in case:
+        with pytest.raises(AvahazardError) as caught:
+            _import(database, folder, case)
+        error = caught.value
+        problems = error.problems if isinstance(error, RejectedRows) else ()
+        text = "\n".join([str(error), *map(str, problems)])
+        for expected in case["refused"]:
+            assert expected in text
+        with reading(database) as session:
+            assert not load_records(session).paths
+        return
+    found = _import(database, folder, case)
+    said = "\n".join(map(str, [*found.read, *found.notes]))
+    for expected in case.get("notes", ()):
+        assert expected in said
+    if "notes" in case and not case["notes"]:
+        assert not found.notes
+    with reading(database) as session:
+        records = load_records(session)
+    for kind, of_kind, key in (
+        ("paths", records.paths, "path_id"),
+        ("events", records.events, "event_id"),
+    ):
+        by_name = {getattr(record, key): record for record in of_kind}
+        for record_id, values in case.get(kind, {}).items():
+            for column, value in values.items():
+                record = by_name[record_id]
+                held = getattr(record, column, record.covariates.get(column))
+                if value == "":
+                    assert held is None, column
+                else:
+                    assert (
+                        held == pytest.approx(value) if isinstance(value, float) else held == value
+                    )
+
+
+def _import(database: str, folder: Path, case: dict[str, Any]) -> Any:
+    options = dict(case.get("options", {}))
+    given = Conventions(
+        decimal=options.pop("decimal", None),
+        dates=options.pop("dates", None),
+        unusual=options.pop("unusual", False),
+        unknown=tuple(options.pop("unknown", ())),
+    )
+    for name in ("dem", "land_cover", "columns"):
+        if name in options:
+            options[name] = folder / options[name]
+    return import_files(database, [folder / name for name in case["files"]], given=given, **options)
