@@ -49,7 +49,12 @@ def alpha_beta_paths(
     named. Raises `AvahazardError` where the database, the path, its profile, a regression, or the
     model or its bounds are missing, or `plot` is not the name of a picture.
     """
-    regressions = _regressions(by)
+    unknown = [name for name in by if name not in BY_NAME]
+    if unknown:
+        raise AvahazardError(
+            f"There are no α-β coefficients '{unknown[0]}'.", f"There are {', '.join(BY_NAME)}."
+        )
+    regressions = tuple(BY_NAME[name] for name in dict.fromkeys(by)) or REGRESSIONS
     with reading(database) as session:
         records = load_records(session)
         bounds: list[dict[str, Any]] | None = []
@@ -65,15 +70,6 @@ def alpha_beta_paths(
     if plot is not None:
         _draw(plot, records, found, [HazardRow.from_dict(row) for row in bounds])
     return Rows(_row(path, smooth, one) for path, smooth, both in found for one in both)
-
-
-def _regressions(by: Sequence[str]) -> tuple[Regression, ...]:
-    unknown = [name for name in by if name not in BY_NAME]
-    if unknown:
-        raise AvahazardError(
-            f"There are no α-β coefficients '{unknown[0]}'.", f"There are {', '.join(BY_NAME)}."
-        )
-    return tuple(BY_NAME[name] for name in dict.fromkeys(by)) or REGRESSIONS
 
 
 def _runouts(

@@ -11,11 +11,10 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
-from avahazard.notes import Note
-from avahazard.records.collection import Records
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.records.event import Event
 from avahazard.records.intake import Drawn
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
@@ -81,9 +80,14 @@ def import_files(
         )
         stored = intake.known
         merge = merge_records(intake, stored, update=update)
-        intake.notes += _dwarfing_volumes(merge.write, stored)
+        written = {event.event_id for event in merge.write.events}
+        kept = (event for event in stored.events if event.event_id not in written)
+        every = [*kept, *merge.write.events]
+        intake.notes += _dwarfing_volumes(every, len(merge.write.events))
         intake.notes += vague_stops(merge.write, stored)
-        intake.notes += _written_twice(merge.write, stored)
+        intake.notes += repeated_notes(
+            ids for ids in repeated(every) if not written.isdisjoint(ids)
+        )
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:
@@ -101,24 +105,15 @@ def import_files(
     )
 
 
-def _dwarfing_volumes(new: Records, stored: Records) -> list[str]:
-    """Name new volumes that dwarf those of all records."""
-    written = {event.event_id for event in new.events}
-    events = [*new.events, *(e for e in stored.events if e.event_id not in written)]
+def _dwarfing_volumes(events: Sequence[Event], n_new: int) -> list[str]:
+    """Name those of the last `n_new` volumes that dwarf all others."""
     volumes = np.log(np.array([event.volume_m3 or np.nan for event in events]))
     return [
         f"the volume of {events[i].event_id}, {events[i].volume_m3:g} m3, dwarfs all others. "
         "Is its unit m3?"
         for i in dwarfing(volumes)
-        if i < len(new.events)
+        if i >= len(events) - n_new
     ]
-
-
-def _written_twice(new: Records, stored: Records) -> list[Note]:
-    """Name new events that may be one avalanche, or one that is stored."""
-    written = {event.event_id for event in new.events}
-    events = [*(e for e in stored.events if e.event_id not in written), *new.events]
-    return repeated_notes(ids for ids in repeated(events) if written.intersection(ids))
 
 
 def _drawn(

@@ -303,19 +303,28 @@ def calibration_result(
     found: FittedModel, name: str, records: Records, *, seed: int, parent: str | None = None
 ) -> Calibration:
     """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
-    specification, chains = found.specification, found.chains
-    n_chains, n_draws = chains.draws.shape[:2]
+    specification, chains, law = found.specification, found.chains, found.layout.law
     checks = chains.diagnostics
     notes = list(found.notes)
     if not checks.converged:
         notes.append(Note("not_converged", rhat=checks.rhat_max, ess=checks.ess_min))
     dominated = prior_dominated(found)
-    given, prior = _given_told(found), _prior_told(found)
+    units = dict(zip(chains.names, chains.units, strict=True))
+    given = {g.name: GivenTold(g.mean, g.sd, units[g.name]) for g in specification.given}
+    prior = None
+    if (told := specification.prior) is not None:
+        each = zip(law.coordinates, told.mean, told.sd.tolist(), strict=True)
+        prior = PriorTold(told.source, {name: PriorCoordinate(m, s) for name, m, s in each})
     notes += prior_notes(name, given, prior, dominated)
     of_records = (*record_notes(records, found.observations.sites), *volume_notes(found, name))
     notes += of_records
-    spread, tails = _path_spread(found), _heavier_tails(found)
-    notes[:0] = [told.note(name) for told in (spread, tails) if told is not None]
+    spread = tails = None
+    if (differ := paths_differ(found)) is not None and differ.evidence >= WORTH_A_NOTE:
+        effect = None if differ.lacking else differ.effect
+        spread = PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
+    if (gain := heavier_tails(found)) is not None and gain > HEAVY_TAILS:
+        tails = HeavierTails(gain)
+    notes[:0] = [one.note(name) for one in (spread, tails) if one is not None]
     return Calibration(
         model=name,
         parent=parent,
@@ -330,8 +339,8 @@ def calibration_result(
         left_out=dict(found.left_out),
         parameters={key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
         diagnostics=checks,
-        chains=n_chains,
-        draws=n_draws,
+        chains=chains.draws.shape[0],
+        draws=chains.draws.shape[1],
         seed=seed,
         data_fingerprint=data_fingerprint(records),
         notes=tuple(notes),
@@ -342,37 +351,6 @@ def calibration_result(
         prior=prior,
         given_priors=given or None,
     )
-
-
-def _prior_told(model: FittedModel) -> PriorTold | None:
-    """Where the prior of the law comes from, and what it was, by coordinate."""
-    prior, law = model.specification.prior, model.layout.law
-    if prior is None:
-        return None
-    each = zip(law.coordinates, prior.mean, prior.sd.tolist(), strict=True)
-    return PriorTold(prior.source, {name: PriorCoordinate(m, s) for name, m, s in each})
-
-
-def _given_told(found: FittedModel) -> dict[str, GivenTold]:
-    """The priors that were given as numbers, with the units of their parameters."""
-    units = dict(zip(found.chains.names, found.chains.units, strict=True))
-    given = found.specification.given
-    return {g.name: GivenTold(g.mean, g.sd, units[g.name]) for g in given}
-
-
-def _path_spread(found: FittedModel) -> PathSpread | None:
-    """The spread between paths that the model lacks, where the records speak for one."""
-    differ = paths_differ(found)
-    if differ is None or differ.evidence < WORTH_A_NOTE:
-        return None
-    effect = None if differ.lacking else differ.effect
-    return PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
-
-
-def _heavier_tails(found: FittedModel) -> HeavierTails | None:
-    """What heavy tails would gain, where the records ask for them."""
-    gain = heavier_tails(found)
-    return None if gain is None or gain <= HEAVY_TAILS else HeavierTails(gain)
 
 
 def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:
