@@ -115,8 +115,12 @@ def test_people_read_no_metres(stored: str, write: Write) -> None:
     document = json.loads(avahazard("--json", "compare", "base").stdout)
     assert document["coordinate"] == "h_over_l"
     new = str(write("new.csv", HEAD + "a,,3e3,\n"))
-    assert "Predicted stops, H/L" in avahazard("predict", "base", new).stdout
-    assert "error H/L" in avahazard("ladder").stdout
+    stops = avahazard("predict", "base", new).stdout
+    assert "H/L" in stops
+    assert ", m" not in stops
+    errors = avahazard("ladder").stdout
+    assert "H/L" in errors
+    assert " m " not in errors
 
 
 def test_the_release_serves_as_a_column(write: Write) -> None:
