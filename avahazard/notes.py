@@ -87,6 +87,11 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "like those on record.",
     "no_rate": "how often avalanches come down this path is not known, so it has no design runout: "
     "give its records dates.",
+    "data_window": "the rate of avalanches counts the path's records over the {seasons} from "
+    "{first} to {last}, in which paths of this data set have records, as observed_from or "
+    "observed_to is missing. Give both if the path was observed for longer or shorter.",
+    "of_winters": "winters",
+    "of_years": "years",
     "part_beyond": "part of the interval of the {period:g}-year runout is beyond the end of the "
     "profile. A longer profile would show how far.",
     "all_beyond": "the {period:g}-year runout is beyond the end of the profile, and how far is not "

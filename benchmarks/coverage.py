@@ -1,7 +1,7 @@
 """What the intervals of the 100-year runout hold; writes the tables of docs/coverage.md.
 
 make coverage [ARGS=…]         200 datasets, and 60 of each harder kind; goes on from earlier runs
---plain 20 --harder 6          fewer
+--plain 20 --harder 6          fewer; --sparse 50 of those with few records a path
 --minutes 10 --workers 2       begin none after ten minutes; two at a time
 """
 
@@ -29,6 +29,7 @@ from benchmarks.study import DOCS, HERE, Line, run_missing, table, write_parts
 from benchmarks.true_worlds import (
     ARMS,
     PLAIN,
+    SPARSE,
     TrueWorld,
     exceeded_once,
     run_path,
@@ -47,6 +48,7 @@ ARM_WORDS = {
     PLAIN: "as above",
     "paths differ": "paths differ (sd 0.12 on log friction); the model has the path effect",
     "limit of sight": "three in ten stop above the detection limit, which is given",
+    SPARSE: "12 paths of about 5 records; no path has observed_from or observed_to",
     "a third left": "a third of the records lie beyond the profile; hazard on the whole one",
 }
 
@@ -56,23 +58,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--plain", type=int, default=200)
     parser.add_argument("--harder", type=int, default=60)
+    parser.add_argument("--sparse", type=int, default=200)
     parser.add_argument("--minutes", type=float, default=1e6)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--results", type=Path, default=HERE / "coverage.jsonl")
     parser.add_argument("--page", type=Path, default=DOCS / "coverage.md")
     given = parser.parse_args()
-    plans = [(f"{arm} #{seed}", (arm, seed)) for arm, seed in planned(given.plain, given.harder)]
+    plans = [
+        (f"{arm} #{seed}", (arm, seed))
+        for arm, seed in planned(given.plain, given.harder, given.sparse)
+    ]
     found = run_missing(
         given.results, plans, judge_plan, minutes=given.minutes, workers=given.workers
     )
     write_parts(given.page, tables(found))
 
 
-def planned(n_plain: int, n_harder: int) -> list[tuple[str, int]]:
+def planned(n_plain: int, n_harder: int, n_sparse: int) -> list[tuple[str, int]]:
     """Every arm with its datasets by seed."""
     harder = range(FIRST_HARDER, FIRST_HARDER + n_harder)
-    return [(PLAIN, seed) for seed in range(1, n_plain + 1)] + [
-        (arm, seed) for seed in harder for arm in ARMS if arm != PLAIN
+    return [
+        *((PLAIN, seed) for seed in range(1, n_plain + 1)),
+        *((arm, seed) for seed in harder for arm in ARMS if arm not in (PLAIN, SPARSE)),
+        *((SPARSE, seed) for seed in range(1, n_sparse + 1)),
     ]
 
 

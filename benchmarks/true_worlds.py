@@ -80,6 +80,32 @@ def true_world(seed: int, tau: float = 0.0, unseen: float = 0.0) -> TrueWorld:
     return TrueWorld(seed, records, sites, rates, settings, offsets, (PATHS_DIFFER,))
 
 
+SPARSE_PATHS, SPARSE_FROM = 12, 1950
+
+
+def sparse_world(seed: int) -> TrueWorld:
+    """Paths with about five records each in 70 winters, which do not say when they were watched."""
+    rng = np.random.default_rng([seed, 2042])
+    settings = Settings(
+        law=Exponential(a=float(rng.uniform(0.42, 0.58)), n=float(rng.uniform(2e-7, 9e-7))),
+        scatter=float(rng.uniform(0.08, 0.2)),
+        volume_rel_sigma=float(rng.uniform(0.2, 0.5)),
+    )
+    log_sd = float(rng.uniform(0.7, 1.2))
+    rates, counts = np.zeros(SPARSE_PATHS), np.zeros(SPARSE_PATHS, int)
+    while len(none := np.flatnonzero(counts == 0)):
+        # What nobody recorded is no path of the data.
+        rates[none] = rng.uniform(0.02, 0.12, len(none))
+        counts[none] = rng.poisson(rates[none] * (LAST_YEAR - SPARSE_FROM))
+    sites = tuple(
+        _site(rng, k, int(n), log_sd, first_year=SPARSE_FROM) for k, n in enumerate(counts)
+    )
+    records, _ = make_world(seed, int(counts.sum()), SPARSE_PATHS, settings=settings, sites=sites)
+    paths = (replace(path, observed_from=None, observed_to=None) for path in records.paths)
+    records = replace(records, paths=tuple(paths))
+    return TrueWorld(seed, records, sites, rates, settings, np.zeros(SPARSE_PATHS))
+
+
 def drawn_ground(rng: np.random.Generator, tail_m: float) -> tuple[Floats, Floats]:
     """x and y (m) of a path as those of `synth`, with steps and a flat end of `tail_m`."""
     waves = tuple(
@@ -96,12 +122,14 @@ def drawn_ground(rng: np.random.Generator, tail_m: float) -> tuple[Floats, Float
     )
 
 
-def _site(rng: np.random.Generator, k: int, n_events: int, log_sd: float) -> SitePlan:
+def _site(
+    rng: np.random.Generator, k: int, n_events: int, log_sd: float, first_year: int = FIRST_YEAR
+) -> SitePlan:
     """A path whose end is long: its 100-year runout lies on it."""
     x, y = drawn_ground(rng, 4000.0)
     path_id = f"P{k + 1}"
     return SitePlan(
-        path=Path(path_id, observed_from=FIRST_YEAR, observed_to=LAST_YEAR),
+        path=Path(path_id, observed_from=first_year, observed_to=LAST_YEAR),
         profile=Profile(path_id, x, y),
         n_events=n_events,
         volume_median_m3=float(rng.lognormal(np.log(7e4), 0.5)),
@@ -216,10 +244,11 @@ def _cut(records: Records, profile: Profile) -> Profile:
     return replace(profile, x_m=profile.x_m[:n], y_m=profile.y_m[:n], land_cover=cover)
 
 
-PLAIN = "plain"
+PLAIN, SPARSE = "plain", "sparse"
 ARMS: dict[str, Callable[[int], TrueWorld]] = {
     PLAIN: true_world,
     "paths differ": lambda seed: true_world(seed, tau=TAU),
     "limit of sight": lambda seed: true_world(seed, unseen=UNSEEN),
     "a third left": with_a_third_left,
+    SPARSE: sparse_world,
 }

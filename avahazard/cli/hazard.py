@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Annotated
@@ -13,7 +13,7 @@ from rich.console import Console
 from avahazard.cli.options import CalibratedModel
 from avahazard.cli.output import emit, emit_rows, settings, show, table, warn
 from avahazard.cli.progress import show_progress
-from avahazard.notes import counted, grouped
+from avahazard.notes import Note, counted, grouped
 from avahazard.report.language import TERMINAL
 from avahazard.report.tables import (
     apart_table,
@@ -106,7 +106,7 @@ def hazard(
     )
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
-    notes = grouped(found.notes)
+    notes = grouped(note for note in found.notes if note.key != WINDOW)
     warn(*notes[:MOST_NOTES])
     if len(notes) > MOST_NOTES:
         warn(f"and {len(notes) - MOST_NOTES} more notes, which are with the rows of --json.")
@@ -131,7 +131,17 @@ def zones(
     with show_progress() as report:
         found = run(settings(context).database, name, request, report)
     emit(context, found.rows, lambda console: show_zones(console, found.rows))
-    warn(*found.notes)
+    warn(*(note for note in found.notes if note.key != WINDOW))
+
+
+WINDOW = "data_window"
+"""The note that is the first line of the answer."""
+
+
+def show_windows(console: Console, notes: Iterable[Note]) -> None:
+    """Print of which paths the rate rests on the years in which any path has records."""
+    for note in grouped(note for note in notes if note.key == WINDOW):
+        console.print(f"{note[:1].upper()}{note[1:]}")
 
 
 def show_bounds(
@@ -143,8 +153,9 @@ def show_bounds(
 ) -> None:
     """Print the rows of `hazard`: design runouts, else runouts of volumes; all, if `verbose`.
 
-    Last, the reasons of the paths that `failed`.
+    First, where rates rest on the years of the data set; last, why paths `failed`.
     """
+    show_windows(console, (note.about(row.path_id) for row in rows for note in row.notes))
     periods = [row for row in rows if row.return_period_years is not None]
     given = [row for row in rows if row.return_period_years is None]
     if periods:
@@ -163,6 +174,7 @@ def show_bounds(
 
 def show_zones(console: Console, entries: Sequence[ZonedPath]) -> None:
     """Print design runouts, zones and speeds: largest of every path; of one path at places."""
+    show_windows(console, (note for entry in entries for note in entry.notes))
     show(console, design_table(entries, TERMINAL))
     show(console, zones_table(entries, TERMINAL))
     show(console, speeds_table(entries, TERMINAL))

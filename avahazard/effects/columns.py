@@ -17,9 +17,6 @@ from avahazard.records.path import Path
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
 
-FIRST_MONTH = 10
-"""Winters begin with October, as hydrological years do."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventColumns:
@@ -96,7 +93,7 @@ def build_columns(
         year=column(e.year for e in events),
         day_of_winter=column((d - _november(d)).days if d else None for d in dates),
         day=column(d.toordinal() if d else None for d in dates),
-        winter=column(map(_winter, events)),
+        winter=column(e.winter() for e in events),
         location=np.array([(p and p.location) or "" for p in its_path]),
         log_volume=column(np.log(e.volume_m3) if e.volume_m3 else None for e in events),
         volume_error=column(e.volume_rel_sigma for e in events),
@@ -113,14 +110,6 @@ def build_columns(
 def _november(day: date) -> date:
     """The last 1 November."""
     return date(day.year if day.month >= 11 else day.year - 1, 11, 1)
-
-
-def _winter(event: Event) -> float | None:
-    """The year in which the winter of an event ends; None without a date."""
-    if event.date is None or event.year is None:
-        return None
-    month = int(event.date[5:7]) if len(event.date) >= 7 else 1
-    return float(event.year + (month >= FIRST_MONTH))
 
 
 def _covariates(

@@ -27,15 +27,18 @@ from avahazard.hazard.extremes import (
 )
 from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
+    DatedVolumes,
     PooledPaths,
     RegionVolumes,
     VolumeRecord,
+    data_window,
+    dated_volumes,
     region_of,
     volume_record,
 )
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.seeds import generator
-from avahazard.notes import counted
+from avahazard.notes import Note, counted
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
@@ -178,7 +181,8 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
 def _words(region: RegionVolumes, record: VolumeRecord, own: Floats, others: PooledPaths) -> str:
     """How the volume of a return period is found, in one sentence."""
     if region.family == "gev":
-        text = f"GEV of log annual maxima, {len(own)} maxima"
+        kind = "winter" if record.seasons == "winters" else "yearly"
+        text = f"GEV of log {kind} maxima, {len(own)} maxima"
     else:
         threshold = float(f"{np.exp(region.threshold(record.path_id)):.3g}")
         given = "given" if region.threshold_m3 is not None else "the median"
@@ -193,12 +197,10 @@ def _words(region: RegionVolumes, record: VolumeRecord, own: Floats, others: Poo
             f"({counted(others.n_values, 'volume')})"
         )
     n = record.n_unobserved
-    unobserved = f", {counted(n, 'year')} not observed" if n else ""
+    unobserved = f", {counted(n, record.seasons[:-1])} not observed" if n else ""
     text += (
-        f"; {counted(record.n_events, 'record')} over {record.window} "
-        f"({record.first_year} to {record.last_year}"
-        f"{unobserved}): "
-        f"{record.events_per_year:.3g} a year"
+        f"; {counted(record.n_events, 'record')} over {record.seasons} {record.first_year} to "
+        f"{record.last_year} ({record.window}{unobserved}): {record.events_per_year:.3g} a year"
     )
     if record.n_left_out:
         text += f"; {record.n_left_out} undated or outside these years left out"
@@ -366,21 +368,15 @@ RELEASE_AREA = "release_area_m2"
 class KnownVolumes:
     """What the records of paths tell of their volumes, gathered piece by piece.
 
-    `refused` says of a path why it has no record; `areas` are release areas (m2) of paths that
-    state one over 0.
+    `areas` are release areas (m2) of paths that state one over 0.
     """
 
-    records: list[VolumeRecord] = field(default_factory=list)
-    refused: dict[str, AvahazardError] = field(default_factory=dict)
+    paths: list[DatedVolumes] = field(default_factory=list)
     areas: dict[str, float] = field(default_factory=dict)
 
     def add(self, path: Path, events: Sequence[Event]) -> None:
         """Add a path, given all its events."""
-        try:
-            self.records.append(volume_record(path, events))
-        except AvahazardError as error:
-            # Its traceback would hold the events.
-            self.refused[path.path_id] = error.with_traceback(None)
+        self.paths.append(dated_volumes(path, events))
         area = path.covariates.get(RELEASE_AREA)
         if isinstance(area, float | int) and area > 0.0:
             self.areas[path.path_id] = float(area)
@@ -466,6 +462,15 @@ class Frequencies:
         rate = rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, N_DRAWS)
         return replace(one_volume(ANY_VOLUME_M3, N_DRAWS), rate=rate, seen_only=True)
 
+    def window_note(self, path_id: str, of: str = "") -> tuple[Note, ...]:
+        """Says so where the years of a path's rate are those of the data set, not its own."""
+        record = self.region.records.get(path_id)
+        if record is None or record.own_years or self.table is not None:
+            return ()
+        seasons = Note("of_winters" if record.seasons == "winters" else "of_years")
+        first, last = record.first_year, record.last_year
+        return (Note("data_window", of, seasons=seasons, first=first, last=last),)
+
     def extrapolated(self, path_id: str, return_period: float) -> bool:
         """Whether a return period (years) is too long for what is known of a path."""
         try:
@@ -480,13 +485,21 @@ def volume_frequencies(
 ) -> Frequencies:
     """The frequencies of all paths. Raises `AvahazardError` for a file that cannot be read."""
     source = source or VolumeSource()
-    region = region_of(known.records, source.family, source.threshold_m3)
+    window = data_window(known.paths, source.year_starts)
+    records: list[VolumeRecord] = []
+    refused: dict[str, AvahazardError] = {}
+    for own in known.paths:
+        try:
+            records.append(volume_record(own, window, source.year_starts))
+        except AvahazardError as error:
+            refused[own.path_id] = error.with_traceback(None)
+    region = region_of(records, source.family, source.threshold_m3)
     if source.table is None and source.snowfall is None:
         # Now, while every worker is free: each would look at all paths for itself.
         region.together()
     return Frequencies(
         region=region,
-        refused=known.refused,
+        refused=refused,
         seed=seed,
         source=source,
         table=None if source.table is None else read_return_volumes(source.table),

@@ -19,16 +19,25 @@ from avahazard.engine import spread_map
 from avahazard.hazard.extremes import gev_likelihood, gpd_likelihood, over_locations
 from avahazard.hazard.volume_source import Family
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.event import WINTER_STARTS, Event
+from avahazard.records.path import Covariate, Path
+
+WINDOWS = {
+    (False, False): "observed_from to observed_to",
+    (False, True): "observed_from to the last record of any path",
+    (True, False): "the first record of any path to observed_to",
+    (True, True): "the first to the last record of any path",
+}
+"""Where the observed years come from, by whether the path lacks each of the two columns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VolumeRecord:
     """The observed years of one path and their volumes.
 
-    `log_maxima` `[n_maxima]`: log of the largest volume (m3) of each calendar year in which one
-    was measured; `log_volumes` `[n_volumes]` those of all measured events; both with the standard
+    A year begins in month `year_starts` and is named by the calendar year in which it ends.
+    `log_maxima` `[n_maxima]`: log of the largest volume (m3) of each year in which one was
+    measured; `log_volumes` `[n_volumes]` those of all measured events; both with the standard
     deviations of the records. `n_events` dated records lie in the observed years, in
     `n_event_years` of them; `n_left_out` records have no date or lie outside. `n_unobserved` years
     between the first and the last are gaps. `window` says where the years come from.
@@ -46,6 +55,17 @@ class VolumeRecord:
     log_volumes: Floats
     volumes_sigma: Floats
     n_unobserved: int = 0
+    year_starts: int = WINTER_STARTS
+
+    @property
+    def seasons(self) -> str:
+        """What its years are called."""
+        return "winters" if self.year_starts == WINTER_STARTS else "years"
+
+    @property
+    def own_years(self) -> bool:
+        """Whether the path itself says in which years it was watched."""
+        return self.window == WINDOWS[False, False]
 
     @property
     def n_years(self) -> int:
@@ -63,72 +83,124 @@ class VolumeRecord:
         return self.n_event_years / self.n_years
 
 
-def volume_record(path: Path, events: Sequence[Event]) -> VolumeRecord:
-    """The volume record of a path from all its events.
+@dataclass(frozen=True, slots=True, eq=False)
+class DatedVolumes:
+    """What a path's own records give: the years it was watched in, and its dated events.
 
-    The years are `observed_from` to `observed_to`; an end that the path lacks is taken from its
-    dated records. Raises `AvahazardError` where that gives no rate.
+    `year`, `month` `[n_events]` of their dates (month 1 of a year alone); `log_volume` (log m3,
+    nan where it is not known) and its standard deviation `sigma`. `n_undated` have no date.
     """
-    years = [event.year for event in events if event.year is not None]
-    first = path.observed_from if path.observed_from is not None else min(years, default=None)
-    last = path.observed_to if path.observed_to is not None else max(years, default=None)
-    hint = f"Give observed_from and observed_to of path {path.path_id}, or use --volume."
-    if first is None or last is None:
-        raise AvahazardError(f"No event of path {path.path_id} is dated: no rate of events.", hint)
-    if path.observed_from is None and path.observed_to is None and first == last:
-        raise AvahazardError(
-            f"All records of path {path.path_id} are of {first}: no rate of events.", hint
-        )
-    gaps = unobserved_years(path) & set(range(first, last + 1))
-    inside = [
-        e for e in events if e.year is not None and first <= e.year <= last and e.year not in gaps
-    ]
-    if not inside:
-        raise AvahazardError(
-            f"Path {path.path_id} has no dated event in its observed years {first} to {last}.", hint
-        )
-    measured = [e for e in inside if e.volume_m3 is not None and e.volume_m3 > 0]
-    log_volumes = np.log(np.array([e.volume_m3 for e in measured], np.float64))
-    sigma = np.array([e.volume_rel_sigma for e in measured], np.float64)
-    largest: dict[int, int] = {}
-    for k, event in enumerate(measured):
-        if event.year is not None and (
-            event.year not in largest or log_volumes[k] > log_volumes[largest[event.year]]
-        ):
-            largest[event.year] = k
-    maxima = np.array([largest[year] for year in sorted(largest)], np.int64)
-    return VolumeRecord(
+
+    path_id: str
+    observed_from: int | None
+    observed_to: int | None
+    not_observed: Covariate | None
+    year: NDArray[np.int16]
+    month: NDArray[np.int16]
+    log_volume: Floats
+    sigma: Floats
+    n_undated: int
+
+    def winters(self, starts: int) -> NDArray[np.int64]:
+        """Of each event the year in which its winter ends (`Event.winter`)."""
+        return self.year + np.int64(0) + ((starts > 1) & (self.month >= starts))
+
+
+def dated_volumes(path: Path, events: Sequence[Event]) -> DatedVolumes:
+    """The dated events of a path, from all of its events."""
+    dated = [event for event in events if event.date is not None]
+    volumes = np.array([event.volume_m3 or np.nan for event in dated], np.float64)
+    with np.errstate(invalid="ignore"):
+        log_volume = np.log(np.where(volumes > 0.0, volumes, np.nan))
+    return DatedVolumes(
         path_id=path.path_id,
-        first_year=first,
-        last_year=last,
-        window=_window(path),
-        n_events=len(inside),
-        n_event_years=len({event.year for event in inside}),
-        n_left_out=len(events) - len(inside),
-        log_maxima=log_volumes[maxima],
-        maxima_sigma=sigma[maxima],
-        log_volumes=log_volumes,
-        volumes_sigma=sigma,
-        n_unobserved=len(gaps),
+        observed_from=path.observed_from,
+        observed_to=path.observed_to,
+        not_observed=path.covariates.get("not_observed"),
+        year=np.array([event.year for event in dated], np.int16),
+        month=np.array([int((event.date or "")[5:7] or 1) for event in dated], np.int16),
+        log_volume=log_volume,
+        sigma=np.array([event.volume_rel_sigma for event in dated], np.float64),
+        n_undated=len(events) - len(dated),
     )
 
 
-def unobserved_years(path: Path) -> set[int]:
-    """Years in which nobody looked, from the path's column `not_observed`: `1914-1918;1943`.
+def data_window(paths: Iterable[DatedVolumes], starts: int) -> tuple[int, int] | None:
+    """The first and the last winter in which any path has records; None without dates."""
+    ends = [end for own in paths if len(own.year) for end in _ends(own.winters(starts))]
+    return _ends(np.array(ends)) if ends else None
+
+
+def _ends(winters: NDArray[np.int64]) -> tuple[int, int]:
+    return int(winters.min()), int(winters.max())
+
+
+def volume_record(
+    own: DatedVolumes, window: tuple[int, int] | None, starts: int = WINTER_STARTS
+) -> VolumeRecord:
+    """The volume record of a path; a year begins in month `starts`.
+
+    Its years are the winters that end in `observed_from` to `observed_to`; an end that the path
+    lacks is that of `window`, the winters in which any path has records. Raises `AvahazardError`
+    where that gives no rate.
+    """
+    path_id, given = own.path_id, (own.observed_from, own.observed_to)
+    hint = f"Give observed_from and observed_to of path {path_id}, or use --volume."
+    if window is None or (not len(own.year) and None in given):
+        if None in given:
+            raise AvahazardError(f"No event of path {path_id} is dated: no rate of events.", hint)
+        window = (0, 0)
+    first, last = (end if at is None else at for at, end in zip(given, window, strict=True))
+    if given == (None, None) and first == last:
+        raise AvahazardError(
+            f"All records of path {path_id} are of {first}, as are those of every path: no rate "
+            "of events.",
+            hint,
+        )
+    gaps = unobserved_years(path_id, own.not_observed) & set(range(first, last + 1))
+    winters = own.winters(starts)
+    inside = (winters >= first) & (winters <= last) & ~np.isin(winters, list(gaps))
+    if not inside.any():
+        raise AvahazardError(
+            f"Path {path_id} has no dated event in its observed years {first} to {last}.", hint
+        )
+    measured = np.flatnonzero(inside & np.isfinite(own.log_volume))
+    # The first of equal volumes of a winter.
+    order = measured[np.lexsort((-own.log_volume[measured], winters[measured]))]
+    _, largest = np.unique(winters[order], return_index=True)
+    maxima = order[largest]
+    return VolumeRecord(
+        path_id=path_id,
+        first_year=first,
+        last_year=last,
+        window=WINDOWS[given[0] is None, given[1] is None],
+        n_events=int(inside.sum()),
+        n_event_years=len(np.unique(winters[inside])),
+        n_left_out=int(np.sum(~inside)) + own.n_undated,
+        log_maxima=own.log_volume[maxima],
+        maxima_sigma=own.sigma[maxima],
+        log_volumes=own.log_volume[measured],
+        volumes_sigma=own.sigma[measured],
+        n_unobserved=len(gaps),
+        year_starts=starts,
+    )
+
+
+def unobserved_years(path_id: str, text: Covariate | None) -> set[int]:
+    """Winters in which nobody looked, from the path's column `not_observed`: `1914-1918;1943`.
 
     Raises `AvahazardError` where the column does not read so.
     """
-    text = path.covariates.get("not_observed")
     if text is None:
         return set()
     if isinstance(text, float):
         text = f"{text:.0f}"
     years: set[int] = set()
-    for part in text.split(";"):
+    for part in str(text).split(";"):
         found = re.fullmatch(r"\s*(\d{4})(?:\s*[-–]\s*(\d{4}))?\s*", part)
         if found is None or int(found[2] or found[1]) < int(found[1]):
             raise AvahazardError(
-                f"not_observed of path {path.path_id} is '{text}'.",
+                f"not_observed of path {path_id} is '{text}'.",
                 "Give years and spans of years, such as 1914-1918;1943.",
             )
         years |= set(range(int(found[1]), int(found[2] or found[1]) + 1))
@@ -168,16 +240,6 @@ def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
         else r
         for r in records
     ]
-
-
-def _window(path: Path) -> str:
-    if path.observed_from is not None and path.observed_to is not None:
-        return "observed_from to observed_to"
-    if path.observed_from is not None:
-        return "observed_from to its last record"
-    if path.observed_to is not None:
-        return "its first record to observed_to"
-    return "the span of its records"
 
 
 FEWEST_TELLING = 3

@@ -7,6 +7,7 @@ from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
 from avahazard.records.errors import AvahazardError
+from avahazard.records.event import WINTER_STARTS
 from avahazard.request import Option, Request
 
 Family = Literal["gev", "gpd"]
@@ -16,6 +17,7 @@ Family = Literal["gev", "gpd"]
 class VolumeSource(Request):
     """Where the frequency of volumes comes from: records, else one of the two files.
 
+    A year begins in month `year_starts`.
     `family` is `gev` of yearly maxima or `gpd` over a threshold (m3; without one, the median of
     each path's volumes). `table` holds (T, V) of the user's; `snowfall` three-day snow depths,
     which `density_ratio` (density of the release over that of the deposit, about 200 over
@@ -65,6 +67,16 @@ class VolumeSource(Request):
             over=0.0,
         ),
     ] = 0.5
+    year_starts: Annotated[
+        int,
+        Option(
+            help="Month in which a year begins: 10 for winters, 1 for calendar years.",
+            metavar="MONTH",
+            what="month",
+            least=1,
+            most=12,
+        ),
+    ] = WINTER_STARTS
 
     def __post_init__(self) -> None:
         Request.__post_init__(self)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 
 from avahazard.records.path import Covariate
 
+WINTER_STARTS = 10
+"""Month in which a winter begins: it lasts from October to September."""
+
 
 @dataclass(frozen=True, slots=True)
 class Event:
@@ -47,6 +50,16 @@ class Event:
     def year(self) -> int | None:
         """Calendar year of the event, None without a date."""
         return int(self.date[:4]) if self.date else None
+
+    def winter(self, starts: int = WINTER_STARTS) -> int | None:
+        """The year in which its winter ends, or its year that begins in month `starts`.
+
+        A date with a year alone belongs to the winter that ends in it; None without a date.
+        """
+        if self.date is None:
+            return None
+        month = int(self.date[5:7]) if len(self.date) >= 7 else 1
+        return int(self.date[:4]) + (starts > 1 and month >= starts)
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ class SnowDepthRow(Row):
     """A three-day snow depth; of several in one year the largest counts."""
 
     path_id: Name | None = Field(None, description=f"{ID}, or no such column: for all paths")
-    year: Year = Field(description="the year of the winter's January")
+    year: Year = Field(description="the year in which the winter ends")
     depth_m: Positive = Field(description="a depth in m, over 0")
 
 

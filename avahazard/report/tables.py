@@ -303,18 +303,10 @@ def period_volumes_table(
     legend = []
     if any(row.pooled for row in found):
         legend.append(say("all paths: few volumes on the path; their spread is that of all paths."))
-    windows = {
-        "observed_from to observed_to": say("observed_from to observed_to"),
-        "observed_from to its last record": say("observed_from to the last record"),
-        "its first record to observed_to": say("the first record to observed_to"),
-        "the span of its records": say("the span of the records"),
-    }
     observed = {(str(r.years_from), r.path_id): None for r in found if r.years_from is not None}
     for source, of in groupby(sorted(observed), key=itemgetter(0)):
         few = language.few([names.get(path_id, path_id) for _, path_id in of])
-        legend.append(
-            say("Years: {source} ({paths}).", source=windows.get(source, source), paths=few)
-        )
+        legend.append(say("Years: {source} ({paths}).", source=say(source), paths=few))
     title = say("Volumes of the return periods, with the 90 % credible interval")
     return made("volumes", title, columns, found, language, legend) if found else None
 

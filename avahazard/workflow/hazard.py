@@ -179,8 +179,17 @@ def hazard_of_path(
     if needs_volume:
         asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
         beyond = {v: extrapolation(model, path_id, v).notes() for v in asked}
+    window = () if frequencies is None else frequencies.window_note(path_id)
     rows = [
-        replace(row, notes=(*row.notes, *beyond.get(row.volume_m3, ()), *notes))
+        replace(
+            row,
+            notes=(
+                *(window if row.return_period_years is not None else ()),
+                *row.notes,
+                *beyond.get(row.volume_m3, ()),
+                *notes,
+            ),
+        )
         for row in path_rows(path, scenarios, n_draws, seed)
     ]
     return PathDocuments(rows, tuple(Note("left_out", reason=error.message) for error in refused))

@@ -115,7 +115,8 @@ def zones_of_path(
     path = path_hazard(model, task.records, task.path_id, volumes, seed=seed)
     far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}
     entry = path_zones(path, limits, periods, density, far, seed)
-    return PathDocuments([replace(entry, notes=(*entry.notes, *notes))])
+    window = frequencies.window_note(task.path_id, task.path_id)
+    return PathDocuments([replace(entry, notes=(*window, *entry.notes, *notes))])
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:

@@ -21,6 +21,7 @@ from avahazard.criticism.scoring.where_it_fails import MONTHS
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.covariate import covariate
 from avahazard.hazard.alpha_beta import BY_NAME
+from avahazard.hazard.volume_records import WINDOWS
 from avahazard.hazard.zones import PRESETS
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import LAWS
@@ -72,6 +73,7 @@ def _said_of_itself() -> Iterator[str]:
         yield from (zone.name for zone in limits.zones)
     yield from BY_NAME
     yield from MONTHS
+    yield from WINDOWS.values()
 
 
 def catalogue_file(code: str) -> Path:

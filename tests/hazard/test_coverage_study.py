@@ -7,17 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from avahazard.hazard.frequency import known_volumes, volume_frequencies
+from avahazard.synth.making import LAST_YEAR
 from avahazard.synth.world import make_track, run_track
 from benchmarks.coverage import covered, judge, kept, planned, share, tables
 from benchmarks.study import DOCS, with_parts
 from benchmarks.true_worlds import (
     ARMS,
     LEFT,
+    SPARSE_FROM,
     TAU,
     UNSEEN,
     TrueWorld,
     exceeded_once,
     run_path,
+    sparse_world,
     true_runouts,
     true_volumes,
     true_world,
@@ -86,8 +90,28 @@ def test_an_offset_moves_the_truth(world: TrueWorld) -> None:
 
 
 def test_the_plan_has_every_arm_and_no_world_twice() -> None:
-    worlds = planned(3, 2)
-    assert len(worlds) == len(set(worlds)) == 3 + 2 * (len(ARMS) - 1)
+    worlds = planned(3, 2, 4)
+    assert len(worlds) == len(set(worlds)) == 3 + 2 * (len(ARMS) - 2) + 4
+
+
+def test_sparse_paths_have_the_winters_of_the_data_set() -> None:
+    sparse = sparse_world(2)
+    assert all(p.observed_from is p.observed_to is None for p in sparse.records.paths)
+    found = volume_frequencies(known_volumes(sparse.records), 1).region.records
+    windows = {(record.first_year, record.last_year) for record in found.values()}
+    ((first, last),) = windows
+    assert SPARSE_FROM < first <= SPARSE_FROM + 6
+    assert LAST_YEAR - 6 <= last <= LAST_YEAR
+    ratios = [found[s.path.path_id].events_per_year for s in sparse.sites] / sparse.rates
+    assert np.median(ratios) == pytest.approx(1.0, abs=0.4)
+
+
+@pytest.mark.slow
+def test_most_intervals_of_sparse_paths_hold_the_truth() -> None:
+    """Of the 200 datasets of the study four: 48 paths, of which 44 are expected."""
+    worlds = kept([judge(sparse_world(seed), ["gev"]) for seed in range(301, 305)])
+    mean, _ = share(worlds, lambda p: covered(p, "gev", "b"))
+    assert 0.8 <= mean <= 1.0
 
 
 @pytest.mark.slow

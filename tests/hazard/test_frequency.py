@@ -20,6 +20,7 @@ from avahazard.hazard.frequency import (
     return_volume,
     snowfall_frequency,
     table_frequency,
+    volume_frequencies,
 )
 from avahazard.hazard.volume_records import VolumeRecord, region_of
 from avahazard.hazard.volume_source import Family, VolumeSource
@@ -251,7 +252,7 @@ def test_the_method_tells_records_years_and_what_was_left_out() -> None:
     rng = np.random.default_rng(5)
     known = replace(record("p", TRUTH.rvs(9, random_state=rng), 30), n_left_out=3)
     method = fitted([known], rng).method
-    assert "; 9 records over a test (1971 to 2000): 0.3 a year; " in method
+    assert "; 9 records over winters 1971 to 2000 (a test): 0.3 a year; " in method
     assert method.endswith("; 3 undated or outside these years left out")
 
 
@@ -373,8 +374,9 @@ def held(thing: object) -> Iterator[object]:
 def test_a_refusal_holds_no_records() -> None:
     known = KnownVolumes()
     known.add(Path("P"), (Event("e", "P", runout_x_m=1.0),))
-    assert isinstance(known.refused["P"], AvahazardError)
-    assert not any(isinstance(thing, Event) for thing in held(known))
+    refused = volume_frequencies(known, 1).refused
+    assert isinstance(refused["P"], AvahazardError)
+    assert not any(isinstance(thing, Event) for thing in held([known, refused]))
 
 
 def test_any_area_of_release_over_nought_is_known() -> None:

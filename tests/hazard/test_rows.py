@@ -46,7 +46,7 @@ BOUNDS = RunoutBounds(
 )
 VOLUMES = np.linspace(8.0, 11.0, 18)
 RECORD = VolumeRecord(
-    *("p", 1950, 1999, "the span of its records", 20, 18, 0),
+    *("p", 1950, 1999, "the first to the last record of any path", 20, 18, 0),
     *(VOLUMES, np.zeros(18), VOLUMES, np.zeros(18)),
 )
 
@@ -74,7 +74,7 @@ def test_row_of_a_return_period() -> None:
         "n_records": 20,
         "first_year": 1950,
         "last_year": 1999,
-        "years_from": "the span of its records",
+        "years_from": "the first to the last record of any path",
         "years_not_observed": 0,
         "events_per_year": 0.4,
         "extrapolated": True,

@@ -1,6 +1,7 @@
 """Records of volumes, of one path and of all."""
 
 from dataclasses import replace
+from datetime import date, timedelta
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -12,7 +13,10 @@ from avahazard.hazard.frequency import KnownVolumes, volume_frequencies
 from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
     PATHS_AT_ONCE,
+    DatedVolumes,
     VolumeRecord,
+    data_window,
+    dated_volumes,
     region_of,
     unobserved_years,
     volume_record,
@@ -20,7 +24,7 @@ from avahazard.hazard.volume_records import (
 )
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
+from avahazard.records.event import WINTER_STARTS, Event
 from avahazard.records.path import Path
 from avahazard.workers import set_workers
 
@@ -38,12 +42,19 @@ EVENTS = [
 ]
 
 
-def test_largest_volume_of_each_year() -> None:
-    record = volume_record(Path("p", observed_from=1941, observed_to=1980), EVENTS)
-    np.testing.assert_allclose(np.exp(record.log_maxima), [3000, 500])
-    assert (record.n_years, record.n_events, record.n_event_years) == (40, 4, 3)
+def record_of(path: Path, events: list[Event], starts: int = WINTER_STARTS) -> VolumeRecord:
+    """The record of a path that is all of the data."""
+    own = dated_volumes(path, events)
+    return volume_record(own, data_window([own], starts), starts)
+
+
+def test_largest_volume_of_each_winter() -> None:
+    record = record_of(Path("p", observed_from=1941, observed_to=1980), EVENTS)
+    # December 1950 is of the next winter; 1961 alone is the winter that ends in it.
+    np.testing.assert_allclose(np.exp(record.log_maxima), [1000, 3000, 500])
+    assert (record.n_years, record.n_events, record.n_event_years) == (40, 4, 4)
     assert record.events_per_year == pytest.approx(0.1)
-    assert record.event_year_chance == pytest.approx(3 / 40)
+    assert record.event_year_chance == pytest.approx(4 / 40)
     assert record.n_left_out == 1
     assert record.window == "observed_from to observed_to"
     np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
@@ -56,10 +67,10 @@ def test_gaps_are_taken_from_the_years_and_their_records_left_out() -> None:
         observed_to=1980,
         covariates={"not_observed": "1935-1944; 1950;1979 - 1990"},
     )
-    record = volume_record(path, EVENTS)
+    record = record_of(path, EVENTS)
     assert (record.n_unobserved, record.n_years) == (4 + 1 + 2, 33)
-    assert (record.n_events, record.n_left_out) == (2, 3)
-    assert record.events_per_year == pytest.approx(2 / 33)
+    assert (record.n_events, record.n_left_out) == (3, 2)
+    assert record.events_per_year == pytest.approx(3 / 33)
 
 
 @pytest.mark.parametrize(
@@ -67,13 +78,13 @@ def test_gaps_are_taken_from_the_years_and_their_records_left_out() -> None:
     [("1943", {1943}), (1943.0, {1943}), ("1914-1916;1943", {1914, 1915, 1916, 1943})],
 )
 def test_years_that_nobody_observed(text: str | float, years: set[int]) -> None:
-    assert unobserved_years(Path("p", covariates={"not_observed": text})) == years
+    assert unobserved_years("p", text) == years
 
 
 @pytest.mark.parametrize("text", ["the war", "1918-1914", "14-18"])
 def test_gaps_that_do_not_read(text: str) -> None:
     with pytest.raises(AvahazardError, match="not_observed of path p") as error:
-        unobserved_years(Path("p", covariates={"not_observed": text}))
+        unobserved_years("p", text)
     assert "1914-1918;1943" in error.value.hint
 
 
@@ -109,28 +120,79 @@ def test_two_volumes_of_a_path_tell_of_their_spread_and_one_does_not() -> None:
     assert without_record_error([alone])[0] is alone
 
 
-def test_span_of_the_records_without_observed_years() -> None:
-    record = volume_record(Path("p"), EVENTS)
-    assert (record.first_year, record.last_year) == (1950, 1962)
-    assert record.events_per_year == pytest.approx(4 / 13)
-    assert record.window == "the span of its records"
+def test_a_year_begins_in_the_month_that_is_asked_for() -> None:
+    path = Path("p", observed_from=1941, observed_to=1980)
+    calendar = record_of(path, EVENTS, starts=1)
+    np.testing.assert_allclose(np.exp(calendar.log_maxima), [3000, 500])
+    assert (calendar.n_event_years, calendar.seasons) == (3, "years")
+    from_july = record_of(path, [event(1, "1950-06-30", 1.0), event(2, "1950-07-01", 2.0)], 7)
+    assert (from_july.n_event_years, from_july.first_year) == (2, 1941)
+
+
+def test_thirty_days_later_within_the_winter_the_maxima_are_the_same() -> None:
+    path = Path("p", observed_from=1941, observed_to=1980)
+    rng = np.random.default_rng(4)
+    days = [
+        date(int(y), 11, 15) + timedelta(int(d))
+        for y, d in rng.integers(0, 90, (30, 2)) + np.array([1942, 0])
+        if y < 1979
+    ]
+    found = [
+        record_of(
+            path, [event(k, str(day + timedelta(more)), 1.0 + k) for k, day in enumerate(days)]
+        )
+        for more in (0, 31)
+    ]
+    np.testing.assert_array_equal(found[0].log_maxima, found[1].log_maxima)
+    assert found[0].n_event_years == found[1].n_event_years
+
+
+def test_the_winters_of_the_data_set_without_observed_years() -> None:
+    sparse = dated_volumes(Path("p"), [event(1, "2017-01-20", 1e3), event(2, "2022-02-01", 2e3)])
+    other = dated_volumes(Path("q"), [event(3, "2005-12-30", None), event(4, "2010", None)])
+    none = dated_volumes(Path("r"), [])
+    window = data_window([sparse, other, none], WINTER_STARTS)
+    assert window == (2006, 2022)
+    record = volume_record(sparse, window)
+    assert (record.first_year, record.last_year, record.n_years) == (2006, 2022, 17)
+    assert record.events_per_year == pytest.approx(2 / 17)
+    assert record.window == "the first to the last record of any path"
+    assert not record.own_years
+    with pytest.raises(AvahazardError, match="No event of path r is dated"):
+        volume_record(none, window)
+    known = KnownVolumes([sparse, other, none])
+    frequencies = volume_frequencies(known, 1)
+    (note,) = frequencies.window_note("p", "p")
+    assert note.startswith("p: the rate of avalanches counts the path's records over the winters ")
+    assert "from 2006 to 2022" in note
+    assert frequencies.window_note("r") == ()
+    # The rate is uncertain: a gamma distribution of shape n + 1/2.
+    rate = frequencies.rate_alone("p")
+    assert rate is not None
+    assert np.quantile(rate.rate, [0.05, 0.95]) == pytest.approx(
+        stats.gamma(2.5, scale=1 / 17).ppf([0.05, 0.95]), rel=0.15
+    )
 
 
 @pytest.mark.parametrize(
     ("path", "years", "window"),
     [
-        (Path("p", observed_from=1900), (1900, 1962), "observed_from to its last record"),
-        (Path("p", observed_to=2000), (1950, 2000), "its first record to observed_to"),
+        (
+            Path("p", observed_from=1900),
+            (1900, 1962),
+            "observed_from to the last record of any path",
+        ),
+        (Path("p", observed_to=2000), (1950, 2000), "the first record of any path to observed_to"),
     ],
 )
 def test_one_end_given(path: Path, years: tuple[int, int], window: str) -> None:
-    record = volume_record(path, EVENTS)
+    record = record_of(path, EVENTS)
     assert (record.first_year, record.last_year) == years
     assert record.window == window
 
 
 def test_records_outside_the_observed_years_are_left_out() -> None:
-    record = volume_record(Path("p", observed_from=1960, observed_to=1970), EVENTS)
+    record = record_of(Path("p", observed_from=1960, observed_to=1970), EVENTS)
     assert (record.n_events, record.n_left_out) == (2, 3)
     np.testing.assert_allclose(np.exp(record.log_maxima), [500])
 
@@ -139,20 +201,20 @@ def test_records_outside_the_observed_years_are_left_out() -> None:
     ("path", "events", "message"),
     [
         (Path("p"), EVENTS[4:], "No event of path p is dated"),
-        (Path("p"), EVENTS[:2], "are of 1950"),
+        (Path("p"), EVENTS[:1], "are of 1950"),
         (Path("p", observed_from=1980, observed_to=1990), EVENTS, "1980 to 1990"),
         (Path("p", observed_from=1980, observed_to=1990), [], "1980 to 1990"),
     ],
 )
 def test_no_rate(path: Path, events: list[Event], message: str) -> None:
     with pytest.raises(AvahazardError, match=message) as error:
-        volume_record(path, events)
+        record_of(path, events)
     assert "--volume" in error.value.hint
 
 
 def test_a_volume_of_nothing_is_no_size() -> None:
     path = Path("p", observed_from=1941, observed_to=1980)
-    record = volume_record(path, [*EVENTS, event(6, "1970", 0.0)])
+    record = record_of(path, [*EVENTS, event(6, "1970", 0.0)])
     np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
     assert record.n_events == 5
 
@@ -220,7 +282,16 @@ def test_the_error_of_all_is_that_of_all_maxima(records: list[VolumeRecord]) -> 
 def test_workers_are_given_what_all_say_where_records_are_asked(
     records: list[VolumeRecord], tmp_path: FilePath
 ) -> None:
-    known = KnownVolumes(records=records)
+    known = KnownVolumes(
+        [
+            DatedVolumes(
+                *(r.path_id, r.first_year, r.last_year, None),
+                *(1961 + np.arange(len(r.log_volumes)), np.ones(len(r.log_volumes), np.int64)),
+                *(r.log_volumes, r.volumes_sigma, 0),
+            )
+            for r in records
+        ]
+    )
     assert "together" in volume_frequencies(known, 1).region.kept
     table = tmp_path / "volumes.csv"
     table.write_text("path_id,return_period_years,volume_m3\nP1,30,1000\nP1,100,2000\n")

@@ -150,13 +150,13 @@ def test_return_periods_say_where_volumes_come_from() -> None:
         "last_year": 2000,
         "events_per_year": 0.1188,
         "pooled": True,
-        "years_from": "the span of its records",
+        "years_from": "the first to the last record of any path",
     }
     other = {**returned, "path_id": "q", "years_from": "observed_from to observed_to"}
     table = period_volumes_table([row(**returned), row(**other), row()], TERMINAL)
     assert table is not None
     assert cells(table)[3:] == ["50000–2500000", "12", "1900–2000", "0.12", "all paths"]
-    assert "Years: the span of the records (p)." in table.legend
+    assert "Years: the first to the last record of any path (p)." in table.legend
     assert "Years: observed_from to observed_to (q)." in table.legend
 
 

@@ -229,7 +229,7 @@ def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
     assert after.years_not_observed == 41
     years = last - first + 1 - 41
     assert after.events_per_year == pytest.approx(after.n_records / years)
-    assert "41 years not observed" in after.volume_method
+    assert "41 winters not observed" in after.volume_method
 
 
 def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:

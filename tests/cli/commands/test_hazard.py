@@ -6,8 +6,11 @@ import json
 from collections.abc import Callable
 
 import pytest
+from rich.console import Console
 from typer.testing import Result
 
+from avahazard.cli.hazard import show_windows
+from avahazard.notes import Note
 from tests.telling import untold
 
 Run = Callable[..., Result]
@@ -36,6 +39,21 @@ def test_people_see_bounds_volumes_and_what_varies(on_my_models: Run) -> None:
     assert untold(words, "beyond:", "lognormal", "observed_from", "observed_to") == []
     assert max(map(len, done.stdout.splitlines())) <= 80
     assert untold(done.stderr, "extrapolation") == []
+
+
+def test_one_line_says_that_years_are_those_of_the_data_set() -> None:
+    winters = Note("of_winters")
+    notes = [
+        Note("data_window", f"P{k}", seasons=winters, first=2006, last=2022) for k in range(1, 6)
+    ]
+    console = Console(width=400)
+    with console.capture() as found:
+        show_windows(console, [Note("no_rate"), *notes, *notes])
+    (line,) = found.get().splitlines()
+    assert line.startswith(
+        "P1, P2, P3 and 2 more: the rate of avalanches counts the path's records"
+    )
+    assert "winters from 2006 to 2022" in line
 
 
 def test_normal_friction_reports_what_cannot_be(on_my_models: Run) -> None:
