@@ -350,14 +350,15 @@ def overview_map(content: ReportContent) -> Markup | None:
         a, b = at(float(plan.x[0]))
         parts.append(f'<text x="{a + 5:.0f}" y="{b + 4:.0f}">{escape(view.name)}</text>')
     length = round_length(0.25 * MAP_WIDTH / scale)
-    bar, under = length * scale, high * scale + 28.0
+    bar, under, right = length * scale, high * scale + 28.0, wide * scale
     parts.append(
         f'<path d="M0 {under - 6:.0f}v6h{bar:.0f}v-6" fill="none" stroke="{INK}" stroke-width="2"/>'
         f'<text x="{bar + 8:.0f}" y="{under:.0f}">{metres(length, content.language)}</text>'
-        f'<path d="M{MAP_WIDTH:.0f} {under:.0f}v-34l-6 12m6 -12l6 12" fill="none" stroke="{INK}" '
-        f'stroke-width="2"/><text x="{MAP_WIDTH - 22:.0f}" y="{under:.0f}">N</text>'
+        f'<path d="M{right:.0f} {under:.0f}v-34l-6 12m6 -12l6 12" fill="none" stroke="{INK}" '
+        f'stroke-width="2"/><text x="{right - 22:.0f}" y="{under:.0f}">N</text>'
     )
-    box = f"-{MAP_ROOM} -{MAP_ROOM} {MAP_WIDTH + 4 * MAP_ROOM} {high * scale + 3 * MAP_ROOM:.0f}"
+    room, drawn = MAP_ROOM, high * scale + 3 * MAP_ROOM
+    box = f"-{room:.0f} -{room:.0f} {right + 5 * room:.0f} {drawn:.0f}"
     words = content.language.say("The paths from above, with their design runouts")
     return _svg(box, words, parts)
 
