@@ -324,7 +324,7 @@ def _render_effect(console: Console, effect: EffectDetails) -> None:
                 p.name,
                 p.unit,
                 p.neutral,
-                f"{cell(p.prior_mean)} ± {cell(p.prior_sd)}",
+                f"{cell(p.prior_mean, TERMINAL)} ± {cell(p.prior_sd, TERMINAL)}",
                 _range(p.low, p.high),
             )
             for p in effect.parameters
@@ -336,4 +336,4 @@ def _render_effect(console: Console, effect: EffectDetails) -> None:
 def _range(low: float | None, high: float | None) -> str:
     if low is None and high is None:
         return "any"
-    return f"{'' if low is None else cell(low)} to {'' if high is None else cell(high)}"
+    return f"{'' if low is None else cell(low, TERMINAL)} to {'' if high is None else cell(high, TERMINAL)}"

@@ -179,6 +179,8 @@ def show(console: Console, found: report_tables.Table | None, *, verbose: bool =
         console.print(words)
     if any(OPEN in text for row in rows for text in row):
         console.print(f"{OPEN}: beyond the end of the profile.")
+    if found.legend and rows:
+        console.print()
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:

@@ -169,7 +169,7 @@ def path(
     how = (
         f"Legendre polynomial of degree {fit.degree}"
         if fit.method == "legendre"
-        else f"smoothing spline ({cell(fit.smoothing)})"
+        else f"smoothing spline ({cell(fit.smoothing, TERMINAL)})"
     )
 
     def render(console: Console) -> None:
@@ -449,7 +449,7 @@ def _render_events(console: Console, found: Frictions) -> None:
     console.print(table(_friction_title(found), ("event", ">μ", ">sd", "status"), rows))
     for density in found.density[:1]:
         peak = density.mu[density.pdf.index(max(density.pdf))]
-        console.print(f"Density: κ = {cell(density.kappa)}, highest at μ = {peak:.3f}.")
+        console.print(f"Density: κ = {cell(density.kappa, TERMINAL)}, highest at μ = {peak:.3f}.")
 
 
 def _friction_title(found: Frictions) -> str:

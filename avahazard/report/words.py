@@ -125,6 +125,8 @@ def interval(spread: Spread | PlaceQuantiles, language: Language = ENGLISH) -> s
 
 def unit_words(unit: str, language: Language = ENGLISH) -> str:
     """A unit as people write it."""
+    if language.plain:
+        return unit.replace("log friction", "log μ").replace("m3", "m³").replace(")2", ")²")
     say = language.say
     reference = "log friction against "
     if unit.startswith(reference):

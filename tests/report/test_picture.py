@@ -55,8 +55,8 @@ def test_a_picture_that_fails_leaves_no_file_and_the_old_one(
 
 
 DRAWN = [
-    (COMPARISON, "volume: above 80,000 m3 (9)"),
-    (DIAGNOSIS, "base is adequate"),
+    (COMPARISON, "base against the records"),
+    (DIAGNOSIS, "base is adequate: these data show no missing effect"),
     (Ladder(Rows([RUNG])), "42 m"),
     (FRICTIONS, "all (3)"),
 ]

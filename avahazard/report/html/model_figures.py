@@ -1,4 +1,4 @@
-"""Figures of the model: friction, its posterior, its error beside other models, candidates."""
+"""Figures of the model: friction against volume, its density, the posterior."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.screening.significance import LEVEL
-from avahazard.report.html.content import EventView, FrictionView, ReportContent
+from avahazard.report.html.content import EventView, FrictionView
 from avahazard.report.html.figure import (
     BLACK,
     BLUE,
     COLORS,
-    ORANGE,
     SKY,
     VERMILION,
     Figure,
@@ -26,19 +24,12 @@ from avahazard.report.html.figure import (
     layout,
 )
 from avahazard.report.language import ENGLISH, Language
-from avahazard.report.score_pictures import bars, parts_in_order
 from avahazard.report.words import (
-    amount,
-    chance,
-    coordinate_words,
     event_words,
     number,
-    part_words,
     unit_words,
 )
-from avahazard.results.base import RATIO, unit_of
 from avahazard.results.calibration import ParameterSummary
-from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import FrictionDensity
 
 
@@ -424,236 +415,3 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats], language: Languag
             margin={**SMALL_MARGIN, "l": 88},
         ),
     )
-
-
-def ladder_figure(content: ReportContent) -> Figure | None:
-    """A bar for every compared model, this one blue; None where none was compared."""
-    language, say = content.language, content.language.say
-    rows = [row for row in content.ladder if row.held_out_crps_m is not None]
-    if not rows:
-        return None
-    name = content.model.model
-    coordinate = rows[0].coordinate or "mixed"
-    of, unit = coordinate_words(coordinate, language), unit_of(coordinate)
-    floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
-    data: list[Trace] = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "x": [row.held_out_crps_m for row in rows],
-            "y": [label(row.model) for row in rows],
-            "text": [
-                amount(row.held_out_crps_m, coordinate, 0, language)
-                for row in rows
-                if row.held_out_crps_m is not None
-            ],
-            "textposition": "auto",
-            "marker": {"color": [BLUE if row.model == name else "#B8B8B8" for row in rows]},
-            "hovertemplate": f"%{{y}}: %{{x:.4g}} {unit}<extra></extra>",
-            "showlegend": False,
-        }
-    ]
-    places = layout(
-        axis(
-            say("held-out CRPS ({unit} of {coordinate})", unit=unit, coordinate=of),
-            rangemode="tozero",
-        ),
-        axis("", type="category", autorange="reversed"),
-        height=120 + 34 * len(rows),
-        bargap=0.35,
-    )
-    if floors:
-        places["shapes"] = [
-            {
-                "type": "line",
-                "yref": "paper",
-                "y0": 0,
-                "y1": 1,
-                "x0": min(floors),
-                "x1": min(floors),
-                "line": {"color": VERMILION, "width": 2, "dash": "dash"},
-            }
-        ]
-        places["annotations"] = [
-            {
-                "x": min(floors),
-                "y": 1,
-                "yref": "paper",
-                "yanchor": "bottom",
-                "xanchor": "left",
-                "showarrow": False,
-                "text": say(
-                    "measurement-error floor: {error}",
-                    error=amount(min(floors), coordinate, 0, language),
-                ),
-                "font": {"color": VERMILION, "size": 12},
-            }
-        ]
-        places["margin"]["t"] = 28
-    lost = len(content.ladder) - len(rows)
-    return Figure(
-        "ladder",
-        say("Held-out error of each model"),
-        language.plural(
-            "Bar of the held-out CRPS of {n} model, with the measurement-error floor.",
-            "Bars of the held-out CRPS of {n} models, with the measurement-error floor.",
-            len(rows),
-        ),
-        say(
-            "Held-out CRPS. The dashed line is the measurement-error floor (errors of recorded "
-            "runout, volume and release); natural variability comes on top for every model."
-        )
-        + (
-            " "
-            + language.plural(
-                "Left out: {n} model never compared.", "Left out: {n} models never compared.", lost
-            )
-            if lost
-            else ""
-        ),
-        data,
-        places,
-    )
-
-
-LEAST_SHARE = 0.06
-"""Of the longest bar: shorter segments have their metres on hover only."""
-
-
-def budget_figure(content: ReportContent) -> Figure | None:
-    """A bar for every compared model with a budget; None where there is none."""
-    language, say = content.language, content.language.say
-    found = bars([row.model for row in content.ladder], content.loop.comparisons)
-    if not found:
-        return None
-    coordinate = next(iter(content.loop.comparisons.values())).coordinate
-    unit = unit_of(coordinate)
-    longest = max(sum(v * v for v in bar.values()) for bar in found.values())
-    models = [label(name) for name in found]
-    data: list[Trace] = []
-    for source, color in parts_in_order(found).items():
-        metres = [bar.get(source, 0.0) for bar in found.values()]
-        data.append(
-            {
-                "type": "bar",
-                "orientation": "h",
-                "name": label(part_words(source, language)),
-                "x": [v * v for v in metres],
-                "y": models,
-                "text": [
-                    amount(v, coordinate, 0, language) if v * v >= LEAST_SHARE * longest else ""
-                    for v in metres
-                ],
-                "textposition": "inside",
-                "insidetextanchor": "middle",
-                "textangle": 0,
-                "customdata": metres,
-                "marker": {"color": color},
-                "hovertemplate": "%{y}, %{fullData.name}: "
-                f"%{{customdata:{'.4f' if coordinate == RATIO else '.1f'}}} {unit}<extra></extra>",
-            }
-        )
-    return Figure(
-        "budget",
-        say("Where the error comes from"),
-        language.plural(
-            "Stacked bars of the error budget of {n} model.",
-            "Stacked bars of the error budget of {n} models.",
-            len(found),
-        ),
-        say(
-            "Independent errors add up by their squares, so the bars are squares; the figures in "
-            "them are {unit}, in-sample. Errors of the records are no fault of the model. Scatter "
-            "is what varies between avalanches of one volume: it may be natural, or missing in "
-            "the model.",
-            unit="H/L" if coordinate == RATIO else say("metres"),
-        ),
-        data,
-        layout(
-            axis(
-                say("square of the error") + ("" if coordinate == RATIO else " (m²)"),
-                rangemode="tozero",
-                nticks=5,
-            ),
-            axis("", type="category", autorange="reversed"),
-            height=150 + 40 * len(found),
-            barmode="stack",
-            bargap=0.35,
-        ),
-    )
-
-
-MOST_ROWS = 16
-
-
-def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure | None:
-    """The gain of every candidate, and the gain that chance alone reaches 19 times in 20."""
-    say, rows = language.say, diagnosis.candidates[:MOST_ROWS]
-    if not rows:
-        return None
-    named = set(diagnosis.missing)
-    names = [label(language.effect(row.effect)) for row in rows]
-    floor = 1.0 / (diagnosis.n_worlds + 1)
-    gain = [max(row.screened_gain, 0.0) for row in rows]
-    alone = [row.chance_gain for row in rows]
-    cut = len(diagnosis.candidates) - len(rows)
-    colors = [
-        VERMILION if row.effect in named
-        else ORANGE if row.p_value <= LEVEL
-        else BLUE
-        for row in rows
-    ]  # fmt: skip
-    return Figure(
-        "effects",
-        say("Candidate effects"),
-        say(
-            "Gain in log likelihood of {n} candidate effects, beside what chance alone reaches.",
-            n=len(rows),
-        ),
-        say(
-            "Gain in log likelihood with the effect. The grey bar is what chance alone reaches 19 "
-            "times in 20 in a dataset that lacks nothing; among many candidates some pass it, and "
-            "the p-value allows for that. Orange-red: named as missing; orange: significant, but "
-            "not named."
-        )
-        + (
-            " " + say("{n} more candidates, weaker than these, are in the table alone.", n=cut)
-            if cut
-            else ""
-        ),
-        [
-            {
-                "type": "bar",
-                "orientation": "h",
-                "name": say("chance alone"),
-                "x": alone,
-                "y": names,
-                "marker": {"color": "#CFCFCF"},
-                "hoverinfo": "skip",
-            },
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": say("with the effect"),
-                "x": gain,
-                "y": names,
-                "text": [
-                    label(
-                        say(
-                            "{gain} nats, p {p}",
-                            gain=language.number(f"{row.screened_gain:.1f}"),
-                            p=chance(row.p_value, floor, language),
-                        )
-                    )
-                    for row in rows
-                ],
-                "marker": {"color": colors, "size": 11, "symbol": "diamond"},
-                "hovertemplate": "%{y}: %{text}<extra></extra>",
-            },
-        ],
-        layout(
-            axis(say("gain in log likelihood (nats)"), rangemode="tozero"),
-            axis("", type="category", autorange="reversed"),
-            height=120 + 28 * len(rows),
-        ),
-    )  # fmt: skip

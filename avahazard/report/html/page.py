@@ -19,20 +19,22 @@ from avahazard.report.html.content import LoopView, PathView, ReportContent, Sta
 from avahazard.report.html.figure import Figure, script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.model_figures import (
-    budget_figure,
     density_figure,
-    effects_figure,
     friction_figure,
-    ladder_figure,
     offsets_figure,
     posterior_figures,
 )
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.html.record_figures import (
-    force_figure,
     predicted_figures,
     record_figure,
     residuals_figure,
+)
+from avahazard.report.html.score_figures import (
+    budget_figure,
+    effects_figure,
+    force_figure,
+    ladder_figure,
 )
 from avahazard.report.language import Language
 from avahazard.report.model_tables import (
@@ -244,13 +246,13 @@ def _figures(content: ReportContent, names: dict[str, str]) -> dict[str, Figure 
     force = () if comparison is None else comparison.measured_force
     return {
         "record": record_figure(content.events, content.paths, language),
-        "ladder": ladder_figure(content),
+        "ladder": ladder_figure(content.ladder, content.model.model, language),
         "friction": None
         if friction is None
         else friction_figure(friction, content.events, names, language),
         "density": density_figure(content.densities, names, language),
         "residuals": residuals_figure(content.events, names, content.loop, language),
-        "budget": budget_figure(content),
+        "budget": budget_figure(content.ladder, content.loop.comparisons, language),
         "effects": None if diagnosis is None else effects_figure(diagnosis, language),
         "offsets": offsets_figure(content.model.parameters, names, language),
         "force": force_figure(force, language) if force else None,

@@ -11,9 +11,7 @@ from avahazard.report.html.content import EventView, LoopView, PathView, StateVi
 from avahazard.report.html.figure import (
     BLACK,
     BLUE,
-    COLORS,
     ORANGE,
-    SYMBOLS,
     VERMILION,
     Figure,
     Trace,
@@ -25,7 +23,6 @@ from avahazard.report.html.figure import (
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.words import event_words
 from avahazard.results.base import RATIO
-from avahazard.results.comparison import MeasuredForce
 
 KINDS = ("elevation", "x", "length", RATIO)
 
@@ -378,48 +375,3 @@ def _row(event: EventView, names: dict[str, str], language: Language) -> str:
 def _size(volume_m3: float | None) -> float:
     """Diameter in pixels: 5 at 1,000 m3 and less, 3 more for each factor of 10."""
     return 6.0 if not volume_m3 else 5.0 + 3.0 * max(0.0, math.log10(volume_m3) - 3.0)
-
-
-def force_figure(force: Sequence[MeasuredForce], language: Language = ENGLISH) -> Figure:
-    """Resisting force per mass against speed, a colour for each event."""
-    say = language.say
-    events = list(dict.fromkeys(row.event_id for row in force))
-    data = []
-    for k, event in enumerate(events):
-        mine = [row for row in force if row.event_id == event]
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": label(event),
-                "showlegend": len(events) <= len(COLORS),
-                "x": [row.speed_m_s for row in mine],
-                "y": [row.force_m_s2 for row in mine],
-                "error_y": {
-                    "type": "data",
-                    "array": [row.sd_m_s2 for row in mine],
-                    "thickness": 0.7,
-                    "width": 0,
-                },
-                "marker": {
-                    "color": COLORS[k % len(COLORS)],
-                    "symbol": SYMBOLS[k % len(SYMBOLS)],
-                    "size": 6,
-                },
-                "hovertemplate": "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²<extra></extra>",
-            }
-        )
-    return Figure(
-        "force",
-        say("Force measured along the tracks"),
-        language.plural(
-            "Resisting force per mass against speed, measured on {n} event.",
-            "Resisting force per mass against speed, measured on {n} events.",
-            len(events),
-        ),
-        say("Flat: Coulomb friction, as in the base model. Rising with the square of speed: drag."),
-        data,
-        layout(
-            axis(say("speed (m/s)")), axis(say("resisting force per mass (m/s²)"), zeroline=True)
-        ),
-    )

@@ -9,10 +9,10 @@ import pytest
 
 from avahazard.report.html.brief import chapters, path_cards
 from avahazard.report.html.content import Cover, PlaceView, ReportContent
-from avahazard.report.html.model_figures import budget_figure
 from avahazard.report.html.page import render
 from avahazard.report.html.path_figure import place_traces, stops_of, stops_traces
 from avahazard.report.html.record_figures import predicted_figures, residuals_figure
+from avahazard.report.html.score_figures import budget_figure
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart
 from tests.telling import untold
@@ -102,8 +102,7 @@ def test_the_budget_is_one_bar_a_model_whose_squares_add_up(loop_content: Report
     parts = {"record": 10.0, "scatter": 30.0, "snow-type": 20.0, "unexplained": 5.0}
     budget = Rows(BudgetPart(source, rms) for source, rms in parts.items())
     known = {k: replace(c, budget=budget) for k, c in loop_content.loop.comparisons.items()}
-    loop = replace(loop_content.loop, comparisons=known)
-    figure = budget_figure(replace(loop_content, loop=loop))
+    figure = budget_figure(loop_content.ladder, known)
     assert figure is not None
     assert [t["name"] for t in figure.data] == [
         "errors of the recorded runouts",
@@ -113,8 +112,7 @@ def test_the_budget_is_one_bar_a_model_whose_squares_add_up(loop_content: Report
     ]
     assert [sum(t["x"][k] for t in figure.data) for k in (0, 1)] == [1425.0, 1425.0]
     bare = {k: replace(c, budget=Rows()) for k, c in known.items()}
-    bare_loop = replace(loop, comparisons=bare)
-    assert budget_figure(replace(loop_content, loop=bare_loop)) is None
+    assert budget_figure(loop_content.ladder, bare) is None
 
 
 def test_the_brief_answers_for_every_path(loop_content: ReportContent) -> None:

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import norm
 
 from avahazard.report.html.figure import BLUE
-from avahazard.report.html.model_figures import ladder_figure, posterior_figures
-from avahazard.report.language import ENGLISH
+from avahazard.report.html.model_figures import posterior_figures
+from avahazard.report.html.score_figures import ladder_figure
 from avahazard.results.calibration import ParameterSummary
-from tests.results.samples import CALIBRATION, NOT_COMPARED, RUNG
+from avahazard.results.ladder import Rung
+from tests.results.samples import NOT_COMPARED, RUNG
 
 
 def test_each_histogram_has_the_normal_of_its_draws() -> None:
@@ -32,24 +31,24 @@ def test_each_histogram_has_the_normal_of_its_draws() -> None:
     assert np.max(np.abs(np.interp(bars["x"], x, y) - bars["y"])) < 0.15 * y.max()
 
 
-def content(*errors: float | None) -> Any:
-    """A report of model `m1` on a ladder with these held-out errors."""
-    ladder = [
-        replace(NOT_COMPARED if e is None else RUNG, model=f"m{k}", held_out_crps_m=e)
+def rungs(*errors: float | None) -> list[Rung]:
+    """A ladder with these held-out errors; every model is a child of the first."""
+    return [
+        replace(NOT_COMPARED if e is None else RUNG, model=f"m{k}", parent="m0", held_out_crps_m=e)
         for k, e in enumerate(errors)
     ]
-    return SimpleNamespace(language=ENGLISH, ladder=ladder, model=replace(CALIBRATION, model="m1"))
 
 
 def test_bars_are_the_errors_of_compared_models_and_this_one_is_blue() -> None:
-    figure = ladder_figure(content(50.0, 40.0, None))
+    figure = ladder_figure(rungs(50.0, 40.0, None), "m1")
     assert figure is not None
     (bars,) = figure.data
     assert bars["x"] == [50.0, 40.0]
     assert [color == BLUE for color in bars["marker"]["color"]] == [False, True]
+    assert bars["text"][1] == "40 m (−20 %)"
     assert figure.layout["shapes"][0]["x0"] == 8.0
     assert "1 model" in figure.caption
 
 
 def test_nothing_compared_is_no_figure() -> None:
-    assert ladder_figure(content(None, None)) is None
+    assert ladder_figure(rungs(None, None), "m1") is None

@@ -1,0 +1,379 @@
+"""Figures of scores: where a model fails, its error beside others, measured force, candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from avahazard.criticism.scoring.error_budget import UNEXPLAINED
+from avahazard.criticism.screening.significance import LEVEL
+from avahazard.report.html.figure import (
+    BLUE,
+    COLORS,
+    ORANGE,
+    SYMBOLS,
+    VERMILION,
+    Figure,
+    Trace,
+    axis,
+    label,
+    layout,
+)
+from avahazard.report.language import ENGLISH, Language
+from avahazard.report.words import (
+    SIGNIFICANT,
+    amount,
+    axis_words,
+    chance,
+    coordinate_words,
+    level_words,
+    part_words,
+)
+from avahazard.results.base import RATIO, unit_of
+from avahazard.results.comparison import Comparison, MeasuredForce
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.ladder import Rung
+
+SOURCE_COLORS = {
+    "record": "#BBBBBB",
+    "volume": "#56B4E9",
+    "release": "#0072B2",
+    "scatter": "#E69F00",
+    "parameters": "#CC79A7",
+    UNEXPLAINED: "#D55E00",
+}
+EXPLAINED = ("#009E73", "#66C2A5", "#1B7837", "#A6D96A")
+"""Colours of what added effects explain."""
+
+
+def bars(
+    names: Sequence[str], comparisons: Mapping[str, Comparison]
+) -> dict[str, dict[str, float]]:
+    """Metres by source of every compared model that has a budget, in the order of `names`."""
+    return {
+        name: {part.source: part.rms_m for part in comparisons[name].budget}
+        for name in names
+        if name in comparisons and comparisons[name].budget
+    }
+
+
+def parts_in_order(found: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
+    """The colour of every source: those of all models, each effect's, the unexplained last."""
+    sources = dict.fromkeys(source for bar in found.values() for source in bar)
+    effects = [source for source in sources if source not in SOURCE_COLORS]
+    known = [source for source in SOURCE_COLORS if source in sources and source != UNEXPLAINED]
+    colors = {source: SOURCE_COLORS[source] for source in known}
+    colors |= {source: EXPLAINED[k % len(EXPLAINED)] for k, source in enumerate(effects)}
+    return colors | ({UNEXPLAINED: SOURCE_COLORS[UNEXPLAINED]} if UNEXPLAINED in sources else {})
+
+
+def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLISH) -> Figure | None:
+    """A bar for every compared model, this one blue; None where none was compared."""
+    say = language.say
+    rows = [row for row in ladder if row.held_out_crps_m is not None]
+    if not rows:
+        return None
+    coordinate = rows[0].coordinate or "mixed"
+    of, unit = coordinate_words(coordinate, language), unit_of(coordinate)
+    floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
+    data: list[Trace] = [
+        {
+            "type": "bar",
+            "orientation": "h",
+            "x": [row.held_out_crps_m for row in rows],
+            "y": [label(row.model) for row in rows],
+            "text": [_changed(row, rows, language) for row in rows],
+            "textposition": "auto",
+            "marker": {"color": [BLUE if row.model == name else "#B8B8B8" for row in rows]},
+            "hovertemplate": f"%{{y}}: %{{x:.4g}} {unit}<extra></extra>",
+            "showlegend": False,
+        }
+    ]
+    places = layout(
+        axis(
+            say("held-out CRPS ({unit} of {coordinate})", unit=unit, coordinate=of),
+            rangemode="tozero",
+        ),
+        axis("", type="category", autorange="reversed"),
+        height=120 + 34 * len(rows),
+        bargap=0.35,
+    )
+    if floors:
+        places["shapes"] = [
+            {
+                "type": "line",
+                "yref": "paper",
+                "y0": 0,
+                "y1": 1,
+                "x0": min(floors),
+                "x1": min(floors),
+                "line": {"color": VERMILION, "width": 2, "dash": "dash"},
+            }
+        ]
+        places["annotations"] = [
+            {
+                "x": min(floors),
+                "y": 1,
+                "yref": "paper",
+                "yanchor": "bottom",
+                "xanchor": "left",
+                "showarrow": False,
+                "text": say(
+                    "measurement-error floor: {error}",
+                    error=amount(min(floors), coordinate, 0, language),
+                ),
+                "font": {"color": VERMILION, "size": 12},
+            }
+        ]
+        places["margin"]["t"] = 28
+    lost = len(ladder) - len(rows)
+    return Figure(
+        "ladder",
+        say("Held-out error of each model"),
+        language.plural(
+            "Bar of the held-out CRPS of {n} model, with the measurement-error floor.",
+            "Bars of the held-out CRPS of {n} models, with the measurement-error floor.",
+            len(rows),
+        ),
+        say(
+            "Held-out CRPS. The dashed line is the measurement-error floor (errors of recorded "
+            "runout, volume and release); natural variability comes on top for every model."
+        )
+        + (
+            " "
+            + language.plural(
+                "Left out: {n} model never compared.", "Left out: {n} models never compared.", lost
+            )
+            if lost
+            else ""
+        ),
+        data,
+        places,
+    )
+
+
+LEAST_SHARE = 0.06
+"""Of the longest bar: shorter segments have their metres on hover only."""
+
+
+def _changed(row: Rung, rows: Sequence[Rung], language: Language) -> str:
+    """The error of a model, and how it differs from that of its parent."""
+    errors = {known.model: known.held_out_crps_m for known in rows}
+    now, before = errors[row.model], errors.get(row.parent or "")
+    assert now is not None
+    words = amount(now, row.coordinate, 0, language)
+    if not before:
+        return words
+    return f"{words} ({language.number(f'{now / before - 1.0:+.0%}'.replace('%', ' %'))})"
+
+
+def budget_figure(
+    ladder: Sequence[Rung], comparisons: Mapping[str, Comparison], language: Language = ENGLISH
+) -> Figure | None:
+    """A bar for every compared model with a budget; None where there is none."""
+    say = language.say
+    found = bars([row.model for row in ladder], comparisons)
+    if not found:
+        return None
+    coordinate = next(iter(comparisons.values())).coordinate
+    unit = unit_of(coordinate)
+    longest = max(sum(v * v for v in bar.values()) for bar in found.values())
+    models = [label(name) for name in found]
+    data: list[Trace] = []
+    for source, color in parts_in_order(found).items():
+        metres = [bar.get(source, 0.0) for bar in found.values()]
+        data.append(
+            {
+                "type": "bar",
+                "orientation": "h",
+                "name": label(part_words(source, language)),
+                "x": [v * v for v in metres],
+                "y": models,
+                "text": [
+                    amount(v, coordinate, 0, language) if v * v >= LEAST_SHARE * longest else ""
+                    for v in metres
+                ],
+                "textposition": "inside",
+                "insidetextanchor": "middle",
+                "textangle": 0,
+                "customdata": metres,
+                "marker": {"color": color},
+                "hovertemplate": "%{y}, %{fullData.name}: "
+                f"%{{customdata:{'.4f' if coordinate == RATIO else '.1f'}}} {unit}<extra></extra>",
+            }
+        )
+    return Figure(
+        "budget",
+        say("Where the error comes from"),
+        language.plural(
+            "Stacked bars of the error budget of {n} model.",
+            "Stacked bars of the error budget of {n} models.",
+            len(found),
+        ),
+        say(
+            "Independent errors add up by their squares, so the bars are squares; the figures in "
+            "them are {unit}, in-sample. Errors of the records are no fault of the model. Scatter "
+            "is what varies between avalanches of one volume: it may be natural, or missing in "
+            "the model.",
+            unit="H/L" if coordinate == RATIO else say("metres"),
+        ),
+        data,
+        layout(
+            axis(
+                say("square of the error") + ("" if coordinate == RATIO else " (m²)"),
+                rangemode="tozero",
+                nticks=5,
+            ),
+            axis("", type="category", autorange="reversed"),
+            height=150 + 40 * len(found),
+            barmode="stack",
+            bargap=0.35,
+        ),
+    )
+
+
+MOST_ROWS = 16
+
+
+def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure | None:
+    """The gain of every candidate, and the gain that chance alone reaches 19 times in 20."""
+    say, rows = language.say, diagnosis.candidates[:MOST_ROWS]
+    if not rows:
+        return None
+    named = set(diagnosis.missing)
+    names = [label(language.effect(row.effect)) for row in rows]
+    floor = 1.0 / (diagnosis.n_worlds + 1)
+    gain = [max(row.screened_gain, 0.0) for row in rows]
+    alone = [row.chance_gain for row in rows]
+    cut = len(diagnosis.candidates) - len(rows)
+    colors = [
+        VERMILION if row.effect in named
+        else ORANGE if row.p_value <= LEVEL
+        else BLUE
+        for row in rows
+    ]  # fmt: skip
+    return Figure(
+        "effects",
+        say("Candidate effects"),
+        say(
+            "Gain in log likelihood of {n} candidate effects, beside what chance alone reaches.",
+            n=len(rows),
+        ),
+        say(
+            "Gain in log likelihood with the effect. The grey bar is what chance alone reaches 19 "
+            "times in 20 in a dataset that lacks nothing; among many candidates some pass it, and "
+            "the p-value allows for that. Orange-red: named as missing; orange: significant, but "
+            "not named."
+        )
+        + (
+            " " + say("{n} more candidates, weaker than these, are in the table alone.", n=cut)
+            if cut
+            else ""
+        ),
+        [
+            {
+                "type": "bar",
+                "orientation": "h",
+                "name": say("chance alone"),
+                "x": alone,
+                "y": names,
+                "marker": {"color": "#CFCFCF"},
+                "hoverinfo": "skip",
+            },
+            {
+                "type": "scatter",
+                "mode": "markers+text",
+                "textposition": "middle right",
+                "cliponaxis": False,
+                "name": say("with the effect"),
+                "x": gain,
+                "y": names,
+                "text": [label(f"p {chance(row.p_value, floor, language)}") for row in rows],
+                "marker": {"color": colors, "size": 11, "symbol": "diamond"},
+                "hovertemplate": "%{y}: %{x:.1f} nats, %{text}<extra></extra>",
+            },
+        ],
+        layout(
+            axis(say("gain in log likelihood (nats)"), rangemode="tozero"),
+            axis("", type="category", autorange="reversed"),
+            height=120 + 28 * len(rows),
+        ),
+    )  # fmt: skip
+
+
+def bias_figure(found: Comparison) -> Figure | None:
+    """The bias of the worst levels, in colour what fails beyond chance; None without levels.
+
+    For files alone: on a phone its names would leave no room, and the report has the table.
+    """
+    unit = unit_of(found.coordinate)
+    rows = found.where_it_fails[:MOST_ROWS]
+    if not rows:
+        return None
+    names = [label(f"{axis_words(r.axis)}: {level_words(r.level)} ({r.n})") for r in rows]
+    certain = [row.p_value < SIGNIFICANT for row in rows]
+    fails = (("beyond chance", VERMILION, True), ("may be chance", "#B8B8B8", False))
+    data: list[Trace] = [
+        {
+            "type": "bar",
+            "orientation": "h",
+            "name": name,
+            "x": [row.bias_m for row, yes in zip(rows, certain, strict=True) if yes is which],
+            "y": [name for name, yes in zip(names, certain, strict=True) if yes is which],
+            "marker": {"color": color},
+            "hovertemplate": f"%{{y}}: %{{x:+.4g}} {unit}<extra></extra>",
+        }
+        for name, color, which in fails
+        if which in certain
+    ]
+    places = layout(
+        axis(f"predicted less recorded ({unit})", zeroline=True),
+        axis("", type="category", categoryorder="array", categoryarray=names[::-1]),
+        height=130 + 24 * len(rows),
+        barmode="overlay",
+    )
+    return Figure("bias", "Where it fails", "Bias of the worst levels.", "", data, places)
+
+
+def force_figure(force: Sequence[MeasuredForce], language: Language = ENGLISH) -> Figure:
+    """Resisting force per mass against speed, a colour for each event."""
+    say = language.say
+    events = list(dict.fromkeys(row.event_id for row in force))
+    data = []
+    for k, event in enumerate(events):
+        mine = [row for row in force if row.event_id == event]
+        data.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": label(event),
+                "showlegend": len(events) <= len(COLORS),
+                "x": [row.speed_m_s for row in mine],
+                "y": [row.force_m_s2 for row in mine],
+                "error_y": {
+                    "type": "data",
+                    "array": [row.sd_m_s2 for row in mine],
+                    "thickness": 0.7,
+                    "width": 0,
+                },
+                "marker": {
+                    "color": COLORS[k % len(COLORS)],
+                    "symbol": SYMBOLS[k % len(SYMBOLS)],
+                    "size": 6,
+                },
+                "hovertemplate": "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²<extra></extra>",
+            }
+        )
+    return Figure(
+        "force",
+        say("Force measured along the tracks"),
+        language.plural(
+            "Resisting force per mass against speed, measured on {n} event.",
+            "Resisting force per mass against speed, measured on {n} events.",
+            len(events),
+        ),
+        say("Flat: Coulomb friction, as in the base model. Rising with the square of speed: drag."),
+        data,
+        layout(
+            axis(say("speed (m/s)")), axis(say("resisting force per mass (m/s²)"), zeroline=True)
+        ),
+    )
