@@ -336,4 +336,5 @@ def _render_effect(console: Console, effect: EffectDetails) -> None:
 def _range(low: float | None, high: float | None) -> str:
     if low is None and high is None:
         return "any"
-    return f"{'' if low is None else cell(low, TERMINAL)} to {'' if high is None else cell(high, TERMINAL)}"
+    least, most = ("" if end is None else cell(end, TERMINAL) for end in (low, high))
+    return f"{least} to {most}"

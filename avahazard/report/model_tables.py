@@ -298,7 +298,9 @@ def fits_table(fits: Fits, language: Language = ENGLISH) -> Table:
 
 
 def predicted_table(rows: Sequence[PredictedEvent], language: Language = ENGLISH) -> Table:
-    """Predicted stops of events."""
+    """Predicted stops of events; the title has what is predicted where it is the same of all."""
+    units = {r.coordinate: "H/L" if r.coordinate == RATIO
+        else coordinate_words(r.coordinate, language) + ", m" for r in rows}  # fmt: skip
 
     def of(key: str) -> Any:
         return lambda r: language.number(bare(getattr(r, key), r.coordinate, 0))
@@ -306,8 +308,7 @@ def predicted_table(rows: Sequence[PredictedEvent], language: Language = ENGLISH
     columns: tuple[Column, ...] = (
         ("event", attrgetter("event_id")),
         ("path", attrgetter("path_id")),
-        ("of", lambda r: coordinate_words(r.coordinate, language)
-            + ("" if r.coordinate == RATIO else ", m")),
+        ("of", lambda r: units[r.coordinate] if len(units) > 1 else None),
         (">mean", of("mean_m")),
         (">± sd", of("sd_m")),
         (">5 %", of("q05_m")),
@@ -316,4 +317,5 @@ def predicted_table(rows: Sequence[PredictedEvent], language: Language = ENGLISH
         (">beyond", lambda r: share(r.p_left_profile, language)
             if r.p_left_profile else None),
     )  # fmt: skip
-    return made("predicted", "Predicted stops", columns, rows, language)
+    title = ", ".join(("Predicted stops", *(units.values() if len(units) == 1 else ())))
+    return made("predicted", title, columns, rows, language)
