@@ -28,7 +28,8 @@ def import_(
     source: Annotated[
         list[str],
         typer.Argument(
-            help="Tables (.csv, .xlsx) or folders of them; lines as .gpkg, .geojson or .shp.",
+            help="Tables (.csv, .xlsx) or folders of them; lines or points (.gpkg, .geojson, .shp, "
+            ".kml, .gpx).",
             show_default=False,
         ),
     ],

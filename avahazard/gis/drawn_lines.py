@@ -19,9 +19,13 @@ from avahazard.records.intake import Drawn
 from avahazard.records.meanings import known_name
 from avahazard.records.path import TerrainCrop
 from avahazard.records.rows import PathRow
-from avahazard.records.table import table_of
+from avahazard.records.table import Table, table_of
 
 FEWEST_STEPS, MOST_STEPS = 50, 400
+MOST_TURN = 150.0
+"""Degrees by which a line may turn at a corner."""
+LEAST_STEP_M, STEEPEST = 150.0, 5.0
+"""A step over this height and slope, beside flat ground, is an error of the terrain model."""
 
 
 class LineFault(Exception):  # noqa: N818
@@ -68,9 +72,11 @@ def line_profile(
     if not np.all(np.isfinite(moved(corners, crs, terrain.crs))):
         raise LineFault(f"outside {crs.name}", f"coordinates of {crs.name}")
     system = profile_system((terrain.crs, crs), lonlat)
+    _check_course(moved(corners, crs, system))
     xy = _densified(moved(corners, crs, system), terrain, system)
     x = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
     y = _sampled(x, xy, crs, system, terrain)
+    _check_voids(x, xy, y)
     if y[0] <= y[-1]:
         raise LineFault(
             f"starts at {y[0]:.0f} m above the sea, ends at {y[-1]:.0f} m",
@@ -106,6 +112,41 @@ def _corners(geometry: shapely.Geometry | None) -> Floats:
     if np.count_nonzero(moves) < 2:
         raise LineFault("a line with one point", "a line with at least 2 points")
     return np.asarray(xy[moves], np.float64)
+
+
+def _check_course(xy: Floats) -> None:
+    """Refuse a line that turns back, crosses itself or covers a stretch twice."""
+    x = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+    heading = np.unwrap(np.arctan2(*np.diff(xy, axis=0).T[::-1]))
+    turn = np.degrees(np.abs(np.diff(heading)))
+    if np.any(turn > MOST_TURN):
+        k = int(np.argmax(turn > MOST_TURN)) + 1
+        raise LineFault(
+            f"{_place(x, xy, k)}: turns back by {turn[k - 1]:.0f}°",
+            f"a line that follows the path without turns over {MOST_TURN:g}°",
+        )
+    if not shapely.LineString(xy).is_simple:
+        parts = shapely.linestrings(np.stack([xy[:-1], xy[1:]], axis=1))
+        one, other = shapely.STRtree(parts).query(parts, predicate="intersects")
+        k = int(one[other > one + 1].min(initial=len(parts) - 1))
+        raise LineFault(
+            f"{_place(x, xy, k)}: crosses itself, or covers a stretch twice",
+            "a line that passes each place once",
+        )
+
+
+def _check_voids(x: Floats, xy: Floats, y: Floats) -> None:
+    """Refuse one elevation all along behind a step that no ground has, and a hole."""
+    step, length = y[2:] - y[:-2], x[2:] - x[:-2]
+    sheer = np.flatnonzero(np.abs(step) > np.maximum(LEAST_STEP_M, STEEPEST * length))
+    flat = np.flatnonzero((y[1:-1] == y[:-2]) & (y[1:-1] == y[2:]))
+    beside = any(np.any((flat >= k - 3) & (flat <= k + 3)) for k in sheer)
+    if len(sheer) and (beside or np.any(np.sign(step[sheer]) != np.sign(step[sheer[0]]))):
+        k = int(sheer[0])
+        raise LineFault(
+            f"{_place(x, xy, k)}: a step from {y[k]:.0f} to {y[k + 2]:.0f} m above the sea",
+            "elevations: declare the value that stands for none as no-data in the terrain model",
+        )
 
 
 def _densified(xy: Floats, terrain: TerrainModel, system: CRS) -> Floats:
@@ -200,6 +241,24 @@ def read_drawn(
         whose = "--crs" if given else "the lines"
         note = f"{dem} names no reference system: that of {whose} was taken, {terrain.crs.name}."
         return [replace(drawn[0], notes=(note, *drawn[0].notes)), *drawn[1:]]
+
+
+def read_points(file: FilePath) -> Table:
+    """The points of a file as rows of `events.csv`: attributes and coordinates."""
+    layer = read_layer(file, "point")
+    code = system_code(layer.crs) if layer.crs.is_projected else None
+    names = ("easting_m", "northing_m") if code else ("lon", "lat")
+    rows = []
+    for number, (point, row) in enumerate(zip(layer.geometry, layer.attributes, strict=True), 1):
+        place: dict[str, str] = {}
+        if point is not None and point.geom_type == "Point" and not point.is_empty:
+            xy = shapely.get_coordinates(point)
+            x, y = (xy if code else moved(xy, layer.crs, WGS84))[0]
+            place = {names[0]: repr(float(x)), names[1]: repr(float(y))}
+            place |= {"crs": code} if code else {}
+        rows.append((number, row | place))
+    own = tuple(c for c in layer.columns if c not in (*names, "crs"))
+    return table_of(layer.file, (*own, *names, *(["crs"] if code else [])), rows)
 
 
 def _drawn(layer: VectorLayer, terrain: TerrainModel, land_cover: FilePath | None) -> Drawn:

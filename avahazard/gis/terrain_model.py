@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 import rasterio
@@ -28,6 +29,8 @@ LOWEST_M, HIGHEST_M = -500.0, 9000.0
 """Beyond these a cell holds no elevation: a gap that the file does not declare, such as -9999."""
 POINTS_A_READ = 32
 MOST_CELLS = 200
+MOST_HEADER = 10
+"""Lines of the header of an ESRI ASCII grid."""
 MARGIN_M, MARGIN_SHARE = 100.0, 0.1
 
 
@@ -138,7 +141,7 @@ def open_terrain(file: FilePath, crs: CRS | None = None) -> Iterator[TerrainMode
     if not file.is_file():
         raise AvahazardError(f"There is no file {file}.", "Name a terrain model with --dem.")
     try:
-        with rasterio.open(file) as source:
+        with rasterio.open(_readable(file)) as source:
             system = _checked(file, source, crs)
             yield TerrainModel(str(file), source, system, assumed=not source.crs)
     except RasterioError as error:
@@ -146,6 +149,70 @@ def open_terrain(file: FilePath, crs: CRS | None = None) -> Iterator[TerrainMode
             f"The terrain model {file} cannot be read: {error}",
             "Give a GeoTIFF (.tif) or an ESRI ASCII grid (.asc).",
         ) from error
+
+
+def _readable(file: FilePath) -> str:
+    """What GDAL is to open: the file, or a description of a grid whose header it does not read.
+
+    An ESRI ASCII grid with another number of values than its header says is refused.
+    """
+    header: dict[str, str] = {}
+    if file.suffix.lower() not in (".asc", ".agr", ".txt"):
+        return str(file)
+    with file.open("rb") as lines:
+        at = 0
+        for line in lines:
+            words = line.decode("latin-1").split()
+            if len(words) != 2 or not words[0][0].isalpha() or len(header) > MOST_HEADER:
+                break
+            header[words[0].lower()] = words[1]
+            at += len(line)
+        if not {"ncols", "nrows"} <= header.keys():
+            return str(file)
+        lines.seek(at)
+        n, rest = 0, b""
+        while block := lines.read(1 << 24):
+            whole, _, rest = (rest + block).rpartition(b"\n")
+            n += len(whole.split())
+        n += len(rest.split())
+    columns, rows = header["ncols"], header["nrows"]
+    if not (columns.isdigit() and rows.isdigit()):
+        return str(file)
+    if n != int(columns) * int(rows):
+        raise AvahazardError(
+            f"The header of {file} says {columns} columns and {rows} rows, "
+            f"{int(columns) * int(rows)} values; the file has {n}.",
+            "Correct ncols and nrows, or save the grid again from your GIS.",
+        )
+    if {"xllcenter", "yllcorner"} <= header.keys() or {"xllcorner", "yllcenter"} <= header.keys():
+        return _described(file, header)
+    return str(file)
+
+
+def _described(file: FilePath, header: Mapping[str, str]) -> str:
+    """A virtual raster: of one coordinate the header gives the corner, of the other the centre."""
+    columns, rows = header["ncols"], header["nrows"]
+    try:
+        cell = float(header["cellsize"])
+        west, south = (
+            float(header[f"{c}llcorner"])
+            if f"{c}llcorner" in header
+            else float(header[f"{c}llcenter"]) - cell / 2.0
+            for c in "xy"
+        )
+    except (KeyError, ValueError):
+        return str(file)
+    nodata = header.get("nodata_value", "-9999")
+    with rasterio.open(file) as plain:
+        system = plain.crs.to_wkt() if plain.crs else ""
+    return (
+        f'<VRTDataset rasterXSize="{columns}" rasterYSize="{rows}">'
+        f"<SRS>{escape(system)}</SRS>"
+        f"<GeoTransform>{west}, {cell}, 0, {south + int(rows) * cell}, 0, {-cell}</GeoTransform>"
+        f'<VRTRasterBand dataType="Float64" band="1"><NoDataValue>{escape(nodata)}</NoDataValue>'
+        f"<SimpleSource><SourceFilename>{escape(str(file.resolve()))}</SourceFilename>"
+        "</SimpleSource></VRTRasterBand></VRTDataset>"
+    )
 
 
 def _has_cells(transform: rasterio.Affine) -> bool:

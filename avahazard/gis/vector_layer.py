@@ -1,7 +1,8 @@
-"""One layer of lines or polygons out of a GeoPackage, GeoJSON or Shapefile."""
+"""One layer of lines or polygons out of a GeoPackage, GeoJSON, Shapefile, KML or GPX."""
 
 from __future__ import annotations
 
+import re
 import unicodedata
 import warnings
 from dataclasses import dataclass
@@ -19,8 +20,14 @@ from avahazard.arrays import Floats
 from avahazard.gis.systems import moved, read_system
 from avahazard.records.errors import AvahazardError
 
-Kind = Literal["line", "polygon"]
-WORDS = {"line": "linestring", "polygon": "polygon"}
+Kind = Literal["line", "polygon", "point"]
+WORDS = {"line": "linestring", "polygon": "polygon", "point": "point"}
+OF_THE_FORMAT = re.compile(
+    "id|description|timestamp|begin|end|altitudeMode|tessellate|extrude|visibility|drawOrder|icon|"
+    "cmt|desc|src|number|type|ele|time|magvar|geoidheight|sym|fix|sat|[hvp]dop|ageofdgpsdata|"
+    "dgpsid|link[12]_(?:href|text|type)"
+)
+"""Attributes that every KML or GPX file has: no columns of the user."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +52,9 @@ def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = Non
         AvahazardError: the file cannot be read, has no such layer or several, or no system.
     """
     if not file.is_file():
-        raise AvahazardError(f"There is no file {file}.", "Name a .gpkg, .geojson or .shp file.")
+        raise AvahazardError(
+            f"There is no file {file}.", "Name a .gpkg, .geojson, .shp, .kml or .gpx file."
+        )
     try:
         with warnings.catch_warnings():
             # GDAL remarks on how the file was written, such as values of M that are left out.
@@ -59,9 +68,12 @@ def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = Non
         ) from error
     except (DataSourceError, DataLayerError) as error:
         raise AvahazardError(
-            f"{file} cannot be read: {error}", "Give a GeoPackage, GeoJSON or Shapefile."
+            f"{file} cannot be read: {error}", "Give a GeoPackage, GeoJSON, Shapefile, KML or GPX."
         ) from error
     names = tuple(meta["fields"])
+    if file.suffix.lower() in (".kml", ".kmz", ".gpx"):
+        kept = [k for k, name in enumerate(names) if not OF_THE_FORMAT.fullmatch(name)]
+        names, columns = tuple(names[k] for k in kept), [columns[k] for k in kept]
     cells = [[_text(value) for value in column] for column in columns]
     return VectorLayer(
         str(file),
@@ -75,6 +87,25 @@ def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = Non
         if cells
         else ({},) * len(geometry),
     )
+
+
+def holds_points(file: FilePath) -> bool:
+    """Tell whether all that a file holds is points."""
+    try:
+        types = {type_ for name, type_ in pyogrio.list_layers(file) if type_}
+        if file.suffix.lower() == ".gpx":
+            layers = ("tracks", "routes")
+            return not any(_count(file, name) for name in layers)
+        if types == {"Unknown"} and len(pyogrio.list_layers(file)) == 1:
+            geometry = shapely.from_wkb(pyogrio.raw.read(file)[2], on_invalid="ignore")
+            types = {g.geom_type for g in geometry if g is not None}
+    except (DataSourceError, DataLayerError, UnicodeDecodeError):
+        return False
+    return bool(types) and all("Point" in type_ for type_ in types)
+
+
+def _count(file: FilePath, layer: str) -> int:
+    return int(pyogrio.read_info(file, layer=layer, force_feature_count=True)["features"])
 
 
 def _read(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None) -> tuple[CRS, Any]:
@@ -103,6 +134,9 @@ def _layer_name(file: FilePath, kind: Kind) -> str:
         for name, type_ in layers.items()
         if WORDS[kind] in type_.lower() or type_ in ("Unknown", "GeometryCollection")
     ]
+    if file.suffix.lower() == ".gpx":  # the format names its layers, with or without features
+        lines = ("tracks", "routes") if kind == "line" else ("waypoints",)
+        fitting = [name for name in lines if _count(file, name)]
     if len(fitting) == 1:
         return fitting[0]
     shown = ", ".join(f"{name} ({type_ or 'a table'})" for name, type_ in layers.items())

@@ -109,6 +109,9 @@ _BY_NAME: dict[str, Kind] = {
 }
 
 
+POINTS = ("easting_m", "lon")
+
+
 def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[str, ...]]:
     """Return groups of columns, of each of which one must be there."""
     if kind == "paths":
@@ -125,7 +128,9 @@ def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[st
         return [("event_id",), heights, *([("runout_length_m",)] if need_runout else [])]
     needed: list[tuple[str, ...]] = [("event_id",), ("path_id",)]
     if need_runout:
-        needed.append(("runout_x_m", "runout_elevation_m", "left_profile", *sorted(straight)))
+        needed.append(
+            ("runout_x_m", "runout_elevation_m", "left_profile", *sorted(straight), *POINTS)
+        )
     return needed
 
 

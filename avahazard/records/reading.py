@@ -32,6 +32,7 @@ from avahazard.records.rows import (
     VelocityRow,
     check_rows,
 )
+from avahazard.records.stops import place_stop
 from avahazard.records.table import Table, read_tables
 
 TABLES = (".csv", ".tsv", ".xlsx", ".xlsm")
@@ -117,13 +118,14 @@ def read_files(
     *,
     need_runout: bool = True,
     drawn: Sequence[Drawn] = (),
+    points: Sequence[Table] = (),
     given: Conventions = UNKNOWN,
     profiles_of: Callable[[AbstractSet[str]], Sequence[Profile]] | None = None,
 ) -> Intake:
     """Read `sources` as `read_records` does, but collect the problems instead of raising.
 
-    Paths that were `drawn` on a map are read with the files. With `profiles_of`, `known` has no
-    profiles: those of the paths that the files touch are asked for.
+    Paths that were `drawn` on a map, and `points` as tables, are read with the files. With
+    `profiles_of`, `known` has no profiles: those of the paths that the files touch are asked for.
     """
     intake = Intake()
     tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
@@ -133,6 +135,10 @@ def read_files(
         sheets = read_tables(file, faults)
         for kind, table in read_forms(sheets, known, intake, faults, need_runout, given):
             tables[kind].append(table)
+    for table in points:
+        intake.files.append(table.file)
+        for kind, spelt in read_forms([table], known, intake, (), need_runout, given):
+            tables[kind].append(spelt)
     for lines in drawn:
         intake.files.append(lines.file)
         intake.problems += lines.problems
@@ -150,7 +156,8 @@ def read_files(
     intake.known = known
     paths = gather_paths(tables["paths"], known, intake)
     profiles = gather_profiles(tables["profiles"], known, intake)
-    events = gather_events(tables["events"], known, intake, need_runout)
+    of_paths = {p.path_id: p for p in (*known.profiles, *profiles)}
+    events = gather_events(tables["events"], known, intake, need_runout, of_paths)
     speeds = gather_speeds(tables["velocities"], known, intake)
 
     # A row that was refused still counts as there: what refers to it is not wrong too.
@@ -195,6 +202,8 @@ def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]
         if values["fall_height_m"] is not None:
             values["h_over_l"] = None
         values["runout_elevation_m"] = None
+    for name in COORDINATES:
+        values.pop(name, None)
     values["left_profile"] = isinstance(row, EventRow) and row.left_profile
     return Event(**values, covariates=covariates)
 
@@ -342,7 +351,8 @@ def _deposit(event: Event) -> float | None:
     return defaults.deposit_volume_m3(*known) if len(known) == 3 else None
 
 
-PLACES = frozenset({"runout_x_m", "runout_elevation_m", "left_profile"})
+ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
+PLACES = ON_PROFILE | {"left_profile", "easting_m", "lon"}
 
 
 def gather_paths(tables: Sequence[Table], known: Records, intake: Intake) -> list[Path]:
@@ -391,9 +401,15 @@ def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> 
 
 
 def gather_events(
-    tables: Sequence[Table], known: Records, intake: Intake, need_runout: bool
+    tables: Sequence[Table],
+    known: Records,
+    intake: Intake,
+    need_runout: bool,
+    profiles: Mapping[str, Profile],
 ) -> list[Event]:
     """Return the events, on a path where the row names one, else on their straight line.
+
+    A stop that is a point on the map is put on the line of its path.
 
     What the file has no column for is that of the stored event of the same id; but where no runout
     is needed the events are new ones, whatever they are called.
@@ -426,10 +442,48 @@ def gather_events(
                 context={"need_runout": need_runout},
             ),
         ]
+        header, placed = table.header, dict[str, float]()
+        if not ON_PROFILE & set(header) and {"easting_m", "lon"} & set(header):
+            header = (*header, *ON_PROFILE)  # the stored place is not kept beside a new point
         for line, row in sorted(found, key=lambda item: item[0]):
             event = build_event(row, covariates[table.file, line])
-            events.append(complete_event(event, old.get(event.event_id), table.header))
+            if isinstance(row, EventRow):
+                event = _placed(event, row, (table.file, line), profiles, placed, intake)
+            events.append(complete_event(event, old.get(event.event_id), header))
+        if placed:
+            far = max(placed, key=placed.__getitem__)
+            intake.notes.append(
+                f"{table.file}: {len(placed)} stops are points, put on the lines of their paths, "
+                f"at most {placed[far]:.0f} m from them ({far})."
+            )
     return events
+
+
+def _placed(
+    event: Event,
+    row: EventRow,
+    origin: tuple[str, int],
+    profiles: Mapping[str, Profile],
+    placed: dict[str, float],
+    intake: Intake,
+) -> Event:
+    """The event with its stop along the path, where that is known as a point alone."""
+    name = "easting_m" if row.easting_m is not None else "lon"
+    profile = profiles.get(row.path_id)
+    known = (row.runout_x_m, row.runout_elevation_m) != (None, None) or row.left_profile
+    if known or getattr(row, name) is None:
+        return event
+    if profile is None:
+        accepted = "a path with a profile on the map, for a stop that is a point"
+        intake.problems.append(RowProblem(*origin, "path_id", row.path_id, accepted))
+        return event
+    stop = place_stop(row, profile)
+    if stop.accepted:
+        value = f"{getattr(row, name):g}"
+        intake.problems.append(RowProblem(*origin, name, value, stop.accepted))
+        return event
+    placed[event.event_id] = stop.distance_m
+    return replace(event, runout_x_m=round(stop.x_m, 3))
 
 
 def gather_speeds(tables: Sequence[Table], known: Records, intake: Intake) -> list[Speed]:

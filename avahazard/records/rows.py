@@ -120,21 +120,14 @@ Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False), PLAIN]
 Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False), PLAIN]
 
 
-class ProfileRow(Row):
-    """One point of a profile."""
+class PointRow(Row):
+    """A row that may have a place on the map."""
 
-    path_id: Name = Field(description=ID)
-    x_m: Number = Field(description="the horizontal distance from the top of the path in metres")
-    y_m: Number = Field(description=ELEVATION)
-    land_cover: Name | None = Field(None, description="a word such as open or forest")
     easting_m: Number | None = Field(None, description="a map coordinate in metres")
     northing_m: Number | None = Field(None, description="a map coordinate in metres")
     crs: Name | None = Field(None, description="a coordinate system such as EPSG:31287")
     lon: Longitude | None = Field(None, description="degrees from -180 to 180")
     lat: Latitude | None = Field(None, description="degrees from -90 to 90")
-    elevation_sigma_m: Positive | None = Field(
-        None, description="the error of the elevation in metres, above 0"
-    )
 
     @model_validator(mode="after")
     def _coordinates_in_pairs(self) -> Self:
@@ -144,6 +137,18 @@ class ProfileRow(Row):
                 missing = second if given[0] else first
                 raise wrong(missing, f"{first} and {second}, both or neither")
         return self
+
+
+class ProfileRow(PointRow):
+    """One point of a profile."""
+
+    path_id: Name = Field(description=ID)
+    x_m: Number = Field(description="the horizontal distance from the top of the path in metres")
+    y_m: Number = Field(description=ELEVATION)
+    land_cover: Name | None = Field(None, description="a word such as open or forest")
+    elevation_sigma_m: Positive | None = Field(
+        None, description="the error of the elevation in metres, above 0"
+    )
 
 
 LENGTH = "metres, over 0"
@@ -191,8 +196,8 @@ class DepositRow(Row):
         return self
 
 
-class EventRow(DepositRow):
-    """An event on a path: its stop is a place along the profile, or beyond its end."""
+class EventRow(DepositRow, PointRow):
+    """An event on a path: its stop is a place along the profile, beyond its end, or a point."""
 
     path_id: Name = Field(
         description="the path_id of a path, or fall_height_m and runout_length_m instead, "
@@ -208,7 +213,8 @@ class EventRow(DepositRow):
     @model_validator(mode="after")
     def _runout_given(self, info: ValidationInfo) -> Self:
         needed = (info.context or {}).get("need_runout", True)
-        given = self.runout_x_m is not None or self.runout_elevation_m is not None
+        places = (self.runout_x_m, self.runout_elevation_m, self.easting_m, self.lon)
+        given = any(place is not None for place in places)
         if needed and not given and not self.left_profile:
             raise wrong("runout_x_m", "runout_x_m or runout_elevation_m, or left_profile 1")
         return self

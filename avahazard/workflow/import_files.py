@@ -18,12 +18,13 @@ from avahazard.records.event import Event
 from avahazard.records.intake import Drawn
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
+from avahazard.records.table import Table
 from avahazard.results.base import Rows
 from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
 from avahazard.store.records import load_profiles, load_without_profiles, save_records, save_terrain
 from avahazard.store.session import reading, writing
 
-LINES = (".gpkg", ".geojson", ".shp")
+LINES = (".gpkg", ".geojson", ".shp", ".kml", ".kmz", ".gpx")
 
 
 @contextmanager
@@ -56,7 +57,8 @@ def import_files(
     """Import `sources` into `database`.
 
     Tables (.csv, .xlsx) or folders of them (docs/data_forms.md), and files of lines (GeoPackage,
-    GeoJSON, Shapefile), each line a path drawn from its top.
+    GeoJSON, Shapefile, KML, GPX), each line a path drawn from its top, or of points, the stops of
+    events.
 
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
     metres), and the ground around it is kept; `crs` is its system where it names none (default:
@@ -69,12 +71,14 @@ def import_files(
     """
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
     tables = [source for source in sources if FilePath(source) not in lines]
-    drawn = _drawn(lines, dem, land_cover, crs)
+    points = _points(lines)
+    drawn = _drawn([file for file in lines if file not in points], dem, land_cover, crs)
     with (reading if dry_run else writing)(database) as session:
         intake = read_files(
             tables,
             load_without_profiles(session, speeds=True),
             drawn=drawn,
+            points=list(points.values()),
             given=given,
             profiles_of=partial(load_profiles, session),
         )
@@ -114,6 +118,19 @@ def _dwarfing_volumes(events: Sequence[Event], n_new: int) -> list[str]:
         for i in dwarfing(volumes)
         if i >= len(events) - n_new
     ]
+
+
+def _points(files: Sequence[FilePath]) -> dict[FilePath, Table]:
+    """The files that hold points alone, as tables: stops on the map."""
+    if not files:
+        return {}
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+    from avahazard.gis.drawn_lines import read_points  # noqa: PLC0415 (may be missing)
+    from avahazard.gis.vector_layer import holds_points  # noqa: PLC0415 (may be missing)
+
+    return {file: read_points(file) for file in files if holds_points(file)}
 
 
 def _drawn(

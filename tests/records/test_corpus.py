@@ -1,6 +1,6 @@
 """Small odd inputs, each with what is read of it or why it is refused.
 
-A case is a folder of `corpus/` with a `case.toml`: `files` to import (those of its folder, or of
+A case is a folder of `corpus/` with a `case.toml`: `files` to import (those of its folder, else of
 the folder `inputs` beside the repository, whose name `inputs` gives), `options` of the import, and
 either `refused`, texts that the refusal must hold, or what is read: `paths` and `events` with
 some of their values, and texts that `notes` and the lines on reading must hold.
@@ -31,16 +31,16 @@ CASES = sorted(case.parent.name for case in CORPUS.glob("*/case.toml"))
 @pytest.mark.parametrize("name", CASES)
 def test_case(tmp_path: Path, name: str) -> None:
     case = tomllib.loads((CORPUS / name / "case.toml").read_text(encoding="utf-8"))
-    folder = CORPUS / name
+    folders = [CORPUS / name]
     if "inputs" in case:
-        folder = INPUTS / case["inputs"]
+        folders.append(INPUTS / case["inputs"])
         if not INPUTS.is_dir():
             pytest.skip("the inputs that are not part of the repository are not there")
     database = str(tmp_path / "corpus.db")
     init_database(database)
     if "refused" in case:
         with pytest.raises(AvahazardError) as caught:
-            _import(database, folder, case)
+            _import(database, folders, case)
         error = caught.value
         problems = error.problems if isinstance(error, RejectedRows) else ()
         text = "\n".join([str(error), *map(str, problems)])
@@ -49,7 +49,7 @@ def test_case(tmp_path: Path, name: str) -> None:
         with reading(database) as session:
             assert not load_records(session).paths
         return
-    found = _import(database, folder, case)
+    found = _import(database, folders, case)
     said = "\n".join(map(str, [*found.read, *found.notes]))
     for expected in case.get("notes", ()):
         assert expected in said
@@ -74,7 +74,10 @@ def test_case(tmp_path: Path, name: str) -> None:
                     )
 
 
-def _import(database: str, folder: Path, case: dict[str, Any]) -> Any:
+def _import(database: str, folders: list[Path], case: dict[str, Any]) -> Any:
+    def at(name: str) -> Path:
+        return next((f / name for f in folders if (f / name).exists()), folders[0] / name)
+
     options = dict(case.get("options", {}))
     given = Conventions(
         decimal=options.pop("decimal", None),
@@ -84,5 +87,5 @@ def _import(database: str, folder: Path, case: dict[str, Any]) -> Any:
     )
     for name in ("dem", "land_cover", "columns"):
         if name in options:
-            options[name] = folder / options[name]
-    return import_files(database, [folder / name for name in case["files"]], given=given, **options)
+            options[name] = at(options[name])
+    return import_files(database, [at(name) for name in case["files"]], given=given, **options)
