@@ -32,7 +32,7 @@ from avahazard.records.rows import (
     VelocityRow,
     check_rows,
 )
-from avahazard.records.stops import place_stop
+from avahazard.records.stops import Convert, place_stop
 from avahazard.records.table import Table, read_tables
 
 TABLES = (".csv", ".tsv", ".xlsx", ".xlsm")
@@ -120,12 +120,14 @@ def read_files(
     drawn: Sequence[Drawn] = (),
     points: Sequence[Table] = (),
     given: Conventions = UNKNOWN,
+    convert: Convert | None = None,
     profiles_of: Callable[[AbstractSet[str]], Sequence[Profile]] | None = None,
 ) -> Intake:
     """Read `sources` as `read_records` does, but collect the problems instead of raising.
 
     Paths that were `drawn` on a map, and `points` as tables, are read with the files. With
     `profiles_of`, `known` has no profiles: those of the paths that the files touch are asked for.
+    `convert` moves stops that are points into the system of their path.
     """
     intake = Intake()
     tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
@@ -157,7 +159,7 @@ def read_files(
     paths = gather_paths(tables["paths"], known, intake)
     profiles = gather_profiles(tables["profiles"], known, intake)
     of_paths = {p.path_id: p for p in (*known.profiles, *profiles)}
-    events = gather_events(tables["events"], known, intake, need_runout, of_paths)
+    events = gather_events(tables["events"], known, intake, need_runout, of_paths, convert)
     speeds = gather_speeds(tables["velocities"], known, intake)
 
     # A row that was refused still counts as there: what refers to it is not wrong too.
@@ -406,6 +408,7 @@ def gather_events(
     intake: Intake,
     need_runout: bool,
     profiles: Mapping[str, Profile],
+    convert: Convert | None,
 ) -> list[Event]:
     """Return the events, on a path where the row names one, else on their straight line.
 
@@ -448,7 +451,8 @@ def gather_events(
         for line, row in sorted(found, key=lambda item: item[0]):
             event = build_event(row, covariates[table.file, line])
             if isinstance(row, EventRow):
-                event = _placed(event, row, (table.file, line), profiles, placed, intake)
+                profile = profiles.get(row.path_id)
+                event = _placed(event, row, (table.file, line), profile, convert, placed, intake)
             events.append(complete_event(event, old.get(event.event_id), header))
         if placed:
             far = max(placed, key=placed.__getitem__)
@@ -463,13 +467,13 @@ def _placed(
     event: Event,
     row: EventRow,
     origin: tuple[str, int],
-    profiles: Mapping[str, Profile],
+    profile: Profile | None,
+    convert: Convert | None,
     placed: dict[str, float],
     intake: Intake,
 ) -> Event:
     """The event with its stop along the path, where that is known as a point alone."""
     name = "easting_m" if row.easting_m is not None else "lon"
-    profile = profiles.get(row.path_id)
     known = (row.runout_x_m, row.runout_elevation_m) != (None, None) or row.left_profile
     if known or getattr(row, name) is None:
         return event
@@ -477,7 +481,7 @@ def _placed(
         accepted = "a path with a profile on the map, for a stop that is a point"
         intake.problems.append(RowProblem(*origin, "path_id", row.path_id, accepted))
         return event
-    stop = place_stop(row, profile)
+    stop = place_stop(row, profile, convert)
     if stop.accepted:
         value = f"{getattr(row, name):g}"
         intake.problems.append(RowProblem(*origin, name, value, stop.accepted))

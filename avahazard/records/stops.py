@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Profile
 from avahazard.records.rows import EventRow
 
@@ -15,6 +15,10 @@ FARTHEST_M = 200.0
 """A stop farther from the line of its path belongs to another path, or is in another system."""
 AS_NEAR_M = 10.0
 """Two places on the line whose distances to the stop differ by less cannot be told apart."""
+
+
+Convert = Callable[[Floats, str, str], Floats]
+"""A point `[2]` moved from one reference system to another; nan where it has no place there."""
 
 
 class PlacedStop(NamedTuple):
@@ -25,8 +29,11 @@ class PlacedStop(NamedTuple):
     accepted: str
 
 
-def place_stop(row: EventRow, profile: Profile) -> PlacedStop:
-    """The place on the line of `profile` nearest to the coordinates of `row`."""
+def place_stop(row: EventRow, profile: Profile, convert: Convert | None) -> PlacedStop:
+    """The place on the line of `profile` nearest to the coordinates of `row`.
+
+    Without `convert`, coordinates in another system than those of the line are not accepted.
+    """
     line = _line(profile)
     if line is None:
         return PlacedStop(0.0, 0.0, "runout_x_m: the profile of the path has no coordinates")
@@ -34,10 +41,10 @@ def place_stop(row: EventRow, profile: Profile) -> PlacedStop:
     if row.lon is None and row.crs is None:
         return PlacedStop(0.0, 0.0, "a crs beside easting_m and northing_m")
     place = (row.lon, row.lat) if row.lon is not None else (row.easting_m, row.northing_m)
-    given = "EPSG:4326" if row.lon is not None else row.crs
+    given = "EPSG:4326" if row.lon is not None else str(row.crs)
     point = np.array(place, np.float64)
     if given != system:
-        point = _moved(point, given, system)
+        point = np.full(2, np.nan) if convert is None else convert(point, given, system)
     if not np.all(np.isfinite(point)):
         return PlacedStop(0.0, 0.0, f"coordinates that exist in {system}")
     if system == "EPSG:4326":  # degrees as metres near the stop
@@ -72,19 +79,3 @@ def _line(profile: Profile) -> tuple[Floats, str] | None:
     if profile.easting_m is None or profile.northing_m is None or profile.crs is None:
         return None
     return np.column_stack([profile.easting_m, profile.northing_m]), profile.crs
-
-
-def _moved(point: Floats, source: str | None, target: str) -> Floats:
-    try:
-        from pyproj import Transformer  # noqa: PLC0415 (may be missing)
-        from pyproj.exceptions import ProjError  # noqa: PLC0415 (may be missing)
-    except ImportError as error:
-        raise AvahazardError(
-            "Stops in another reference system than their path need pyproj.",
-            "Install it: pip install 'avahazard[gis]'.",
-        ) from error
-    try:
-        moved = Transformer.from_crs(source, target, always_xy=True).transform(*point)
-    except ProjError:
-        return np.full(2, np.nan)
-    return np.asarray(moved, np.float64)

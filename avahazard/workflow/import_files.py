@@ -11,6 +11,7 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.errors import AvahazardError, RejectedRows
@@ -80,6 +81,7 @@ def import_files(
             drawn=drawn,
             points=list(points.values()),
             given=given,
+            convert=_converted,
             profiles_of=partial(load_profiles, session),
         )
         stored = intake.known
@@ -118,6 +120,18 @@ def _dwarfing_volumes(events: Sequence[Event], n_new: int) -> list[str]:
         for i in dwarfing(volumes)
         if i >= len(events) - n_new
     ]
+
+
+def _converted(point: Floats, source: str, target: str) -> Floats:
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+    from avahazard.gis.systems import moved, read_system  # noqa: PLC0415 (may be missing)
+
+    one, other = read_system(source), read_system(target)
+    if one is None or other is None:
+        return np.full(2, np.nan)
+    return moved(point[None, :], one, other).ravel()
 
 
 def _points(files: Sequence[FilePath]) -> dict[FilePath, Table]:
