@@ -7,18 +7,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import wraps
+from functools import partial, wraps
+from importlib import import_module
 from inspect import signature
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Concatenate, Literal, ParamSpec, Protocol, TypeVar, cast, overload
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    Literal,
+    ParamSpec,
+    Protocol,
+    TypeVar,
+    cast,
+    overload,
+)
 
 import numpy as np
 from numpy.typing import NDArray
 
 import avahazard.report.picture  # noqa: F401 (how results are drawn)
+from avahazard.progress import show_progress
+from avahazard.records.errors import AvahazardError
+from avahazard.records.event import Event
+from avahazard.records.path import Profile
 from avahazard.request import Request, many
-from avahazard.results.base import Rows
+from avahazard.results.base import Rows, drawn
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.database import Export, Import, WrittenReport
@@ -39,12 +54,22 @@ from avahazard.workflow.requests import (
     ZonesRequest,
 )
 
+if TYPE_CHECKING:
+    from avahazard.inference.fitted_model import FittedModel
+    from avahazard.records.collection import Records
+
+Files = str | Path | Sequence[str | Path]
 Asked = ParamSpec("Asked")
 Query = TypeVar("Query", bound=Request)
 Query_co = TypeVar("Query_co", bound=Request, covariant=True)
 Own = TypeVar("Own")
 First = TypeVar("First")
 Found = TypeVar("Found")
+
+
+def _files(named: Files) -> tuple[Path, ...]:
+    """The files of one name or several."""
+    return tuple(map(Path, [named] if isinstance(named, str | Path) else named))
 
 
 class Taking(Protocol[Asked, Query_co]):
@@ -128,6 +153,57 @@ class Model:
 
         return load_parameter_draws(self.database, self.name)
 
+    def to_arviz(self) -> Any:
+        """The draws as ArviZ takes them, with its own `from_dict`.
+
+        Raises `AvahazardError` where ArviZ is not installed.
+
+        >>> from importlib.util import find_spec
+        >>> find_spec("arviz") is None or base.to_arviz().posterior["sigma"].shape == (2, 150)
+        True
+        """
+        try:
+            arviz = import_module("arviz")
+        except ImportError as error:
+            raise AvahazardError(
+                "ArviZ is not installed.", "Install it: pip install arviz"
+            ) from error
+        return arviz.from_dict({"posterior": self.draws})
+
+    def plot_posterior(self, file: str | Path | None = None) -> Any:
+        """Draw the posterior of each parameter, to `file` or to be shown by a notebook.
+
+        >>> base.plot_posterior()
+        Picture(...)
+        """
+        from avahazard.workflow.paper_figures import plot_posterior  # noqa: PLC0415
+
+        return drawn(partial(plot_posterior, self.database, self._fitted()), file)
+
+    def plot_friction(self, file: str | Path | None = None) -> Any:
+        """Draw the model's friction over the volume, with the apparent friction of the events.
+
+        Raises `AvahazardError` where no event has a volume.
+
+        >>> base.plot_friction(folder.parent / "friction.png").suffix
+        '.png'
+        """
+        from avahazard.workflow.paper_figures import plot_laws  # noqa: PLC0415
+
+        return drawn(partial(plot_laws, [self._fitted()]), file)
+
+    def plot_residuals(self, file: str | Path | None = None) -> Any:
+        """Draw the residuals of the events, in standard deviations of the model's scatter.
+
+        Raises `AvahazardError` where fewer than three events have a volume and a friction.
+
+        >>> base.plot_residuals()
+        Picture(...)
+        """
+        from avahazard.workflow.paper_figures import plot_residuals  # noqa: PLC0415
+
+        return drawn(partial(plot_residuals, self._fitted()), file)
+
     def compare(self) -> Comparison:
         """Hold the model against the measurements, and store that.
 
@@ -139,7 +215,8 @@ class Model:
         """
         from avahazard.workflow.compare import compare  # noqa: PLC0415
 
-        return compare(self.database, self.name, effect_files=self.effect_files)
+        with show_progress(log=False) as report:
+            return compare(self.database, self.name, effect_files=self.effect_files, report=report)
 
     @taking(DiagnoseRequest)
     def diagnose(self, request: DiagnoseRequest) -> Diagnosis:
@@ -154,9 +231,10 @@ class Model:
         """
         from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
-        return diagnose_model(self.database, self.name, self._with_effects(request))
+        with show_progress(log=False) as report:
+            return diagnose_model(self.database, self.name, self._with_effects(request), report)
 
-    def add(self, *effects: str, name: str, effect_files: Sequence[str | Path] = ()) -> Model:
+    def add(self, *effects: str, name: str, effect_files: Files = ()) -> Model:
         """A child of the model with more `effects`, calibrated, compared and stored as `name`.
 
         Raises `AvahazardError` where a name is taken, or an effect cannot be told from the records.
@@ -166,8 +244,9 @@ class Model:
         """
         from avahazard.workflow.add import add  # noqa: PLC0415
 
-        files = (*self.effect_files, *(Path(file) for file in effect_files))
-        add(self.database, self.name, effects, name, effect_files=files)
+        files = (*self.effect_files, *_files(effect_files))
+        with show_progress(log=False) as report:
+            add(self.database, self.name, effects, name, effect_files=files, report=report)
         return Model(self.database, name, files)
 
     def predict(self, events: str | Path) -> Prediction:
@@ -196,7 +275,8 @@ class Model:
         """
         from avahazard.workflow.hazard import hazard  # noqa: PLC0415
 
-        return hazard(self.database, self.name, self._with_effects(request))
+        with show_progress(log=False) as report:
+            return hazard(self.database, self.name, self._with_effects(request), report)
 
     @taking(ZonesRequest)
     def zones(self, request: ZonesRequest) -> Zones:
@@ -211,7 +291,8 @@ class Model:
         """
         from avahazard.workflow.zones import zones  # noqa: PLC0415
 
-        return zones(self.database, self.name, self._with_effects(request))
+        with show_progress(log=False) as report:
+            return zones(self.database, self.name, self._with_effects(request), report)
 
     def runout(
         self,
@@ -255,7 +336,9 @@ class Model:
         """
         from avahazard.workflow.report import write_report  # noqa: PLC0415
 
-        return write_report(self.database, self.name, Path(file), self._with_effects(request))
+        asked = self._with_effects(request)
+        with show_progress(log=False) as report:
+            return write_report(self.database, self.name, Path(file), asked, report)
 
     def export(self, file: str | Path) -> Export:
         """Write the latest bounds and zones to a file: .gpkg, .geojson or .csv.
@@ -269,6 +352,11 @@ class Model:
         from avahazard.workflow.export import export  # noqa: PLC0415
 
         return export(self.database, self.name, Path(file))
+
+    def _fitted(self) -> FittedModel:
+        from avahazard.workflow.paper_figures import load_models  # noqa: PLC0415
+
+        return load_models(self.database, [self.name], self.effect_files)[0]
 
     def _with_effects(self, request: Query) -> Query:
         return cast(Query, replace(cast(Any, request), effect_files=self.effect_files))
@@ -302,7 +390,6 @@ class Region:
         >>> av.Region.from_files(folder).paths()[0].n_events > 0
         True
         """
-        from avahazard.records.errors import AvahazardError  # noqa: PLC0415 (loads when used)
         from avahazard.workflow.database import init_database  # noqa: PLC0415
 
         folder = None
@@ -347,6 +434,29 @@ class Region:
             update=update,
             dry_run=dry_run,
         )
+
+    def events(self) -> Rows[Event]:
+        """All recorded events, as they are stored.
+
+        >>> region.events().to_frame()["path_id"].nunique()
+        3
+        """
+        return Rows(self._records().events)
+
+    def profiles(self) -> Rows[Profile]:
+        """The profiles of the paths: arrays of x and y (m), and what else is known of the points.
+
+        >>> region.profiles()[0].path_id
+        'P01'
+        """
+        return Rows(self._records().profiles)
+
+    def _records(self) -> Records:
+        from avahazard.store.records import load_records  # noqa: PLC0415 (loads when used)
+        from avahazard.store.session import reading  # noqa: PLC0415
+
+        with reading(self.database) as session:
+            return load_records(session)
 
     def paths(self) -> Rows[PathSummary]:
         """All paths, with the size of their profiles (m) and what is recorded on each.
@@ -393,7 +503,7 @@ class Region:
         kappa: float | Literal["auto"] = 5.0,
         model: str | None = None,
         plot: str | Path | None = None,
-        effect_files: Sequence[str | Path] = (),
+        effect_files: Files = (),
     ) -> Frictions:
         """Apparent friction of every event, its density, and the check by perturbation.
 
@@ -411,7 +521,7 @@ class Region:
             kappa,
             None if plot is None else Path(plot),
             model,
-            [Path(file) for file in effect_files],
+            _files(effect_files),
         )
 
     def fit(self) -> Fits:
@@ -439,7 +549,9 @@ class Region:
 
         return volumes(self.database, request)
 
-    def alpha_beta(self, path_id: str | None = None, by: Sequence[str] = ()) -> Rows[TerrainRunout]:
+    def alpha_beta(
+        self, path_id: str | None = None, by: str | Sequence[str] = ()
+    ) -> Rows[TerrainRunout]:
         """The α-β runout of one path or all, a row for each regression; angles in degrees.
 
         `by` names the regressions. Raises `AvahazardError` where there is no such path.
@@ -474,10 +586,11 @@ class Region:
         """
         from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
 
-        calibrate(self.database, name, request)
+        with show_progress(log=False) as report:
+            calibrate(self.database, name, request, report)
         return Model(self.database, name)
 
-    def model(self, name: str, effect_files: Sequence[str | Path] = ()) -> Model:
+    def model(self, name: str, effect_files: Files = ()) -> Model:
         """The stored model `name`; one with effects of the user's own needs their files again.
 
         Raises `AvahazardError` where there is no such model.
@@ -485,7 +598,7 @@ class Region:
         >>> region.model("base").result.n_events
         60
         """
-        model = Model(self.database, name, tuple(Path(file) for file in effect_files))
+        model = Model(self.database, name, _files(effect_files))
         _ = model.result
         return model
 
@@ -509,4 +622,5 @@ class Region:
         """
         from avahazard.workflow.compare import ladder  # noqa: PLC0415
 
-        return ladder(self.database)
+        with show_progress(log=False) as report:
+            return ladder(self.database, report=report)

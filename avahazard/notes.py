@@ -20,11 +20,11 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "paths_differ": "paths differ by a standard deviation of {sd:.2f} on log friction (log "
     "evidence {nats:+.0f} nats); {model} has no path effect: its design runouts are too narrow. "
     "{remedy}",
-    "add_effect": "Add it: avahazard add {model} {effect} --as NEW.",
+    "add_effect": "The effect {effect} would take it up.",
     "too_few_paths": "{n} paths are too few to add it: take the intervals as too narrow.",
     "heavier_tails": "friction scatters with heavier tails than {model} has, or some records are "
-    "wrong (log likelihood {nats:+.0f} nats): its scatter is too wide, and few records decide its "
-    "law. Compare it with a model made with --tails student.",
+    "wrong (log likelihood {nats:+.0f} nats; --tails student accounts for both): its scatter is "
+    "too wide, and few records decide its law.",
     "prior_dominated": "{parameter} is weakly identified: in {model} it is prior-dominated (mean "
     "moved by {moved:.1f} standard deviations of the prior, posterior {width:.0%} as wide).",
     "prior_given": "the prior of {parameter} in {model} is {mean:g} ± {sd:g}, as given.",
@@ -215,6 +215,17 @@ TERMINAL = {
     "crossed with others) to fit together. Add it to the model to see what it does.",
     "not_asked": "{effect} was not asked about: {lack}.",
     "not_comparable": "{model} is not compared. {why}",
+    # The next step
+    "next": "{command}",
+    "why_worse": "{model} has a larger held-out CRPS than {parent}: do not keep it. {why}",
+    "why_compare": "{model} was not compared with its records.",
+    "why_diagnose": "{model} was not diagnosed for missing effects.",
+    "why_missing": "{model} lacks {effects:and}.",
+    "why_unexplained": "{model} fails along {along:and}, which no effect explains: write one.",
+    "why_measure": "{model} lacks one of {effects}: these records cannot tell which (expected gain "
+    "{nats:.1f} nats).",
+    "why_hazard": "{model} is the model to use; it has no design runouts yet.",
+    "why_report": "{model} is the model to use, and its design runouts are stored.",
 }
 """Those that no report shows, and no language has."""
 

@@ -10,8 +10,8 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel, picture
-from avahazard.cli.output import emit, settings, show, warn
-from avahazard.cli.progress import show_progress
+from avahazard.cli.output import emit, settings, show, show_next, warn
+from avahazard.progress import show_progress
 from avahazard.records.plain import plain
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import (
@@ -122,8 +122,8 @@ def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
     if best.p_value_alone < ALONE:
         console.print(
             f"{best.effect} comes nearest: p = {best.p_value_alone:.3f} by itself, "
-            f"{best.p_value:.2f} as the best of {n_tried}. Only if you expected it before you "
-            "looked does the first count: then add it, and compare.",
+            f"{best.p_value:.2f} as the best of {n_tried}. The first counts only where it was "
+            "declared beforehand (--expect).",
             soft_wrap=True,
         )
 
@@ -159,14 +159,6 @@ def _next_steps(console: Console, found: Diagnosis) -> None:
         need = "is still needed" if loss > 0 else "is no longer needed"
         console.print(f"{effect} {need} (evidence {loss:+.1f} nats).")
     show(console, measure_table(found, TERMINAL))
-    if found.pairs:
-        effects = " ".join(found.pairs[-1].effects)
-        console.print(
-            f"Add them together: avahazard add {found.model} {effects} --as NEW", soft_wrap=True
-        )
-    elif found.verdict == "missing-effect":
-        effect = found.missing[0]
-        console.print(f"Add it: avahazard add {found.model} {effect} --as NEW")
 
 
 def ladder(
@@ -187,7 +179,11 @@ def ladder(
     extra = ("noise_floor_m", "noise_floor_crps_m")
     document = [{k: v for k, v in row.items() if k not in extra} for row in plain(found.rows)]
 
-    emit(context, document, lambda console: show(console, ladder_table(found.rows, TERMINAL)))
+    def render(console: Console) -> None:
+        show(console, ladder_table(found.rows, TERMINAL))
+        show_next(context, console, found.next)
+
+    emit(context, document, render)
     warn(*found.notes)
 
 

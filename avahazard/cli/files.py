@@ -10,8 +10,8 @@ from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, OnlyPaths, StoredModel, output_file
 from avahazard.cli.output import emit, settings, table, warn
-from avahazard.cli.progress import show_progress
 from avahazard.notes import counted
+from avahazard.progress import show_progress
 from avahazard.workflow.requests import ReportRequest
 
 

@@ -12,8 +12,8 @@ from rich.console import Console
 
 from avahazard.cli.options import CalibratedModel
 from avahazard.cli.output import emit, emit_rows, settings, show, table, warn
-from avahazard.cli.progress import show_progress
 from avahazard.notes import Note, counted, grouped
+from avahazard.progress import show_progress
 from avahazard.report.language import TERMINAL
 from avahazard.report.tables import (
     apart_table,

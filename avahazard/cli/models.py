@@ -10,10 +10,10 @@ from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel
 from avahazard.cli.output import emit, settings, show, table, warn
-from avahazard.cli.progress import show_progress
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN
 from avahazard.notes import counted
+from avahazard.progress import show_progress
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import parameters_table
 from avahazard.report.sentences import before_and_after_words

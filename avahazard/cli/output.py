@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import re
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from avahazard.notes import grouped
+from avahazard.notes import Note, grouped
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
 from avahazard.records.plain import plain
 from avahazard.report import tables as report_tables
@@ -121,7 +122,22 @@ def emit(context: typer.Context, document: Any, render: Callable[[Console], None
         text = json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2)
         typer.echo(safe_json(text))
     else:
-        render(output())
+        console = output()
+        render(console)
+        show_next(context, console, getattr(document, "next", None))
+
+
+def show_next(context: typer.Context, console: Console, step: Note | None) -> None:
+    """Print the next step: why, and below it the command alone, which can be copied."""
+    if step is None:
+        return
+    command, root = str(step), context.find_root()
+    source = root.get_parameter_source("db")
+    if source is not None and source.name == "COMMANDLINE":
+        option = shlex.join(("--db", settings(context).database))
+        command = re.sub("^avahazard ", lambda found: f"{found.group()}{option} ", command)
+    console.print(f"{step.values.get('why', '')} Next:".lstrip())
+    console.print(f"  {command}", soft_wrap=True)
 
 
 def emit_rows(

@@ -16,12 +16,13 @@ from rich.padding import Padding
 from avahazard.cli.hazard import show_bounds
 from avahazard.cli.models import show_calibration
 from avahazard.cli.output import emit, settings, table, warn
-from avahazard.cli.progress import show_progress
+from avahazard.progress import show_progress
 from avahazard.report.language import TERMINAL
 from avahazard.report.sentences import before_and_after_words, verdict_words
 from avahazard.report.words import coordinate_words
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.made import Demo, HiddenEffect, ProjectRun
+from avahazard.workflow.requests import RunRequest
 
 
 def run(
@@ -29,6 +30,8 @@ def run(
     file: Annotated[
         Path, typer.Argument(metavar="[avahazard.toml]", help="The file of the project.")
     ] = Path("avahazard.toml"),
+    *,
+    request: RunRequest,
 ) -> None:
     """Run a whole project: only what is out of date is done.
 
@@ -36,11 +39,12 @@ def run(
     Examples:
       avahazard run
       avahazard run valley/avahazard.toml
+      avahazard run --dry-run
     """
     from avahazard.workflow.run import run_project  # noqa: PLC0415
 
     with show_progress() as report:
-        found = run_project(file, settings(context).database, report)
+        found = run_project(file, settings(context).database, request, report)
     emit(context, found, lambda console: _show_project(console, found))
     warn(*found.notes)
 
@@ -48,7 +52,8 @@ def run(
 def _show_project(console: Console, found: ProjectRun) -> None:
     rows = [(step.step, step.state, step.found) for step in found.steps]
     console.print(table(f"Project {found.project}", ("step", "state", "found"), rows))
-    console.print(f"The answers are by the model {found.model}, in {found.database}:")
+    by = f"The answers are by the model {found.model}, in {found.database}:"
+    console.print(by, soft_wrap=True)
     for file in found.files:
         console.print(f"  {file}", soft_wrap=True)
 

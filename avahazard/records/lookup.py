@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from unicodedata import normalize
 
 from avahazard.records.collection import Records
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
@@ -30,7 +30,7 @@ def unknown_path(path_id: str, names: Sequence[str]) -> AvahazardError:
         hint = "There are no paths yet: import some with `avahazard import`."
     else:
         more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-        hint = f"The paths are: {', '.join(names[:12])}{more}."
+        hint = f"{did_you_mean(path_id, names)}The paths are: {', '.join(names[:12])}{more}."
     return AvahazardError(f"There is no path '{path_id}'.", hint)
 
 

@@ -179,12 +179,12 @@ def change_words(
         "before": amount(before, coordinate, 1, language),
         "after": amount(after, coordinate, 1, language),
     }
-    if fall is None:
-        if after < before:
-            return say("The held-out CRPS falls from {before} to {after}.", **values)
+    if after > before:
         return say(
             "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
         )
+    if fall is None:
+        return say("The held-out CRPS falls from {before} to {after}.", **values)
     values |= {
         "low": language.number(bare(fall.q05_m, coordinate)),
         "high": amount(fall.q95_m, coordinate, 1, language),
@@ -192,12 +192,6 @@ def change_words(
     if fall.q05_m > 0.0:
         return say(
             "The held-out CRPS falls from {before} to {after}, by {low} to {high} (90 % interval).",
-            **values,
-        )
-    if fall.q95_m < 0.0:
-        return say(
-            "The held-out CRPS rises from {before} to {after} (fall {low} to {high}, 90 % "
-            "interval): do not keep the child.",
             **values,
         )
     return say(
@@ -258,9 +252,7 @@ def _verdict(diagnosis: Diagnosis, who: str, language: Language) -> str:
         return say("{who} lacks an effect; these data cannot tell which: {missing}.", **values)
     if diagnosis.verdict == "unexplained":
         return say(
-            "{who} fails along {missing}, and no effect of the catalogue explains it: look at its "
-            "shape, and write an effect of your own (avahazard effect new FILE).",
-            **values,
+            "{who} fails along {missing}, and no effect of the catalogue explains it.", **values
         )
     if diagnosis.cannot_tell:
         return say(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, get_args
@@ -71,6 +71,10 @@ class Result:
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"alias_generator": key_of}
 
+    def __init_subclass__(cls) -> None:
+        """Each result is shown in short: a dataclass does not replace what is there."""
+        type.__setattr__(cls, "__repr__", _in_short)
+
     def to_dict(self) -> dict[str, Any]:
         """Return it as dicts, lists, text, numbers and None: what `--json` prints."""
         document: dict[str, Any] = plain(self)
@@ -83,7 +87,13 @@ class Result:
         return result
 
     def to_frame(self) -> pd.DataFrame:
-        """Return it as a frame of pandas with one row; nested keys are joined by dots."""
+        """Return it as a frame of pandas; nested keys are joined by dots.
+
+        A result that is a list, of rows or of events, has a row for each of these, another one row.
+        """
+        for name in ("rows", "events"):
+            if isinstance(found := getattr(self, name, None), Rows):
+                return found.to_frame()
         return _frame([self.to_dict()])
 
     def plot(self, file: str | Path | None = None) -> Any:
@@ -95,9 +105,9 @@ class Result:
         return draw(self, file)
 
     def _repr_html_(self) -> str:
+        frame = self.to_frame()
         # A row is easier read downwards.
-        html: str = self.to_frame().T.to_html(header=False)
-        return html
+        return _html(frame.T, header=False) if len(frame) == 1 else _html(frame, index=False)
 
 
 class Rows(tuple[Row_co, ...]):
@@ -109,9 +119,12 @@ class Rows(tuple[Row_co, ...]):
         """Return one row each; nested keys are joined by dots."""
         return _frame(plain(self))
 
+    def __repr__(self) -> str:
+        kinds = " or ".join(dict.fromkeys(type(row).__name__ for row in self))
+        return f"Rows({len(self)} {kinds})".replace(" )", ")")
+
     def _repr_html_(self) -> str:
-        html: str = self.to_frame().to_html(index=False)
-        return html
+        return _html(self.to_frame(), index=False)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
@@ -123,17 +136,22 @@ class Rows(tuple[Row_co, ...]):
 
 def draw(result: object, file: str | Path | None) -> Any:
     """Draw a result to `file`, or to an image that a notebook shows; see `Result.plot`."""
-    import tempfile  # noqa: PLC0415
-
     if type(result) not in PICTURES:
         known = ", ".join(sorted(kind.__name__ for kind in PICTURES))
         raise AvahazardError(f"There is no picture of {type(result).__name__}.", f"Of: {known}.")
+    return drawn(lambda place: PICTURES[type(result)](place, result), file)
+
+
+def drawn(write: Callable[[Path], Any], file: str | Path | None) -> Any:
+    """What `write` draws, in `file`, or as an image that a notebook shows."""
+    import tempfile  # noqa: PLC0415
+
     if file is not None:
-        PICTURES[type(result)](Path(file), result)
+        write(Path(file))
         return Path(file)
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder) / "picture.svg"
-        PICTURES[type(result)](picture, result)
+        write(picture)
         return Picture(picture.read_text(encoding="utf-8"))
 
 
@@ -158,3 +176,34 @@ def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
     import pandas as pd  # noqa: PLC0415 (slow to import)
 
     return pd.json_normalize(rows)
+
+
+LONGEST = 60
+
+
+def _in_short(result: Result) -> str:
+    """The class of a result and its fields, those that hold others by their number."""
+    values = {f.name: getattr(result, f.name) for f in fields(result)}
+    parts = [f"{name}={_brief(v)}" for name, v in values.items() if v is not None and v != ()]
+    return f"{type(result).__name__}({', '.join(parts)})"
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, Result):
+        return f"{type(value).__name__}(…)"
+    if isinstance(value, list | tuple | dict) and value:
+        return f"<{len(value)}>"
+    text = f"{value:.6g}" if isinstance(value, float) else repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+
+def _html(frame: pd.DataFrame, **how: Any) -> str:
+    """The frame as HTML; what is a list stands as its texts, or as their number."""
+    return str(frame.map(_in_cell).to_html(**how))
+
+
+def _in_cell(value: Any) -> Any:
+    if not isinstance(value, list):
+        return value
+    texts = [item for item in value if isinstance(item, str)]
+    return "; ".join(texts) if len(texts) == len(value) else f"{len(value)} entries"

@@ -130,7 +130,8 @@ class Calibration(Result):
     where paths differ and the model does not know it, `heavier_tails` where friction scatters with
     such and the model's are normal, `prior_dominated` where the records hardly
     narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its
-    terrain, a record contradicts itself or true volumes are not lognormal.
+    terrain, a record contradicts itself or true volumes are not lognormal. `next` is the step to
+    do now.
     """
 
     model: str
@@ -159,3 +160,4 @@ class Calibration(Result):
     prior: PriorTold | None = field(default=None, metadata=ABSENT)
     given_priors: dict[str, GivenTold] | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)
+    next: Note | None = field(default=None, metadata=ABSENT)

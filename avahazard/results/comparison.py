@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from avahazard.notes import Note
-from avahazard.results.base import Result, Rows
+from avahazard.results.base import ABSENT, Result, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,8 @@ class MeasuredForce(Result):
 class Comparison(Result):
     """A model against the measurements: scores, held-out scores, and where it fails.
 
-    `coordinate` is that of the records: elevation, x, length, or mixed. `notes` are on the model.
+    `coordinate` is that of the records: elevation, x, length, or mixed. `notes` are on the model,
+    `next` is the step to do now.
     `profile_m` is the root mean square (m) of what the error of the profiles' points does to the
     predicted stops, None without profiles. It is in `scatter` and `unexplained` already, as far
     as the calibration on the same points has not taken it into the friction.
@@ -178,3 +179,4 @@ class Comparison(Result):
     budget_by_event: Rows[EventBudget] = field(default_factory=Rows)
     profile_m: float | None = None
     notes: tuple[Note, ...] = ()
+    next: Note | None = field(default=None, metadata=ABSENT)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
@@ -122,8 +123,9 @@ class WrittenReport(Result):
     bytes: int
     n_paths: int
     n_events: int
-    lacking: tuple[str, ...]
-    notes: tuple[str, ...]
+    lacking: tuple[Note, ...]
+    notes: tuple[Note, ...]
+    next: Note | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)

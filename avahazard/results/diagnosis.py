@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from avahazard.notes import Note
-from avahazard.results.base import Result, Rows
+from avahazard.results.base import ABSENT, Result, Rows
 
 MOST_MISSED = 0.5
 """Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
@@ -107,7 +107,7 @@ class Diagnosis(Result):
     `where` says in sentences on which paths the model fails and where the records have what is
     missing; `suspect_events` are records hard to believe, `impossible_stops` those on ground too
     steep for any block to stop. `declared` is what was expected beforehand; `notes` is what a
-    reader must know.
+    reader must know, `next` the step to do now.
     """
 
     model: str
@@ -130,6 +130,7 @@ class Diagnosis(Result):
     where: tuple[Note, ...] = ()
     coordinate: str = "elevation"
     detectable_share: float | None = None
+    next: Note | None = field(default=None, metadata=ABSENT)
 
     @property
     def cannot_tell(self) -> bool:

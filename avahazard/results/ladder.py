@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from avahazard.notes import Note
-from avahazard.results.base import Result, Rows
+from avahazard.results.base import ABSENT, Result, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,8 @@ class Rung(Result):
 
 @dataclass(frozen=True, slots=True)
 class Ladder(Result):
-    """All models, oldest first, and the notes on all of them."""
+    """All models, oldest first, with notes and the step to do now with the best of them."""
 
     rows: Rows[Rung]
     notes: tuple[Note, ...] = ()
+    next: Note | None = field(default=None, metadata=ABSENT)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import HeldOutScores
@@ -85,6 +86,7 @@ class ProjectRun(Result):
     steps: Rows[Step]
     files: tuple[str, ...]
     notes: tuple[str, ...]
+    next: Note | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)

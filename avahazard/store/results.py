@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sqlalchemy import insert, select
 from sqlalchemy.orm import Session
 
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.records.plain import plain
 from avahazard.store.tables import (
     CalibrationTable,
@@ -93,11 +93,11 @@ def load_model(session: Session, name: str) -> StoredModel:
     """
     row = session.scalar(select(ModelTable).where(ModelTable.name == name))
     if row is None:
-        names = ", ".join(session.scalars(select(ModelTable.name).order_by(ModelTable.id)).all())
-        raise AvahazardError(
-            f"There is no model {name}.",
-            f"Stored are: {names}." if names else f"Make it: `avahazard calibrate {name}`.",
-        )
+        names = session.scalars(select(ModelTable.name).order_by(ModelTable.id)).all()
+        hint = f"Make it: `avahazard calibrate {name}`."
+        if names:
+            hint = f"{did_you_mean(name, names)}Stored are: {', '.join(names)}."
+        raise AvahazardError(f"There is no model {name}.", hint)
     return _stored(row)
 
 

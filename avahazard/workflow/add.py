@@ -35,6 +35,7 @@ from avahazard.store.results import (
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import comparison, standing, stored_comparison
 from avahazard.workflow.effects import effects_of, read_own_of, stored_text
+from avahazard.workflow.next_step import next_step
 from avahazard.workflow.stored import (
     calibration_result,
     load_stored,
@@ -107,7 +108,8 @@ def add(
         if fresh and before is not None:
             save_result(session, COMPARISON, name, plain(before, keyed=True))
         save_result(session, COMPARISON, new_name, plain(after, keyed=True))
-    return replace(result, comparison=before_and_after(before, after))
+    scores = before_and_after(before, after)
+    return replace(result, comparison=scores, next=next_step(database, new_name))
 
 
 def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndAfter:

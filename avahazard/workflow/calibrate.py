@@ -43,6 +43,7 @@ from avahazard.results.calibration import Calibration
 from avahazard.store.records import load_records
 from avahazard.store.results import refuse_taken_name
 from avahazard.store.session import reading, writing
+from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored import (
     calibration_result,
@@ -103,7 +104,7 @@ def calibrate(
     result = calibration_result(found, name, records, seed=request.seed)
     with writing(database) as session:
         save_calibrated(session, found, result, paths=tuple(paths))
-    return result
+    return replace(result, next=next_step(database, name))
 
 
 def asked_for(specification: Specification, left_out: Sequence[Definition]) -> Specification:

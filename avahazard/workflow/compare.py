@@ -62,6 +62,7 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import reading, writing
 from avahazard.workflow.effects import effects_of, own_effects
+from avahazard.workflow.next_step import StoredModels, next_step
 from avahazard.workflow.stored import load_stored, notes_of, notes_of_fit, require_unchanged
 
 RECORD_DRAWS = 1000
@@ -100,7 +101,7 @@ def compare(
         from avahazard.report.score_pictures import draw_comparison  # noqa: PLC0415 (slow)
 
         draw_comparison(plot, found)
-    return found
+    return replace(found, next=next_step(database, name))
 
 
 def stored_comparison(document: dict[str, Any] | None) -> Comparison | None:
@@ -238,7 +239,13 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
         from avahazard.report.score_pictures import draw_ladder  # noqa: PLC0415 (slow)
 
         draw_ladder(plot, rows, {k: v for k, v in known.items() if v is not None})
-    return Ladder(rows, tuple(note for notes in told.values() for note in notes))
+    with reading(database) as session:
+        stored = StoredModels(session)
+        best = stored.best()
+        step = stored.step(best)
+    # Of the others' notes, which stand in their rows, nobody has to act on any.
+    lacking = [n for found in told.values() for n in found if n.key == "not_comparable"]
+    return Ladder(rows, tuple(dict.fromkeys((*told[best], *lacking))), step)
 
 
 def ladder_rows(

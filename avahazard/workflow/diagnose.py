@@ -44,6 +44,7 @@ from avahazard.store.results import (
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import coordinate_name, stored_comparison
 from avahazard.workflow.effects import read_own_of
+from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import DiagnoseRequest
 from avahazard.workflow.stored import load_stored, notes_of_fit, require_unchanged
 
@@ -88,8 +89,9 @@ def diagnose_model(
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
     told = diagnosis(name, found, request.seed)
-    told = replace(told, notes=(*notes_of_fit(stored), *told.notes))
-    told = replace(told, where=_where(database, stored, found, own))
+    # What is missing may be what the paths differ by.
+    of_fit = [n for n in notes_of_fit(stored) if not (told.missing and n.key == "paths_differ")]
+    told = replace(told, notes=(*of_fit, *told.notes), where=_where(database, stored, found, own))
     if expect:
         at = now().isoformat(timespec="seconds")
         told = replace(told, declared=Declared(tuple(expect), f"{at}Z"))
@@ -99,7 +101,7 @@ def diagnose_model(
         from avahazard.report.score_pictures import draw_diagnosis  # noqa: PLC0415 (slow)
 
         draw_diagnosis(plot, told)
-    return told
+    return replace(told, next=next_step(database, name))
 
 
 def _require_stops(stored: FittedModel) -> None:

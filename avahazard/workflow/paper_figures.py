@@ -203,19 +203,19 @@ def plan_of_models(database: str, models: Sequence[FittedModel]) -> Iterator[Pla
             "4, 6a-c",
             f"posterior of {stored.name}",
             f"4-6abc-posterior-{stored.name}",
-            partial(_draw_posterior, database, stored),
+            partial(plot_posterior, database, stored),
             stored.name,
         )
         yield Planned(
             "6d",
             f"residuals of {stored.name}",
             f"6d-residuals-{stored.name}",
-            partial(_draw_residuals, stored),
+            partial(plot_residuals, stored),
             stored.name,
         )
     if models:
         yield Planned(
-            "5, 7", "friction against volume", "5-7-friction-volume", partial(_draw_laws, models)
+            "5, 7", "friction against volume", "5-7-friction-volume", partial(plot_laws, models)
         )
 
 
@@ -246,7 +246,8 @@ def standardised_residuals(model: FittedModel) -> tuple[Floats, str]:
     return (found.mu - np.exp(middle)) / scatter[:, 0], "μ"
 
 
-def _draw_residuals(stored: FittedModel, file: Path) -> None:
+def plot_residuals(stored: FittedModel, file: Path) -> None:
+    """The standardised residuals of the events beside the scatter of the model."""
     off, of = standardised_residuals(stored)
     off = off[np.isfinite(off)]
     if len(off) < FEWEST:
@@ -261,7 +262,8 @@ def _draw_residuals(stored: FittedModel, file: Path) -> None:
     draw_residuals(file, stored.name, off, density, of)
 
 
-def _draw_posterior(database: str, stored: FittedModel, file: Path) -> None:
+def plot_posterior(database: str, stored: FittedModel, file: Path) -> None:
+    """The posterior of each parameter, with its normal."""
     from avahazard.report.paper_pictures import draw_posterior  # noqa: PLC0415 (slow)
 
     draws = load_parameter_draws(database, stored.name)
@@ -269,7 +271,8 @@ def _draw_posterior(database: str, stored: FittedModel, file: Path) -> None:
     draw_posterior(file, stored.name, {k: v.ravel() for k, v in draws.items()}, units)
 
 
-def _draw_laws(models: Sequence[FittedModel], file: Path) -> None:
+def plot_laws(models: Sequence[FittedModel], file: Path) -> None:
+    """Friction against volume of all models, with the events."""
     from avahazard.report.paper_pictures import ModelLaw, draw_model_laws  # noqa: PLC0415
 
     laws = []

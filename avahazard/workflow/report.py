@@ -33,6 +33,7 @@ from avahazard.workflow.compare import ladder_rows, stored_comparison
 from avahazard.workflow.effects import own_effects
 from avahazard.workflow.friction import apparent_friction, friction_densities, friction_view
 from avahazard.workflow.models import show_model
+from avahazard.workflow.next_step import next_step
 from avahazard.workflow.path import list_paths
 from avahazard.workflow.report_loop import loop_view
 from avahazard.workflow.report_paths import event_views, path_views, unknown_columns
@@ -80,6 +81,7 @@ def write_report(
         n_events=len(content.events),
         lacking=tuple(dict.fromkeys(content.lacking.values())),
         notes=content.of_model,
+        next=next_step(database, name, done=("report",)),
     )
 
 

@@ -226,6 +226,15 @@ class VolumesRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RunRequest(Request):
+    """What of a project is done."""
+
+    update: Annotated[bool, Option(help="Replace stored rows that differ.")] = False
+    dry_run: Annotated[bool, Option(help="Say what would be done, and do nothing.")] = False
+    force: Annotated[bool, Option(help="Do every step again, also what is up to date.")] = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ReportRequest(Request):
     """What the document is called, who answers for it, of which place it is; its language."""
 

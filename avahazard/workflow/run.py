@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any, Literal, get_type_hints
 
 from pydantic import Field as Limits
@@ -18,9 +20,9 @@ from pydantic_core.core_schema import no_info_after_validator_function
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN, Specification
-from avahazard.notes import counted
-from avahazard.records.conventions import Conventions
-from avahazard.records.errors import AvahazardError
+from avahazard.notes import Note, counted
+from avahazard.records.conventions import Conventions, Decimal, Order
+from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
 from avahazard.records.toml_document import Strict, read_toml
@@ -45,17 +47,19 @@ from avahazard.workflow.add import add
 from avahazard.workflow.by_path import PathWork, run_key
 from avahazard.workflow.calibrate import asked_for, calibrate
 from avahazard.workflow.compare import compare
-from avahazard.workflow.database import init_database
+from avahazard.workflow.database import database_status, init_database
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
 from avahazard.workflow.hazard import hazard, hazard_work
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.next_step import next_step
 from avahazard.workflow.report import write_report
 from avahazard.workflow.requests import (
     CalibrateRequest,
     DiagnoseRequest,
     HazardRequest,
     ReportRequest,
+    RunRequest,
     ZonesRequest,
 )
 from avahazard.workflow.stored import notes_of
@@ -66,6 +70,7 @@ EXAMPLE = (
     'The least is: files = ["records"], the folder of paths.csv, profiles.csv and events.csv. '
     "docs/project.md has all keys."
 )
+AS_KEYS = "Options of import are keys of the file of the project: update, decimal, dates, unknown."
 StepName = Literal["compare", "diagnose", "hazard", "zones", "report", "export"]
 Pair = Annotated[list[float], Limits(min_length=2, max_length=2)]
 Name = Annotated[str, Limits(min_length=1, max_length=150)]
@@ -141,6 +146,9 @@ class Project(Strict):
     database: str | None = None
     update: bool = False
     unusual: bool = False
+    decimal: Decimal | None = None
+    dates: Order | None = None
+    unknown: list[str] = Limits(default=[])
     dem: str | None = None
     land_cover: str | None = None
     skip: list[StepName] = Limits(default=[])
@@ -180,50 +188,72 @@ def read_project(file: FilePath) -> Project:
     return read_toml(str(file), text, Project, EXAMPLE)
 
 
-DONE, UP_TO_DATE = "done", "up to date"
+DONE, UP_TO_DATE, TO_DO = "done", "up to date", "to do"
 NAMED = "missing-effect"
 """The verdict on which an effect is added."""
 ALIKE = ("law", "scatter", "distribution", "tails", "method", "seed", "chains")
 """What a stored model and `[model]` must have alike, besides effects and priors."""
 
 
-def run_project(file: FilePath, database: str, report: Report = silent) -> ProjectRun:
+def run_project(
+    file: FilePath, database: str, request: RunRequest, report: Report = silent
+) -> ProjectRun:
     """Run the project of `file`, in its own database or else in `database`.
 
     Import, calibrate, compare, diagnose (and add what is named, if the file says so), hazard,
     zones, report, export. A stored model is never overwritten: where the records or the file have
-    changed since, the next one is called NAME-2. Raises `AvahazardError` where the file is not that
-    of a project, or a step could not be done; those before it stay done.
+    changed since, the next one is called NAME-2. A dry run says which steps are to do, as far as
+    that does not hang on what an earlier one finds. Raises `AvahazardError` where the file is not
+    that of a project, or a step could not be done; those before it stay done.
     """
     project = read_project(file)
     folder = file.absolute().parent
     if project.database is not None:
         named = project.database
         database = named if "://" in named else str(folder / named)
-    run = RunningProject(project, folder, database, report, written=file.stat().st_mtime)
+    run = RunningProject(project, folder, database, request, report, file.stat().st_mtime)
+    if request.dry_run:
+        return _dry_run(run, file)
     run.import_records()
     model = run.models()
     run.answers(model)
     with reading(database) as session:
         # Also where every step is up to date.
         run.notes += notes_of(session, model, load_records(session))
-    notes = tuple(dict.fromkeys(run.notes))
-    return ProjectRun(str(file), database, model, Rows(run.steps), tuple(run.files), notes)
+    done = [name for name in ("hazard", "report") if name not in project.skip]
+    return run.result(file, model, next_step(database, model, done))
+
+
+def _dry_run(run: RunningProject, file: FilePath) -> ProjectRun:
+    """What is to do; of a database that is not there, an empty one tells."""
+    named = run.database
+    with TemporaryDirectory() as folder:
+        try:
+            database_status(named)
+        except AvahazardError:
+            run.database = str(FilePath(folder) / "empty.db")
+            init_database(run.database)
+        run.import_records()
+        model = run.models()
+        run.answers(model)
+    run.database = named
+    return run.result(file, model)
 
 
 @dataclass(slots=True)
 class RunningProject:
     """A project, where its files are, its database, and what has been done of it so far.
 
-    `fresh` as soon as a step has found something new; `written` is when the file of the project
-    was (seconds, as of files).
+    `fresh` as soon as a step has found something new, or is to do; `written` is when the file of
+    the project was (seconds, as of files).
     """
 
     project: Project
     folder: FilePath
     database: str
+    request: RunRequest
     report: Report
-    written: float = 0.0
+    written: float
     fresh: bool = False
     steps: list[Step] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -235,6 +265,23 @@ class RunningProject:
         self.steps.append(Step(step, DONE, found))
         self.notes += notes
 
+    @property
+    def everything(self) -> bool:
+        """Whether no step is up to date, whatever is stored."""
+        return self.request.force or (self.request.dry_run and self.fresh)
+
+    def only_said(self, step: str) -> bool:
+        """In a dry run, that a step is to do; whether it is one."""
+        if self.request.dry_run:
+            self.fresh = True
+            self.steps.append(Step(step, TO_DO, ""))
+        return self.request.dry_run
+
+    def result(self, file: FilePath, model: str, step: Note | None = None) -> ProjectRun:
+        """What has been done of the project of `file`, and the step to do then."""
+        notes, files = tuple(dict.fromkeys(self.notes)), tuple(self.files)
+        return ProjectRun(str(file), self.database, model, Rows(self.steps), files, notes, step)
+
     def up_to_date(self, step: str, found: str = "") -> None:
         """A step of which all is stored already."""
         self.steps.append(Step(step, UP_TO_DATE, found))
@@ -242,15 +289,23 @@ class RunningProject:
     def import_records(self) -> None:
         """Import what the file names."""
         project, folder = self.project, self.folder
-        init_database(self.database)
-        found = import_files(
-            self.database,
-            [folder / name for name in project.files],
-            dem=None if project.dem is None else folder / project.dem,
-            land_cover=None if project.land_cover is None else folder / project.land_cover,
-            update=project.update,
-            given=Conventions(unusual=project.unusual),
-        )
+        # A dry run may look at a database that it must not make.
+        if not self.request.dry_run:
+            init_database(self.database)
+        marks = tuple(project.unknown)
+        try:
+            found = import_files(
+                self.database,
+                [folder / name for name in project.files],
+                dem=None if project.dem is None else folder / project.dem,
+                land_cover=None if project.land_cover is None else folder / project.land_cover,
+                update=project.update or self.request.update,
+                dry_run=self.request.dry_run,
+                given=Conventions(project.decimal, project.dates, project.unusual, marks),
+            )
+        except RejectedRows as error:
+            error.hint = f"{error.hint} {AS_KEYS}"
+            raise
         counts = found.records
         kinds = zip(
             ("paths", "profiles", "events", "speeds"),
@@ -259,7 +314,10 @@ class RunningProject:
         )
         changed = [f"{kind} {c.new + c.updated}" for kind, c in kinds if c.new + c.updated]
         words = f"new or changed: {', '.join(changed)}" if changed else "no change"
-        self.steps.append(Step("import", DONE if changed else UP_TO_DATE, words))
+        if changed:
+            self.fresh = True
+        state = UP_TO_DATE if not changed else TO_DO if found.dry_run else DONE
+        self.steps.append(Step("import", state, words))
         self.notes += found.notes
 
     def models(self) -> str:
@@ -272,7 +330,7 @@ class RunningProject:
             if "diagnose" in skip or not METHODS[wanted.model.method].knows_errors:
                 return model
             diagnosis = self.diagnosed(model)
-            if not wanted.diagnose.add or diagnosis.verdict != NAMED:
+            if diagnosis is None or not wanted.diagnose.add or diagnosis.verdict != NAMED:
                 return model
             if round_ < wanted.diagnose.rounds:
                 model = self.added(model, diagnosis.missing)
@@ -300,6 +358,8 @@ class RunningProject:
         if known is not None:
             self.up_to_date(f"calibrate {known}")
             return known
+        if self.only_said(f"calibrate {free}"):
+            return free
         found = calibrate(self.database, free, wanted, self.report)
         self.done(f"calibrate {free}", _converged(found))
         return free
@@ -314,6 +374,8 @@ class RunningProject:
         if known is not None:
             self.up_to_date(f"add {known}")
             return known
+        if self.only_said(f"add {free}"):
+            return free
         found = add(self.database, parent, effects, free, report=self.report)
         self.done(f"add {free}", _converged(found))
         return free
@@ -321,14 +383,14 @@ class RunningProject:
     def _known(self, name: str, fits: Callable[[Calibration], bool]) -> tuple[str | None, str]:
         """The latest model NAME or NAME-n that fits, on today's records, and a free name."""
         with reading(self.database) as session:
-            records = only_paths(load_records(session), self.project.model.paths)
             names = [model.name for model in list_models(session)]
             stored = {
                 n: Calibration.from_dict(latest_calibration(session, n).result)
                 for n in names
-                if n == name or n.removeprefix(f"{name}-").isdigit()
+                if not self.everything and (n == name or n.removeprefix(f"{name}-").isdigit())
             }
-        today = data_fingerprint(records)
+            records = load_records(session)
+        today = data_fingerprint(only_paths(records, self.project.model.paths)) if stored else ""
         right = [n for n, one in stored.items() if one.data_fingerprint == today and fits(one)]
         free, k = name, 2
         while free in names:
@@ -340,23 +402,29 @@ class RunningProject:
         if self._stored(COMPARISON, model) is not None:
             self.up_to_date(f"compare {model}")
             return
+        if self.only_said(f"compare {model}"):
+            return
         found = compare(self.database, model, report=self.report)
         error = found.held_out.runout.crps_m
         self.done(f"compare {model}", f"held-out error (CRPS) {error:.1f} m")
 
-    def diagnosed(self, model: str) -> Diagnosis:
-        """The diagnosis of a model."""
+    def diagnosed(self, model: str) -> Diagnosis | None:
+        """The diagnosis of a model; None where a dry run leaves it open."""
         wanted = self.project.diagnose
         document = self._stored(DIAGNOSIS, model)
         if document is not None and document["seed"] == wanted.seed:
             found = Diagnosis.from_dict(document)
             self.up_to_date(f"diagnose {model}", _verdict(found))
             return found
+        if self.only_said(f"diagnose {model}"):
+            return None
         found = diagnose_model(self.database, model, wanted, self.report)
         self.done(f"diagnose {model}", _verdict(found))
         return found
 
     def _stored(self, kind: Kind, model: str) -> dict[str, Any] | None:
+        if self.everything:
+            return None
         with reading(self.database) as session:
             return latest_result(session, kind, model)
 
@@ -364,8 +432,8 @@ class RunningProject:
         """Bounds, zones, report and exports by a model."""
         project, folder = self.project, self.folder
         if "hazard" not in project.skip:
-            work, _ = hazard_work(self.database, model, project.hazard)
-            if not self._paths_found("hazard", work):
+            work = partial(hazard_work, self.database, model, project.hazard)
+            if not (self._paths_found("hazard", work) or self.only_said("hazard")):
                 bounds = hazard(self.database, model, project.hazard, self.report)
                 n = len({row.path_id for row in bounds.rows})
                 self.done("hazard", counted(n, "path"), bounds.notes)
@@ -374,21 +442,29 @@ class RunningProject:
             request = replace(project.zones, paths=project.hazard.paths)
             if limits.is_file():
                 request = replace(request, limits=str(limits))
-            work, _ = zones_work(self.database, model, request)
-            if not self._paths_found("zones", work):
+            work = partial(zones_work, self.database, model, request)
+            if not (self._paths_found("zones", work) or self.only_said("zones")):
                 along = zones(self.database, model, request, self.report)
                 self.done("zones", counted(len(along.rows), "path"), along.notes)
         page = folder / project.report.file
-        if "report" not in project.skip and self._outdated("report", page):
+        if (
+            "report" not in project.skip
+            and self._outdated("report", page)
+            and not self.only_said("report")
+        ):
             report = write_report(self.database, model, page, project.project, self.report)
             self._wrote("report", page, (*report.lacking, *report.notes))
         if "export" not in project.skip and "hazard" not in project.skip:
             for name in project.export.files:
-                if self._outdated("export", file := folder / name):
+                file = folder / name
+                if self._outdated("export", file) and not self.only_said("export"):
                     self._wrote("export", file, export(self.database, model, file).notes)
 
-    def _paths_found(self, step: str, work: PathWork) -> bool:
+    def _paths_found(self, step: str, plan: Callable[[], tuple[PathWork, Any]]) -> bool:
         """Whether the last run of this kind hangs on the same as this; it is then up to date."""
+        if self.everything:
+            return False
+        work, _ = plan()
         with reading(self.database) as session:
             if latest_key(session, work.kind, work.model.model) != run_key(work):
                 return False
@@ -406,10 +482,10 @@ class RunningProject:
         It stands on the database, and on the file of the project, which has its title and language.
         """
         self.files.append(str(file))
-        if self.fresh or not file.is_file() or self.written > file.stat().st_mtime:
+        if self.fresh or self.everything or not file.is_file():
             return True
-        database = FilePath(self.database)
-        if database.is_file() and database.stat().st_mtime > file.stat().st_mtime:
+        database, made = FilePath(self.database), file.stat().st_mtime
+        if self.written > made or (database.is_file() and database.stat().st_mtime > made):
             return True
         self.up_to_date(step, file.name)
         return False

@@ -78,7 +78,7 @@ def test_notes_within_a_note_are_said_in_the_language_too() -> None:
     said = language_of("fr").note(spread.note("base"))
     assert "0,12" in said
     assert "+9 nats" in said
-    assert "avahazard add base path-effect --as NEW" in said
+    assert "path-effect" in said
 
 
 def test_effects_have_names_where_they_are_meant_and_keys_in_commands() -> None:

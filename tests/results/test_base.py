@@ -10,6 +10,8 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import ABSENT, PICTURES, Result, Rows, steps
+from avahazard.results.ladder import Ladder
+from tests.results.samples import COMPARISON, RUNG
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,15 @@ def test_rows_are_a_frame() -> None:
     assert list(frame.columns) == ["x", "name"]
     assert frame["x"].isna().tolist() == [False, True]
     assert "<table" in WHOLE.parts._repr_html_()
+
+
+def test_a_list_is_a_frame_of_its_rows_and_short_to_look_at() -> None:
+    ladder = Ladder(Rows([RUNG, RUNG]))
+    assert len(ladder.to_frame()) == 2
+    assert repr(ladder) == "Ladder(rows=<2>)"
+    assert repr(ladder.rows) == "Rows(2 Rung)"
+    assert len(repr(RUNG)) < 400
+    assert "{" not in Rows([COMPARISON])._repr_html_()
 
 
 def test_nested_keys_are_joined_by_dots() -> None:

@@ -12,6 +12,7 @@ from avahazard.results.made import ProjectRun
 from avahazard.store.results import list_models
 from avahazard.store.session import reading
 from avahazard.workflow import run as project
+from avahazard.workflow.requests import RunRequest
 from avahazard.workflow.run import RunningProject, read_project, run_project
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
@@ -47,8 +48,11 @@ def folder(snow_world: Path, tmp_path: Path) -> Path:
     return tmp_path
 
 
-def ran(folder: Path) -> ProjectRun:
-    return run_project(folder / "avahazard.toml", "not this one.db")
+NOW = RunRequest()
+
+
+def ran(folder: Path, request: RunRequest = NOW) -> ProjectRun:
+    return run_project(folder / "avahazard.toml", "not this one.db", request)
 
 
 def states(found: ProjectRun) -> dict[str, str]:
@@ -56,7 +60,11 @@ def states(found: ProjectRun) -> dict[str, str]:
 
 
 def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) -> None:
+    dry = ran(folder, RunRequest(dry_run=True))
+    assert set(states(dry).values()) == {"to do"}
+    assert not list(folder.glob("valley.db*"))
     first = ran(folder)
+    assert list(states(first)) == list(states(dry))
     assert set(states(first)) == {"import", "calibrate base", "hazard", "export"}
     assert set(states(first).values()) == {"done"}
     assert first.model == "base"
@@ -87,11 +95,17 @@ def test_a_second_run_does_nothing_and_a_third_what_has_changed(folder: Path) ->
     events = folder / "world" / "events.csv"
     lines = events.read_text().splitlines()
     events.write_text("\n".join([*lines, lines[-1].replace(lines[-1].split(",")[0], "new", 1)]))
+    dry = ran(folder, RunRequest(dry_run=True))
+    assert (dry.model, set(states(dry).values())) == ("base-2", {"to do"})
     more = ran(folder)
     assert more.model == "base-2"
     assert set(states(more).values()) == {"done"}
     with reading(str(folder / "valley.db")) as session:
         assert [model.name for model in list_models(session)] == ["base", "base-2"]
+    assert set(states(ran(folder, RunRequest(dry_run=True))).values()) == {"up to date"}
+    forced = ran(folder, RunRequest(force=True))
+    assert forced.model == "base-3"
+    assert set(states(forced)) == {"import", "calibrate base-3", "hazard", "export"}
 
 
 def test_zones_are_found_again_for_other_limits_or_paths(folder: Path) -> None:
@@ -135,7 +149,7 @@ def test_another_prior_is_another_model(folder: Path) -> None:
     found = []
     for text in (told, told, bare, told, numbers, numbers):
         file.write_text(text)
-        run = run_project(file, str(folder / "prior.db"))
+        run = run_project(file, str(folder / "prior.db"), NOW)
         found.append((run.model, states(run)[f"calibrate {run.model}"]))
     assert found == [
         ("base", "done"), ("base", "up to date"), ("base-2", "done"), ("base", "up to date"),
@@ -151,7 +165,7 @@ def test_doubts_about_the_rows_are_told_unless_they_are_meant(tmp_path: Path) ->
     told = []
     for more in ("", "unusual = true\n"):
         file.write_text(f'files = ["events.csv"]\n{more}')
-        run = RunningProject(read_project(file), tmp_path, str(tmp_path / "a.db"), print)
+        run = RunningProject(read_project(file), tmp_path, str(tmp_path / "a.db"), NOW, print, 0.0)
         run.import_records()
         told.append(run.notes)
     assert "line 2: 5e9" in told[0][0]
@@ -177,7 +191,7 @@ def test_what_is_named_is_added_and_the_answers_are_by_the_child(folder: Path) -
     (folder / "avahazard.toml").write_text(
         'files = ["world"]\n[diagnose]\nadd = true\n[export]\nfiles = ["bounds.csv"]\n'
     )
-    found = run_project(folder / "avahazard.toml", str(folder / "snow.db"))
+    found = run_project(folder / "avahazard.toml", str(folder / "snow.db"), NOW)
     assert found.model == "base+snow-type"
     assert [step.step for step in found.steps] == [
         "import",
@@ -193,7 +207,7 @@ def test_what_is_named_is_added_and_the_answers_are_by_the_child(folder: Path) -
         "export",
     ]
     assert (folder / "report.html").stat().st_size > 100_000
-    again = run_project(folder / "avahazard.toml", str(folder / "snow.db"))
+    again = run_project(folder / "avahazard.toml", str(folder / "snow.db"), NOW)
     assert set(states(again).values()) == {"up to date"}
 
 
@@ -211,14 +225,14 @@ def test_a_file_at_fault_is_refused_with_its_place(folder: Path, text: str, word
     file = folder / "avahazard.toml"
     file.write_text(text)
     with pytest.raises(AvahazardError) as caught:
-        run_project(file, str(folder / "new.db"))
+        run_project(file, str(folder / "new.db"), NOW)
     assert words in str(caught.value)
     assert not (folder / "new.db").exists()
 
 
 def test_no_file(tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="cannot be read: No such file"):
-        run_project(tmp_path / "avahazard.toml", str(tmp_path / "new.db"))
+        run_project(tmp_path / "avahazard.toml", str(tmp_path / "new.db"), NOW)
 
 
 def test_the_page_tells_every_key() -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import expit
 
 from avahazard.arrays import Floats
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, did_you_mean
 
 Covariate = Callable[[Floats], Floats]
 Curve = Callable[[Floats, Floats], Floats]
@@ -248,7 +248,8 @@ class Law:
 def law(name: str) -> Law:
     """The law of that name; `AvahazardError` lists the names when there is none."""
     if name not in LAWS:
-        raise AvahazardError(f"There is no law '{name}'.", f"Laws: {', '.join(LAWS)}.")
+        hint = f"{did_you_mean(name, LAWS)}Laws: {', '.join(LAWS)}."
+        raise AvahazardError(f"There is no law '{name}'.", hint)
     return LAWS[name]
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from avahazard.results.base import Report
+from avahazard.results.base import Report, silent
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -21,13 +21,16 @@ KNOWN_FROM = 0.05
 
 
 @contextmanager
-def show_progress() -> Iterator[Report]:
+def show_progress(*, log: bool = True) -> Iterator[Report]:
     """Give a function `report(what, done, total)` for a use case to call as it goes on.
 
-    Nothing is shown for what takes less than two seconds. A terminal then gets one bar, which
-    says what is being done; a log file gets a line now and then.
+    Nothing is shown for what takes less than two seconds. A terminal or a notebook then gets one
+    bar, which says what is being done; a log file gets a line now and then, unless `log` is false.
     """
-    display = _Bar() if sys.stderr.isatty() else _Lines()
+    if not (log or sys.stderr.isatty() or "ipykernel" in sys.modules):
+        yield silent
+        return
+    display = _Bar() if sys.stderr.isatty() or "ipykernel" in sys.modules else _Lines()
     try:
         yield display.report
     finally:

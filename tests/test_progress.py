@@ -7,7 +7,7 @@ from io import StringIO
 
 import pytest
 
-from avahazard.cli import progress
+from avahazard import progress
 
 
 class Terminal(StringIO):

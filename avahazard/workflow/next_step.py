@@ -1,0 +1,188 @@
+"""The one step to do now, decided from what is stored of the models; every command prints this."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Collection, Sequence
+from functools import cached_property
+from typing import Any
+
+from avahazard.effects.catalogue import definition
+from avahazard.inference.model.choices import METHODS
+from avahazard.notes import Note
+from avahazard.records.errors import AvahazardError
+from avahazard.results.calibration import Calibration
+from avahazard.results.diagnosis import Diagnosis
+from avahazard.store.results import (
+    BOUNDS,
+    COMPARISON,
+    DIAGNOSIS,
+    Kind,
+    latest_calibration,
+    latest_result,
+    latest_run,
+    list_models,
+)
+from avahazard.store.session import Session, reading
+from avahazard.workflow.by_path import Survey, fingerprint_of, survey
+from avahazard.workflow.effects import effects_of
+
+OPTIONS = {"law": "exponential", "scatter": "constant", "distribution": "lognormal"}
+OPTIONS |= {"tails": "normal", "method": "marginal"}
+"""Options of `calibrate` that a new calibration repeats where they are not these."""
+LEAST_GAIN = 0.05
+"""Expected gain (nats) from which on a measurement is worth a step."""
+
+
+def next_step(database: str, name: str, done: Collection[str] = ()) -> Note | None:
+    """The step to do now with the model `name`; None where none is left.
+
+    It is a command, with the reason in its value `why`. `done` are commands that have just been
+    done and leave nothing in the database, such as `report`.
+    """
+    with reading(database) as session:
+        return StoredModels(session, done).step(name)
+
+
+class StoredModels:
+    """What is stored of all models, and what to do next with each."""
+
+    def __init__(self, session: Session, done: Collection[str] = ()) -> None:
+        self.session, self.done = session, done
+        self.models = {model.name: model for model in list_models(session)}
+        self.found = {
+            name: Calibration.from_dict(latest_calibration(session, name).result)
+            for name in self.models
+        }
+        self.today: dict[tuple[str, ...], str] = {}
+
+    @cached_property
+    def survey(self) -> Survey:
+        """The records of today."""
+        return survey(self.session)
+
+    def error(self, name: str) -> float | None:
+        """The held-out CRPS of a model; None where it was not compared."""
+        document = self._latest(COMPARISON, name)
+        return None if document is None else float(document["held_out"]["runout"]["crps_m"])
+
+    def worse(self, name: str) -> bool:
+        """Whether the held-out error of a child is larger than its parent's on the same records."""
+        child, parent = self.found[name], self.found.get(self.found[name].parent or "")
+        if parent is None or parent.data_fingerprint != child.data_fingerprint:
+            return False
+        before, after = self.error(parent.model), self.error(name)
+        return before is not None and after is not None and after > before
+
+    def best(self) -> str:
+        """The model of least held-out error among those on today's records; else the latest."""
+        errors = {name: self.error(name) for name in self.models if not self.stale(name)}
+        known = {name: error for name, error in errors.items() if error is not None}
+        return min(known, key=lambda name: known[name]) if known else next(reversed(self.models))
+
+    def stale(self, name: str) -> bool:
+        """Whether the records have changed since a model was calibrated."""
+        paths = tuple(self.models[name].specification["paths"])
+        if paths not in self.today:
+            self.today[paths] = (
+                fingerprint_of(self.session, paths) if paths else self.survey.fingerprint
+            )
+        return self.today[paths] != self.found[name].data_fingerprint
+
+    def step(self, name: str) -> Note | None:
+        """What to do now with a model."""
+        found = self.found[name]
+        if self.stale(name):
+            return _step(self._calibrate(found), Note("stale", model=name))
+        if found.parent and self.worse(name) and (instead := self.step(found.parent)):
+            why = Note("why_worse", model=name, parent=found.parent, why=instead.values["why"])
+            return Note("next", command=str(instead), why=why)
+        return self._open(found) or self._answer(name)
+
+    def _open(self, found: Calibration) -> Note | None:
+        """What is not known yet of a model, or what its diagnosis asks for."""
+        name, method = found.model, METHODS[found.method]
+        if not method.in_metres and self._latest(COMPARISON, name) is None:
+            return _step(("compare", name), Note("why_compare", model=name))
+        if not method.knows_errors:
+            return None
+        document = self._latest(DIAGNOSIS, name)
+        if document is None:
+            return _step(("diagnose", name), Note("why_diagnose", model=name))
+        return self._by_verdict(Diagnosis.from_dict(document))
+
+    def _by_verdict(self, found: Diagnosis) -> Note | None:
+        """What a diagnosis asks for; None where it asks for nothing that was not tried."""
+        name, missing = found.model, found.missing
+        effects = found.pairs[-1].effects if found.pairs else missing
+        if not found.pairs and found.verdict != "missing-effect":
+            effects = ()
+            if found.verdict == "unexplained":
+                effects = tuple(key for key in missing if _is_effect(key))
+                if not effects:
+                    file = f"{name}-effect.py"
+                    why = Note("why_unexplained", model=name, along=list(missing))
+                    return _step(("effect", "new", file), why)
+        if effects:
+            tried = self._child(name, effects)
+            if tried is None:
+                child = self._free(f"{name}+{'+'.join(effects)}")
+                why = Note("why_missing", model=name, effects=list(effects))
+                return _step(("add", name, *effects, "--as", child), why)
+            return None if self.worse(tried) else self.step(tried)
+        worth = [one for one in found.measure_next if one.expected_gain > LEAST_GAIN]
+        if found.verdict == "ambiguous" and worth:
+            best = worth[0]
+            why = Note("why_measure", model=name, effects=list(missing), nats=best.expected_gain)
+            return Note("next", command=f"measure {best.measurement}", why=why)
+        return None
+
+    def _answer(self, name: str) -> Note | None:
+        """The answers by a model that is good enough, first those that are not there yet."""
+        stored = latest_run(self.session, BOUNDS, name) is not None
+        if self.survey.with_profile and not (stored or "hazard" in self.done):
+            return _step(("hazard", name), Note("why_hazard", model=name))
+        if "report" not in self.done:
+            return _step(("report", name, "-o", f"{name}.html"), Note("why_report", model=name))
+        return None
+
+    def _child(self, name: str, effects: Sequence[str]) -> str | None:
+        """The latest child that has these effects more, on today's records."""
+        before = set(effects_of(self.models[name]))
+        for child in reversed(self.models.values()):
+            more = set(effects_of(child)) - before
+            if child.parent == name and more == set(effects) and not self.stale(child.name):
+                return child.name
+        return None
+
+    def _calibrate(self, found: Calibration) -> tuple[str, ...]:
+        """The command that makes a model of the same kind on the records of today."""
+        words = ["calibrate", self._free(found.model)]
+        for key, usual in OPTIONS.items():
+            if (value := getattr(found, key)) != usual:
+                words += [f"--{key}", value]
+        words += [word for key in found.effects for word in ("--with", key)]
+        words += [] if found.centrifugal else ["--without", "centrifugal"]
+        paths = self.models[found.model].specification["paths"]
+        return (*words, *(word for path in paths for word in ("--path", path)))
+
+    def _free(self, name: str) -> str:
+        free, k = name, 2
+        while free in self.models:
+            free, k = f"{name}-{k}", k + 1
+        return free
+
+    def _latest(self, kind: Kind, name: str) -> dict[str, Any] | None:
+        return latest_result(self.session, kind, name)
+
+
+def _step(words: Sequence[str], why: Note) -> Note:
+    return Note("next", command=shlex.join(("avahazard", *words)), why=why)
+
+
+def _is_effect(key: str) -> bool:
+    try:
+        definition(key)
+    except AvahazardError:
+        return False
+    return True

@@ -1,0 +1,166 @@
+"""The next step, from what is stored of models."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import replace
+from pathlib import Path as FilePath
+
+import pytest
+
+from avahazard.notes import Note
+from avahazard.records.collection import Records
+from avahazard.records.event import Event
+from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.path import Path
+from avahazard.records.plain import plain
+from avahazard.results.base import Rows
+from avahazard.results.diagnosis import Diagnosis, Measurement, Pair
+from avahazard.store.records import save_records
+from avahazard.store.results import (
+    COMPARISON,
+    DIAGNOSIS,
+    save_calibration,
+    save_model,
+    save_result,
+)
+from avahazard.store.session import reading, writing
+from avahazard.workflow.database import init_database
+from avahazard.workflow.next_step import StoredModels, next_step
+from tests.results.samples import CALIBRATION
+from tests.results.samples import COMPARISON as COMPARED
+from tests.results.samples import DIAGNOSIS as VERDICT
+
+RECORDS = Records((Path("p"),), (), (Event("e", path_id="p", runout_elevation_m=900.0),))
+ADEQUATE = replace(VERDICT, pairs=Rows())
+LACKS_SEASON = replace(ADEQUATE, verdict="missing-effect", missing=("season",))
+
+
+@pytest.fixture
+def database(tmp_path: FilePath) -> str:
+    name = str(tmp_path / "a.db")
+    init_database(name)
+    with writing(name) as session:
+        save_records(session, RECORDS)
+    return name
+
+
+def put(
+    database: str,
+    name: str,
+    *,
+    parent: str | None = None,
+    effects: tuple[str, ...] = (),
+    error: float | None = None,
+    diagnosis: Diagnosis | None = None,
+    fingerprint: str = "",
+    method: str = "marginal",
+) -> None:
+    """Store a model with these findings."""
+    found = replace(
+        CALIBRATION,
+        model=name,
+        parent=parent,
+        effects=effects,
+        method=method,
+        data_fingerprint=fingerprint or data_fingerprint(RECORDS),
+    )
+    with writing(database) as session:
+        kept = {"specification": {"effects": effects}, "paths": ()}
+        save_model(session, name, kept, parent=parent)
+        save_calibration(
+            session,
+            name,
+            settings={},
+            seed=0,
+            data_fingerprint=found.data_fingerprint,
+            diagnostics={},
+            converged=True,
+            result=plain(found, keyed=True),
+            draws={},
+        )
+        if error is not None:
+            runout = replace(COMPARED.held_out.runout, crps_m=error)
+            compared = replace(COMPARED, held_out=replace(COMPARED.held_out, runout=runout))
+            save_result(session, COMPARISON, name, plain(compared, keyed=True))
+        if diagnosis is not None:
+            told = replace(diagnosis, model=name)
+            save_result(session, DIAGNOSIS, name, plain(told, keyed=True))
+
+
+def words(database: str, name: str, done: tuple[str, ...] = ()) -> list[str]:
+    """The command of the next step, without the program."""
+    step = next_step(database, name, done)
+    assert step is not None
+    program, *rest = shlex.split(step)
+    assert program == "avahazard"
+    return rest
+
+
+def test_a_model_is_compared_then_diagnosed(database: str) -> None:
+    put(database, "new")
+    assert words(database, "new") == ["compare", "new"]
+    put(database, "compared", error=60.0)
+    assert words(database, "compared") == ["diagnose", "compared"]
+    put(database, "adequate", error=60.0, diagnosis=ADEQUATE)
+    # Without a profile there are no bounds to draw.
+    assert words(database, "adequate") == ["report", "adequate", "-o", "adequate.html"]
+    assert next_step(database, "adequate", done=("report",)) is None
+
+
+def test_what_is_missing_is_added_once(database: str) -> None:
+    put(database, "base", error=60.0, diagnosis=LACKS_SEASON)
+    assert words(database, "base") == ["add", "base", "season", "--as", "base+season"]
+    put(database, "base+season", parent="base", effects=("season",), error=50.0)
+    assert words(database, "base") == ["diagnose", "base+season"]
+
+
+def test_a_child_that_is_worse_is_not_kept(database: str) -> None:
+    put(database, "base", error=60.0, diagnosis=LACKS_SEASON)
+    put(database, "child", parent="base", effects=("season",), error=61.0)
+    step = next_step(database, "child")
+    assert step is not None
+    assert "child has a larger held-out CRPS than base: do not keep it." in step.values["why"]
+    assert step == "avahazard report base -o base.html"
+    assert words(database, "base") == words(database, "child")
+    with reading(database) as session:
+        assert StoredModels(session).best() == "base"
+
+
+def test_effects_that_are_needed_together_are_added_together(database: str) -> None:
+    pair = Pair(("covariate:depth", "season"), 12.5, 6.0, 0.01, 60.0, {})
+    put(database, "a b", error=60.0, diagnosis=replace(LACKS_SEASON, pairs=Rows([pair])))
+    name = "a b+covariate:depth+season"
+    assert words(database, "a b") == ["add", "a b", "covariate:depth", "season", "--as", name]
+
+
+def test_what_cannot_be_told_apart_is_measured_if_that_helps(database: str) -> None:
+    useless = Measurement(Note("measure_mid_track", n=20), 0.01)
+    useful = Measurement(Note("measure_runouts", n=50), 4.2)
+    alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "snow-type"))
+    put(database, "one", error=60.0, diagnosis=replace(alike, measure_next=Rows([useful, useless])))
+    assert next_step(database, "one") == "measure runouts of 50 more events on paths like these"
+    put(database, "two", error=60.0, diagnosis=replace(alike, measure_next=Rows([useless])))
+    assert words(database, "two")[0] == "report"
+
+
+def test_what_no_effect_explains(database: str) -> None:
+    unexplained = replace(ADEQUATE, verdict="unexplained", missing=("path:p",))
+    put(database, "one", error=60.0, diagnosis=unexplained)
+    assert words(database, "one") == ["effect", "new", "one-effect.py"]
+    by_column = replace(unexplained, missing=("covariate:depth",))
+    put(database, "two", error=60.0, diagnosis=by_column)
+    assert words(database, "two")[:3] == ["add", "two", "covariate:depth"]
+
+
+def test_other_records_ask_for_another_calibration(database: str) -> None:
+    put(database, "old", effects=("season",), fingerprint="ab" * 32, error=10.0)
+    assert words(database, "old") == ["calibrate", "old-2", "--with", "season"]
+    put(database, "new", error=60.0)
+    with reading(database) as session:
+        assert StoredModels(session).best() == "new"
+
+
+def test_the_papers_methods_go_straight_to_the_answer(database: str) -> None:
+    put(database, "paper", method="metropolis")
+    assert words(database, "paper")[0] == "report"
