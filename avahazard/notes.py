@@ -92,6 +92,19 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "observed_to is missing. Give both if the path was observed for longer or shorter.",
     "of_winters": "winters",
     "of_years": "years",
+    "rate_trend": "the rate of recorded avalanches changes over the years: from one decade to the "
+    "next it is {factor:.2f} times as high (90 % interval {low:.2f} to {high:.2f}, p = {p:.1g}). "
+    "Climate or more complete records can cause this. The design runout uses the mean over the "
+    "observed years; --as-of YEAR uses the rate of one year.",
+    "size_trend": "recorded volumes change over the years: from one decade to the next they are "
+    "{factor:.2f} times as large (90 % interval {low:.2f} to {high:.2f}, p = {p:.1g}). The design "
+    "runout uses those of all observed years; --as-of YEAR uses those of one year.",
+    "as_of_rate": "the rate is that of {year}, by --as-of: from one decade to the next "
+    "{factor:.2f} times as many avalanches are recorded (90 % interval {low:.2f} to {high:.2f}).",
+    "as_of_size": "volumes are those of {year}, by --as-of: from one decade to the next they are "
+    "recorded {factor:.2f} times as large (90 % interval {low:.2f} to {high:.2f}).",
+    "as_of_beyond": "{year} is outside the observed years {first} to {last}: the trend of the "
+    "records is extrapolated.",
     "part_beyond": "part of the interval of the {period:g}-year runout is beyond the end of the "
     "profile. A longer profile would show how far.",
     "all_beyond": "the {period:g}-year runout is beyond the end of the profile, and how far is not "

@@ -28,6 +28,8 @@ from avahazard.inference.seeds import generator
 from benchmarks.study import DOCS, HERE, Line, run_missing, table, write_parts
 from benchmarks.true_worlds import (
     ARMS,
+    AS_OF,
+    DENSER,
     PLAIN,
     SPARSE,
     TrueWorld,
@@ -49,6 +51,8 @@ ARM_WORDS = {
     "paths differ": "paths differ (sd 0.12 on log friction); the model has the path effect",
     "limit of sight": "three in ten stop above the detection limit, which is given",
     SPARSE: "12 paths of about 5 records; no path has observed_from or observed_to",
+    DENSER: "earlier avalanches were recorded more rarely; hazard with the mean rate",
+    AS_OF: "the same datasets; hazard with --as-of the last year",
     "a third left": "a third of the records lie beyond the profile; hazard on the whole one",
 }
 
@@ -116,8 +120,8 @@ def judge(world: TrueWorld, families: Sequence[str] = tuple(FAMILIES)) -> Line:
             ],
         }
         for family in families:
-            known = known_volumes(world.records)
-            frequency = volume_frequencies(known, world.seed, VolumeSource(family)).of(path_id)
+            known, source = known_volumes(world.records), VolumeSource(family, as_of=world.as_of)
+            frequency = volume_frequencies(known, world.seed, source).of(path_id)
             returned = return_volume(frequency, YEARS)
             volumes, at = frequency.volumes(), returned.volume_m3
             # On the whole profile, which the calibration may not have had.

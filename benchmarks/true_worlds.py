@@ -39,7 +39,7 @@ class TrueWorld:
     """Records, and what made them: the rate of each path and its site.
 
     `offsets` `[n_paths]` of log friction set the paths apart. The model has `effects`, and is
-    calibrated on `told` where that is not all of `records`.
+    calibrated on `told` where that is not all of `records`; hazard is of the year `as_of`.
     """
 
     seed: int
@@ -50,6 +50,7 @@ class TrueWorld:
     offsets: Floats = field(default_factory=lambda: np.zeros(N_PATHS))
     effects: tuple[str, ...] = ()
     told: Records | None = None
+    as_of: int | None = None
 
 
 def true_world(seed: int, tau: float = 0.0, unseen: float = 0.0) -> TrueWorld:
@@ -104,6 +105,19 @@ def sparse_world(seed: int) -> TrueWorld:
     paths = (replace(path, observed_from=None, observed_to=None) for path in records.paths)
     records = replace(records, paths=tuple(paths))
     return TrueWorld(seed, records, sites, rates, settings, np.zeros(SPARSE_PATHS))
+
+
+def denser_world(seed: int) -> TrueWorld:
+    """Avalanches of earlier years were recorded more rarely; the true rate is that of the end."""
+    world, rng = true_world(seed), np.random.default_rng([seed, 2043])
+    growth = rng.uniform(0.005, 0.025)
+    chance = rng.random(len(world.records.events))
+    events = tuple(
+        event
+        for event, u in zip(world.records.events, chance, strict=True)
+        if u < np.exp(growth * ((event.year or LAST_YEAR) - LAST_YEAR))
+    )
+    return replace(world, records=replace(world.records, events=events))
 
 
 def drawn_ground(rng: np.random.Generator, tail_m: float) -> tuple[Floats, Floats]:
@@ -244,11 +258,13 @@ def _cut(records: Records, profile: Profile) -> Profile:
     return replace(profile, x_m=profile.x_m[:n], y_m=profile.y_m[:n], land_cover=cover)
 
 
-PLAIN, SPARSE = "plain", "sparse"
+PLAIN, SPARSE, DENSER, AS_OF = "plain", "sparse", "denser", "denser as of"
 ARMS: dict[str, Callable[[int], TrueWorld]] = {
     PLAIN: true_world,
     "paths differ": lambda seed: true_world(seed, tau=TAU),
     "limit of sight": lambda seed: true_world(seed, unseen=UNSEEN),
     "a third left": with_a_third_left,
     SPARSE: sparse_world,
+    DENSER: denser_world,
+    AS_OF: lambda seed: replace(denser_world(seed), as_of=LAST_YEAR),
 }

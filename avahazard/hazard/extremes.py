@@ -65,8 +65,8 @@ class FrequencyDraws(Protocol):
     def rate_over(self, log_volume: Floats) -> Floats:
         """Rates `[n, n_volumes]` of avalanches over each log volume `[n_volumes]`."""
 
-    def log_volume(self, chance: float) -> Floats:
-        """Log volume `[n]` that a year's largest exceeds with this chance."""
+    def log_volume(self, chance: float | Floats) -> Floats:
+        """Log volume `[n]` that a year's largest exceeds with this chance, one or `[n]`."""
 
     def ends(self) -> tuple[float, float]:
         """Log volumes between which nearly all avalanches lie."""
@@ -88,7 +88,7 @@ class GevDraws:
         """Of a Poisson process whose yearly maxima these are: -log(1 - p (1 - G(v)))."""
         return np.asarray(-np.log1p(-self.chance[:, None] * self.gev.exceedance(log_volume)))
 
-    def log_volume(self, chance: float) -> Floats:
+    def log_volume(self, chance: float | Floats) -> Floats:
         """p (1 - G(v)) = chance; where events are rarer, the smallest volumes."""
         share = np.minimum(chance / np.maximum(self.chance, 1e-12), 1.0 - RAREST)
         return self.gev.quantile(1.0 - share)
@@ -126,7 +126,7 @@ class ThresholdDraws:
         share = share + self.share_over[:, None] * tail
         return np.asarray(self.rate[:, None] * share)
 
-    def log_volume(self, chance: float) -> Floats:
+    def log_volume(self, chance: float | Floats) -> Floats:
         """Where the rate is that of years with one or more, -log(1 - chance)."""
         share = -np.log1p(-chance) / self.rate
         tail = np.minimum(share / self.share_over, 1.0)

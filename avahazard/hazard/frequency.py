@@ -25,6 +25,14 @@ from avahazard.hazard.extremes import (
     regional_prior,
     shape_prior,
 )
+from avahazard.hazard.trend import (
+    FEWEST_RECORDS,
+    LEAST_WINTERS,
+    Trend,
+    as_of,
+    fit_trend,
+    rate_factor,
+)
 from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
     DatedVolumes,
@@ -239,7 +247,7 @@ class TableDraws:
             )
         return np.tile(rates, (N_DRAWS, 1))
 
-    def log_volume(self, chance: float) -> Floats:
+    def log_volume(self, chance: float | Floats) -> Floats:
         """The volume of the rate of years with one or more."""
         if len(self.log_rates) == 1:
             return np.full(N_DRAWS, self.log_volumes[0])
@@ -303,7 +311,7 @@ class SnowfallDraws:
         with np.errstate(divide="ignore"):
             return np.minimum(-np.log1p(-exceeded), self.rate[:, None])
 
-    def log_volume(self, chance: float) -> Floats:
+    def log_volume(self, chance: float | Floats) -> Floats:
         """The depth that a year exceeds with this chance, as a volume."""
         depth = np.maximum(self.gev.quantile(1.0 - chance), LEAST_DEPTH_M)
         return np.asarray(np.log(depth * self.m3_per_m))
@@ -405,6 +413,7 @@ class Frequencies:
     table: dict[str, list[tuple[float, float]]] | None
     depths: dict[str | None, Floats] | None
     areas: dict[str, float]
+    trend: Trend
     fitted: dict[str, VolumeFrequency] = field(default_factory=dict)
 
     def of(self, path_id: str) -> VolumeFrequency:
@@ -419,6 +428,9 @@ class Frequencies:
                 raise self.refused[path_id]
             else:
                 found = fit_volume_frequency(self.region, path_id, rng)
+                if (year := self.source.as_of) is not None and found.record is not None:
+                    draws = as_of(found.draws, self.trend, found.record, year, rng)
+                    found = replace(found, draws=draws, method=f"{found.method}; as of {year}")
             self.fitted[path_id] = found
         return self.fitted[path_id]
 
@@ -460,16 +472,21 @@ class Frequencies:
             return None
         rng = generator(self.seed, "rate", path_id)
         rate = rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, N_DRAWS)
+        if (year := self.source.as_of) is not None:
+            rate *= rate_factor(self.trend, record, year, N_DRAWS, rng)
         return replace(one_volume(ANY_VOLUME_M3, N_DRAWS), rate=rate, seen_only=True)
 
-    def window_note(self, path_id: str, of: str = "") -> tuple[Note, ...]:
-        """Says so where the years of a path's rate are those of the data set, not its own."""
+    def notes(self, path_id: str) -> list[Note]:
+        """Where the years of a path's rate are those of the data set, and trends over the years."""
         record = self.region.records.get(path_id)
-        if record is None or record.own_years or self.table is not None:
-            return ()
+        if record is None or self.table is not None:
+            return []
+        notes = [] if self.depths is not None else self.trend.notes(self.source.as_of)
+        if record.own_years:
+            return notes
         seasons = Note("of_winters" if record.seasons == "winters" else "of_years")
         first, last = record.first_year, record.last_year
-        return (Note("data_window", of, seasons=seasons, first=first, last=last),)
+        return [Note("data_window", seasons=seasons, first=first, last=last), *notes]
 
     def extrapolated(self, path_id: str, return_period: float) -> bool:
         """Whether a return period (years) is too long for what is known of a path."""
@@ -493,6 +510,12 @@ def volume_frequencies(
             records.append(volume_record(own, window, source.year_starts))
         except AvahazardError as error:
             refused[own.path_id] = error.with_traceback(None)
+    trend = fit_trend(records)
+    if source.as_of is not None and trend.rate is None:
+        raise AvahazardError(
+            "The records are too few for a trend over the years.",
+            f"Omit --as-of: it needs {FEWEST_RECORDS} dated records in {LEAST_WINTERS} winters.",
+        )
     region = region_of(records, source.family, source.threshold_m3)
     if source.table is None and source.snowfall is None:
         # Now, while every worker is free: each would look at all paths for itself.
@@ -505,4 +528,5 @@ def volume_frequencies(
         table=None if source.table is None else read_return_volumes(source.table),
         depths=None if source.snowfall is None else read_snow_depths(source.snowfall),
         areas=known.areas,
+        trend=trend,
     )

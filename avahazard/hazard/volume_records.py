@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.engine import spread_map
 from avahazard.hazard.extremes import gev_likelihood, gpd_likelihood, over_locations
 from avahazard.hazard.volume_source import Family
@@ -39,8 +39,9 @@ class VolumeRecord:
     `log_maxima` `[n_maxima]`: log of the largest volume (m3) of each year in which one was
     measured; `log_volumes` `[n_volumes]` those of all measured events; both with the standard
     deviations of the records. `n_events` dated records lie in the observed years, in
-    `n_event_years` of them; `n_left_out` records have no date or lie outside. `n_unobserved` years
-    between the first and the last are gaps. `window` says where the years come from.
+    `n_event_years` of them; `n_left_out` records have no date or lie outside. Years `gaps` between
+    the first and the last were not observed. `window` says where the years come from.
+    `event_years` `[n_events]` and `volume_years` `[n_volumes]` are those of records and volumes.
     """
 
     path_id: str
@@ -54,8 +55,10 @@ class VolumeRecord:
     maxima_sigma: Floats
     log_volumes: Floats
     volumes_sigma: Floats
-    n_unobserved: int = 0
+    gaps: frozenset[int] = frozenset()
     year_starts: int = WINTER_STARTS
+    event_years: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    volume_years: Ints = field(default_factory=lambda: np.empty(0, np.int64))
 
     @property
     def seasons(self) -> str:
@@ -66,6 +69,16 @@ class VolumeRecord:
     def own_years(self) -> bool:
         """Whether the path itself says in which years it was watched."""
         return self.window == WINDOWS[False, False]
+
+    @property
+    def n_unobserved(self) -> int:
+        """Years without observation."""
+        return len(self.gaps)
+
+    def observed_years(self) -> Ints:
+        """The years, less those not observed."""
+        years = np.arange(self.first_year, self.last_year + 1)
+        return years[~np.isin(years, list(self.gaps))]
 
     @property
     def n_years(self) -> int:
@@ -181,8 +194,10 @@ def volume_record(
         maxima_sigma=own.sigma[maxima],
         log_volumes=own.log_volume[measured],
         volumes_sigma=own.sigma[measured],
-        n_unobserved=len(gaps),
+        gaps=frozenset(gaps),
         year_starts=starts,
+        event_years=winters[inside],
+        volume_years=winters[measured],
     )
 
 

@@ -17,7 +17,8 @@ Family = Literal["gev", "gpd"]
 class VolumeSource(Request):
     """Where the frequency of volumes comes from: records, else one of the two files.
 
-    A year begins in month `year_starts`.
+    A year begins in month `year_starts`. Rate and volumes are means over the observed years or, by
+    the trend of the records, those of the year `as_of`.
     `family` is `gev` of yearly maxima or `gpd` over a threshold (m3; without one, the median of
     each path's volumes). `table` holds (T, V) of the user's; `snowfall` three-day snow depths,
     which `density_ratio` (density of the release over that of the deposit, about 200 over
@@ -77,10 +78,23 @@ class VolumeSource(Request):
             most=12,
         ),
     ] = WINTER_STARTS
+    as_of: Annotated[
+        int | None,
+        Option(
+            help="Rate and volumes of this year, by the trend of the records. [default: means over "
+            "the observed years]",
+            metavar="YEAR",
+            what="year",
+            least=1000,
+            most=3000,
+        ),
+    ] = None
 
     def __post_init__(self) -> None:
         Request.__post_init__(self)
         if self.table is not None and self.snowfall is not None:
             raise AvahazardError("--volumes and --snowfall exclude each other.")
+        if self.as_of is not None and (self.table or self.snowfall) is not None:
+            raise AvahazardError("--as-of is for volumes from records.")
         if self.threshold_m3 is not None and self.family != "gpd":
             raise AvahazardError("--threshold is for --frequency gpd.")

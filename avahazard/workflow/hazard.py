@@ -179,12 +179,11 @@ def hazard_of_path(
     if needs_volume:
         asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
         beyond = {v: extrapolation(model, path_id, v).notes() for v in asked}
-    window = () if frequencies is None else frequencies.window_note(path_id)
     rows = [
         replace(
             row,
             notes=(
-                *(window if row.return_period_years is not None else ()),
+                *(frequencies.notes(path_id) if row.return_period_years and frequencies else ()),
                 *row.notes,
                 *beyond.get(row.volume_m3, ()),
                 *notes,

@@ -115,8 +115,8 @@ def zones_of_path(
     path = path_hazard(model, task.records, task.path_id, volumes, seed=seed)
     far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}
     entry = path_zones(path, limits, periods, density, far, seed)
-    window = frequencies.window_note(task.path_id, task.path_id)
-    return PathDocuments([replace(entry, notes=(*window, *entry.notes, *notes))])
+    of_rate = [note.about(task.path_id) for note in frequencies.notes(task.path_id)]
+    return PathDocuments([replace(entry, notes=(*of_rate, *entry.notes, *notes))])
 
 
 def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:

@@ -22,6 +22,7 @@ from avahazard.hazard.frequency import (
     table_frequency,
     volume_frequencies,
 )
+from avahazard.hazard.trend import fit_trend
 from avahazard.hazard.volume_records import VolumeRecord, region_of
 from avahazard.hazard.volume_source import Family, VolumeSource
 from avahazard.records.errors import AvahazardError
@@ -339,7 +340,9 @@ def frequencies() -> Frequencies:
     none = np.empty(0)
     record = VolumeRecord("p", 1971, 2000, "a test", 12, 9, 0, none, none, none, none)
     refused = {"p": AvahazardError("There are no volumes.", "Measure some.")}
-    return Frequencies(region_of([record]), refused, 5, VolumeSource(), None, None, {})
+    return Frequencies(
+        region_of([record]), refused, 5, VolumeSource(), None, None, {}, fit_trend([record])
+    )
 
 
 def test_its_rate_is_that_of_a_poisson_process(frequencies: Frequencies) -> None:

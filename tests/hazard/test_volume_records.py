@@ -162,10 +162,10 @@ def test_the_winters_of_the_data_set_without_observed_years() -> None:
         volume_record(none, window)
     known = KnownVolumes([sparse, other, none])
     frequencies = volume_frequencies(known, 1)
-    (note,) = frequencies.window_note("p", "p")
-    assert note.startswith("p: the rate of avalanches counts the path's records over the winters ")
+    (note,) = frequencies.notes("p")
+    assert note.startswith("the rate of avalanches counts the path's records over the winters ")
     assert "from 2006 to 2022" in note
-    assert frequencies.window_note("r") == ()
+    assert frequencies.notes("r") == []
     # The rate is uncertain: a gamma distribution of shape n + 1/2.
     rate = frequencies.rate_alone("p")
     assert rate is not None

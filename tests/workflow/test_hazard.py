@@ -232,6 +232,20 @@ def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
     assert "41 winters not observed" in after.volume_method
 
 
+@pytest.mark.parametrize("model", ["gibbs", "constant"])
+def test_the_rate_of_a_year_is_a_stated_choice(mine: str, model: str) -> None:
+    found = {}
+    for year in (1900, None, 2000):
+        source = VolumeSource(as_of=year)
+        found[year] = hazard(mine, model, HazardRequest(paths=["scey"], source=source))
+    shares = [float(np.mean(found[y].rows[0].reach.p_per_year.q50)) for y in (1900, None, 2000)]
+    assert len(set(shares)) == 3
+    assert not any("--as-of:" in note for note in found[None].notes)
+    assert any("the rate is that of 2000, by --as-of" in note for note in found[2000].notes)
+    if model == "gibbs":
+        assert found[2000].rows[0].volume_method.endswith("; as of 2000")
+
+
 def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
     with pytest.raises(AvahazardError, match="2 years") as caught:
         hazard(mine, "gibbs", HazardRequest(return_periods=[2.0]))
