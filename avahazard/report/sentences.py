@@ -83,9 +83,7 @@ def why_words(name: str, ladder: list[Rung], language: Language = ENGLISH) -> li
     coordinate = next(row.coordinate for row in ladder if row.model == name)
     own, least = (amount(known[key], coordinate, language=language) for key in (name, best))
     if best == name:
-        return [
-            say("It has the lowest held-out CRPS of {n} models: {error}.", n=len(known), error=own)
-        ]
+        return [say("It has the lowest held-out CRPS of {n} models.", n=len(known))]
     return [
         say(
             "“{best}” has the lowest held-out CRPS of {n} models, {least}; this one has {error}.",

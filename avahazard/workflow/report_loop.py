@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
+from avahazard.criticism.scoring.where_it_fails import event_axes
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.hazard.future_events import FutureEvents, classes_of
@@ -26,12 +28,14 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.lookup import of_path
-from avahazard.report.html.content import LoopView, PlaceView, StateView, SweepView
+from avahazard.report.html.content import LoopView, PlaceView, StateView, SuspectView, SweepView
+from avahazard.report.model_tables import failing
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.results import StoredModel
 from avahazard.workflow.compare import RECORD_DRAWS
 from avahazard.workflow.effects import effects_of
+from avahazard.workflow.friction import apparent_friction, from_reference
 from avahazard.workflow.report_paths import QUANTILES
 from avahazard.workflow.stored import load_stored
 
@@ -58,10 +62,13 @@ def loop_view(
     swept: list[StateView] = []
     sweeps: list[SweepView] = []
     left_out: dict[str, Note] = {}
+    suspect = None
     if stored.sigma_m is None:
         future = [to_come(records, path_id, volumes) for path_id in paths]
         for fit in _others(database, stored, lineage, models, known, left_out):
             shown.append(state_view(fit.name, fit, future, known.get(fit.name)))
+            if fit.name in lineage[-2:-1]:
+                suspect = suspect_view(stored, fit)
         own = next(state for state in shown if state.key == stored.name)
         for effect in _movable(stored, models):
             keys, strengths = [], []
@@ -86,7 +93,30 @@ def loop_view(
         left_out=left_out,
         volumes=volumes,
         mu=FRICTION,
+        suspect=suspect,
     )
+
+
+def suspect_view(stored: FittedModel, parent: FittedModel) -> SuspectView | None:
+    """What the effects that `stored` adds to its parent explain; None where it is no friction."""
+    known = {entry.key for entry in parent.definitions}
+    added = [entry for entry in stored.definitions if entry.key not in known]
+    law, columns = stored.layout.law, stored.columns
+    u = np.median(stored.draws, axis=0)
+    expected = law.log_friction(u[: len(law.coordinates)], np.exp(columns.log_volume))
+    before, after = (
+        np.log(apparent_friction(model)[0].mu) - from_reference(model) for model in (parent, stored)
+    )
+    missed, explained = before - expected, before - after
+    there = explained[np.isfinite(explained)]
+    if not added or not len(there) or np.ptp(there) < LEAST_EXPLAINED:
+        return None
+    column = added[0].column if len(added) == 1 else None
+    values: Any = {**columns.numbers, **columns.texts}.get(column or "")
+    if values is None:
+        column = None
+    effects = tuple(entry.key for entry in added)
+    return SuspectView(effects, missed, explained, column, values)
 
 
 def _lineage(name: str, models: Sequence[StoredModel]) -> tuple[str, ...]:
@@ -153,6 +183,7 @@ FRICTION = MU[(MU > 0.0999) & (MU < 0.9001)][::2]
 N_VOLUMES = 24
 NOTHING: Floats = np.empty((0, 0))
 LEAST_LENGTH_M = 1.0
+LEAST_EXPLAINED = 1e-3
 
 
 def volumes_of(columns: EventColumns) -> Floats:
@@ -188,10 +219,22 @@ def state_view(
         rmse_m=float(np.sqrt(np.mean(expected.error**2))),
         crps_m=float(np.mean(crps(expected.draws, expected.observed))),
         held_out_m=None if comparison is None else comparison.held_out.runout.crps_m,
+        failed=_failed(model, expected.x, comparison),
         path_ids=paths,
         stops=stops,
         friction=friction,
     )
+
+
+def _failed(model: FittedModel, x: Floats, comparison: Comparison | None) -> Bools:
+    """The events of levels where the model fails; `x` `[n_events, n_draws]` are its stops."""
+    failed = np.zeros(model.observations.n_events, dtype=np.bool_)
+    levels = [] if comparison is None else failing(comparison)
+    axes = event_axes(model.observations, np.median(x, axis=1)) if levels else {}
+    for row in levels:
+        if row.axis in axes:
+            failed |= axes[row.axis] == row.level
+    return failed
 
 
 def _blocks(

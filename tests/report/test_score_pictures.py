@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from avahazard.criticism.scoring.error_budget import SOURCES, UNEXPLAINED
-from avahazard.report.html.score_figures import SOURCE_COLORS, bars, parts_in_order
+from avahazard.report.html.score_figures import SOURCE_COLORS, budget_bars, parts_in_order
 from avahazard.report.language import LANGUAGES, language_of
 from avahazard.report.score_pictures import draw_comparison, draw_diagnosis, draw_ladder
 from avahazard.report.words import part_words
@@ -94,7 +94,7 @@ def test_every_source_is_told_everywhere() -> None:
 @pytest.mark.parametrize("with_release", [True, False])
 def test_a_release_without_an_error_has_no_bar(with_release: bool) -> None:
     parts = [BudgetPart(s, 5.0) for s in ALL if s != "release" or with_release]
-    found = bars(["m"], {"m": replace(COMPARISON, budget=Rows(parts))})
+    found = budget_bars(["m"], {"m": replace(COMPARISON, budget=Rows(parts))})
     assert ("release" in parts_in_order(found)) is with_release
     assert list(parts_in_order(found))[-1] == UNEXPLAINED
 

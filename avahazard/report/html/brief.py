@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from markupsafe import Markup, escape
@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from avahazard.arrays import Floats
 from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note, grouped, placed
+from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import PathView, PlanView, ReportContent
 from avahazard.report.html.figure import GROUND, INK, VERMILION
 from avahazard.report.html.map_figure import round_length
@@ -28,10 +29,11 @@ from avahazard.report.words import (
     SIGNIFICANT,
     amount,
     coordinate_words,
-    interval,
     metres,
     paths,
+    place,
     share,
+    span,
 )
 from avahazard.results.comparison import Comparison
 from avahazard.results.hazard import Design, HazardRow, PlaceQuantiles
@@ -81,12 +83,21 @@ def _how_sure(content: ReportContent) -> str:
     if found is None:
         return language.say("How far the model errs is not known: it was never compared.")
     held = found.held_out.runout
+    values = {
+        "crps": amount(held.crps_m, found.coordinate, 0, language),
+        "share": share(held.coverage_90, language),
+    }
+    if found.coordinate == "mixed":
+        return language.say(
+            "On held-out records the mean error of the model (CRPS) is {crps}; {share} of them lie "
+            "in the interval that should hold 90 %.",
+            **values,
+        )
     return language.say(
-        "On records that were held out the mean error of the model (CRPS) is {crps} of "
-        "{coordinate}; {share} of them lie in the interval that should hold 90 %.",
-        crps=amount(held.crps_m, found.coordinate, 0, language),
+        "On held-out records the mean error of the model (CRPS) is {crps} of {coordinate}; {share} "
+        "of them lie in the interval that should hold 90 %.",
         coordinate=coordinate_words(found.coordinate, language),
-        share=share(held.coverage_90, language),
+        **values,
     )
 
 
@@ -156,19 +167,19 @@ def limits(content: ReportContent) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class PathCard:
-    """What the brief says of one path: `lines` are its return periods, `mind` what to mind."""
+    """What the brief says of one path: `lines` are its return periods and zones."""
 
     number: int
     name: str
     picture: Markup
-    lines: tuple[tuple[str, str, str], ...]
+    lines: tuple[tuple[str, str, str, str], ...]
     farthest: str | None
     past: str | None
     mind: tuple[str, ...]
 
 
-def path_cards(content: ReportContent) -> list[PathCard]:
-    """Every path with a profile."""
+def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
+    """Every path with a profile, and what is to be noted on all of several."""
     language, period = content.language, shown_period(content)
     cards = []
     for number, view in enumerate(content.paths, start=1):
@@ -176,55 +187,79 @@ def path_cards(content: ReportContent) -> list[PathCard]:
             continue
         designs = [(row, row.design) for row in view.rows if row.design is not None]
         shown = next((d for r, d in designs if r.return_period_years == period), None)
-        farthest = None if shown is None else farthest_words(shown, language, metres)
         cards.append(
             PathCard(
                 number,
                 view.name,
                 profile_picture(view, shown, language),
-                tuple(_line(row, design, language) for row, design in designs),
-                farthest,
+                (
+                    *(_line(row, design, language) for row, design in designs),
+                    *_zone_lines(view, view.smooth, language),
+                ),
+                None if shown is None else farthest_words(shown, language, metres),
                 None if shown is None else past_words(shown, language),
                 tuple(_mind(content, view, shown)),
             )
         )
-    return cards
+    if len(cards) < 2:
+        return cards, []
+    common = [words for words in cards[0].mind if all(words in card.mind for card in cards)]
+    return [
+        replace(card, mind=tuple(words for words in card.mind if words not in common))
+        for card in cards
+    ], common
 
 
-def _line(row: HazardRow, design: Design, language: Language) -> tuple[str, str, str]:
+def _line(row: HazardRow, design: Design, language: Language) -> tuple[str, str, str, str]:
     x, z = design.runout_x_m, design.runout_elevation_m
     period = language.number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
-    return period, f"{metres(x.q50, language)} ({interval(x, language)})", metres(z.q50, language)
+    return period, place(x.q50, language), span(x, language), place(z.q50, language)
+
+
+def _zone_lines(
+    view: PathView, smooth: SmoothProfile, language: Language
+) -> Iterable[tuple[str, str, str, str]]:
+    """Where each zone ends."""
+    for zone in view.zones.zones if view.zones else ():
+        if zone.to_x_m <= zone.from_x_m:
+            continue
+        end = None if zone.beyond else zone.to_x_m
+        name = language.say(zone.zone) + ("*" if zone.extrapolated else "")
+        ends = span((zone.to_x_q05_m, zone.to_x_q95_m), language)
+        height = None if end is None else float(smooth.height(end))
+        yield name, place(end, language), ends, place(height, language)
 
 
 def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Iterable[str]:
     """What to mind on a path: of its answer, its records and its baseline."""
     language, say = content.language, content.language.say
     if shown is None:
-        yield say("no design runout, as the block does not start or the rate is not known")
+        yield say("No design runout: the block does not start, or the rate is not known.")
         return
     if shown.p_beyond > LEAST_BEYOND:
         chance = share(shown.p_beyond, language)
-        yield say("{share} probability that it lies beyond the profile", share=chance)
-    if any(row.extrapolated for row in view.rows):
-        yield say("*: extrapolated")
+        yield say("Beyond the profile with a probability of {share}.", share=chance)
+    if any(row.extrapolated for row in view.rows) or any(
+        zone.extrapolated for zone in (view.zones.zones if view.zones else ())
+    ):
+        yield say("*: an extrapolation, past twice the observed years or the table of volumes.")
     if any(row.pooled for row in view.rows):
-        yield say("spread of volumes from all paths")
+        yield say("Few volumes on record: their spread is that of all paths.")
     for failure in content.comparison.where_it_fails if content.comparison else ():
         on_it = failure.axis == "path" and failure.level == view.path.path_id
         if on_it and failure.p_value < SIGNIFICANT and content.comparison:
             bias = amount(failure.bias_m, content.comparison.coordinate, 0, language)
-            yield say("the model fails here: bias {bias}", bias=bias)
+            yield say("The model fails here: bias {bias} (predicted less recorded).", bias=bias)
+    sides: dict[int, list[str]] = {}
     for row in view.alpha_beta:
         side = _side(row.runout_x_low_m, row.runout_x_high_m, shown.runout_x_m)
-        if side and row.runout_x_m is not None:
-            by = say(row.coefficients)
-            x = metres(row.runout_x_m, language)
-            yield (
-                say("α-β ({by}) is shorter: {x}", by=by, x=x)
-                if side < 0
-                else say("α-β ({by}) is longer: {x}", by=by, x=x)
-            )
+        if row.runout_x_m is not None:
+            words = f"{metres(row.runout_x_m, language)} ({say(row.coefficients)})"
+            sides.setdefault(side, []).append(words)
+    if -1 in sides:
+        yield say("The α-β runout is shorter: {places}.", places=", ".join(sides[-1]))
+    if 1 in sides:
+        yield say("The α-β runout is longer: {places}.", places=", ".join(sides[1]))
 
 
 def _side(low: float | None, high: float | None, x: PlaceQuantiles) -> int:
@@ -238,7 +273,7 @@ def _side(low: float | None, high: float | None, x: PlaceQuantiles) -> int:
 
 
 WIDTH, HEIGHT, PLACES = 300, 130, 60
-FOOT, LIFT = 10, 5
+FOOT, LIFT, UNDER = 10, 5, 14
 At = Callable[[float], tuple[float, float]]
 
 
@@ -250,9 +285,9 @@ def profile_picture(view: PathView, design: Design | None, language: Language) -
     x = np.linspace(smooth.x_min, end, PLACES)
     low, high = float(np.min(smooth.height(x))), float(np.max(smooth.height(x)))
 
-    def at(place: float) -> tuple[float, float]:
-        across = (place - smooth.x_min) / (end - smooth.x_min) * WIDTH
-        up = (float(smooth.height(place)) - low) / (high - low)
+    def at(there: float) -> tuple[float, float]:
+        across = (there - smooth.x_min) / (end - smooth.x_min) * WIDTH
+        up = (float(smooth.height(there)) - low) / (high - low)
         return across, HEIGHT - FOOT - up * (HEIGHT - FOOT - 14)
 
     ground = _points(at, x)
@@ -274,7 +309,13 @@ def profile_picture(view: PathView, design: Design | None, language: Language) -
     words = language.say(
         "{path}: the profile, the recorded stops and the design runout", path=view.name
     )
-    return _svg(f"0 -8 {WIDTH} {HEIGHT + 8}", words, parts)
+    parts.append(
+        f'<text x="{WIDTH}" y="{HEIGHT + 11}" text-anchor="end">'
+        f"x {metres(end, language)}</text>"
+        f'<text x="0" y="{HEIGHT + 11}">x {metres(smooth.x_min, language)}</text>'
+        f'<text x="4" y="2">z {metres(high, language)}</text>'
+    )
+    return _svg(f"0 -8 {WIDTH} {HEIGHT + 8 + UNDER}", words, parts)
 
 
 def _svg(box: str, words: str, parts: Iterable[str]) -> Markup:
@@ -325,9 +366,9 @@ def overview_map(content: ReportContent) -> Markup | None:
     left, top = float(east.min()), float(north.max())
 
     def to_page(plan: PlanView) -> At:
-        def at(place: float) -> tuple[float, float]:
-            a = float(np.interp(place, plan.x, plan.east))
-            b = float(np.interp(place, plan.x, plan.north))
+        def at(there: float) -> tuple[float, float]:
+            a = float(np.interp(there, plan.x, plan.east))
+            b = float(np.interp(there, plan.x, plan.north))
             return (a - left) * metre[0] * scale, (top - b) * metre[1] * scale
 
         return at
@@ -396,7 +437,7 @@ def chapters(content: ReportContent) -> list[Chapter]:
             words.append(change_words(was, now, compared.coordinate, fall, language))
         elif compared is not None:
             words += error_words(compared, language)[:1]
-        if compared is not None:
+        if compared is not None and not (diagnosis and diagnosis.where):
             words.append(failure_words(compared, language))
         if diagnosis is not None:
             words.append(verdict_words(diagnosis, quoted, language))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile, TerrainCrop
@@ -116,7 +116,8 @@ class StateView:
     `key` is its name in the page. `predicted` and `x` `[n_events, 3]` are the 5, 50 and 95 % of
     each record in its own coordinate and of its place (m), nan where nothing is predicted; `error`
     `[n_events]` (m) is predicted mean less record as `compare` counts it. `rmse_m` and `crps_m`
-    are of these records, `held_out_m` of what was kept back, None where that was never asked.
+    are in-sample, `held_out_m` is the held-out CRPS, None where it was never compared; `failed`
+    `[n_events]` are the events of levels where the model fails beyond chance.
     `stops` `[n_paths, n_friction]` is F(μ) as x (m) over `FRICTION`, infinite past the profile,
     and `friction` `[n_paths, n_volumes]` that of the median avalanche over the report's volumes;
     their rows are the paths `path_ids`.
@@ -129,9 +130,26 @@ class StateView:
     rmse_m: float
     crps_m: float
     held_out_m: float | None
+    failed: Bools
     path_ids: tuple[str, ...]
     stops: Floats
     friction: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SuspectView:
+    """Partial residuals of the last added `effects`.
+
+    `missed` `[n_events]` is the log friction that stops the record's block without them, less the
+    law of the model with them; `explained` what they add to it; nan where a record has no friction.
+    `values` `[n_events]` are those of the `column` that the effect goes by; None without one.
+    """
+
+    effects: tuple[str, ...]
+    missed: Floats
+    explained: Floats
+    column: str | None
+    values: Sequence[float | str] | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,6 +194,13 @@ class LoopView:
     left_out: Mapping[str, Note]
     volumes: Floats
     mu: Floats
+    suspect: SuspectView | None = None
+
+    @property
+    def before(self) -> StateView | None:
+        """The model before the last step of the lineage, or the model itself where it is first."""
+        known = {state.key: state for state in self.models}
+        return known.get(self.lineage[-2] if len(self.lineage) > 1 else self.lineage[-1])
 
 
 @dataclass(frozen=True, slots=True)

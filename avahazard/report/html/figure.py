@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from avahazard.records.plain import plain
@@ -25,6 +26,61 @@ TOOLBAR_PX = 42
 """Right of the plot the toolbar has a margin of its own, so that it covers no legend."""
 GROUND, GRID, INK = "#E3DED5", "#E2E2E2", "#222222"
 ROW_COLORS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+
+
+Trace = dict[str, Any]
+States = Mapping[str, Mapping[int, Trace]]
+"""By the name of a state, what it changes of the traces, by their number."""
+
+
+def line(x: Any, y: Any, color: str, width: float = 1.5, hover: str = "", **more: Any) -> Trace:
+    """A line, `dash` as Plotly has it; `hover` is shown at its places, if anything."""
+    look = {"color": color, "width": width, "dash": more.pop("dash", "solid")}
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "line": look,
+            **_hover(hover), **more}  # fmt: skip
+
+
+def area(x: Any, low: Any, high: Any, color: str, **more: Any) -> Trace:
+    """A filled band between `low` and `high` `[n]`."""
+    x, low, high = (np.asarray(v) for v in (x, low, high))
+    around, up = np.concatenate([x, x[::-1]]), np.concatenate([high, low[::-1]])
+    return {**line(around, up, color, 0.0, **more), "fill": "toself", "fillcolor": color}
+
+
+def marks(x: Any, y: Any, marker: dict[str, Any], hover: str = "", **more: Any) -> Trace:
+    """Marks that look like `marker`."""
+    return {"type": "scatter", "mode": "markers", "x": x, "y": y, "marker": marker,
+            **_hover(hover), **more}  # fmt: skip
+
+
+def bars(x: Any, y: Any, color: Any, hover: str = "", **more: Any) -> Trace:
+    """Bars to the right, a row for each of `y`."""
+    return {"type": "bar", "orientation": "h", "x": x, "y": y, "marker": {"color": color},
+            **_hover(hover), **more}  # fmt: skip
+
+
+def _hover(words: str) -> Trace:
+    if not words:
+        return {"hoverinfo": "skip"}
+    return {"hovertemplate": words if "<extra>" in words else words + "<extra></extra>"}
+
+
+def error_bar(low: Any, middle: Any, high: Any, color: str, **more: Any) -> dict[str, Any]:
+    """The bar of a mark from `low` to `high` `[n]`."""
+    middle = np.asarray(middle)
+    return {"type": "data", "symmetric": False, "array": np.asarray(high) - middle,
+            "arrayminus": middle - np.asarray(low), "color": color, **more}  # fmt: skip
+
+
+def joined(*sentences: str | int | None) -> str:
+    """Those sentences that there are, in a row."""
+    return " ".join(words for words in sentences if isinstance(words, str) and words)
+
+
+def rows_axis(names: Sequence[str] | None = None, **more: Any) -> dict[str, Any]:
+    """An axis of names from the top down: in the order of the traces, or in that of `names`."""
+    order = {"autorange": "reversed"} if names is None else {"categoryarray": names[::-1]}
+    return axis("", type="category", **order, **more)
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:
@@ -83,11 +139,6 @@ def by_path(
         k = len(COLORS) - 1 if path_id is None else places[path_id]
         name = language.say("recorded events") if path_id is None else names[path_id]
         yield name, COLORS[k], SYMBOLS[k], mine
-
-
-Trace = dict[str, Any]
-States = Mapping[str, Mapping[int, Trace]]
-"""By the name of a state, what it changes of the traces, by their number."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,8 @@ from avahazard.report.html.figure import (
     axis,
     label,
     layout,
+    line,
+    marks,
 )
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.words import case, event_words, interval, metres
@@ -43,18 +45,17 @@ def scale_bar(east: Span, north: Span, degrees: bool, language: Language) -> Tra
     wide, high = east[1] - east[0], north[1] - north[0]
     x0, y0 = east[0] + INSET * wide, north[0] + INSET * high
     x1, up = x0 + length * unit, TICK * high
-    return {
-        "type": "scatter",
-        "mode": "lines+text",
-        "meta": "scale",
-        "showlegend": False,
-        "x": [x0, x0, x0, 0.5 * (x0 + x1), x1, x1, x1],
-        "y": [y0 + up, y0 - up, y0, y0, y0, y0 + up, y0 - up],
-        "text": ["", "", "", metres(length, language), "", "", ""],
-        "textposition": "top center",
-        "line": {"color": INK, "width": 2},
-        "hoverinfo": "skip",
-    }
+    return line(
+        [x0, x0, x0, 0.5 * (x0 + x1), x1, x1, x1],
+        [y0 + up, y0 - up, y0, y0, y0, y0 + up, y0 - up],
+        INK,
+        2.0,
+        mode="lines+text",
+        meta="scale",
+        showlegend=False,
+        text=["", "", "", metres(length, language), "", "", ""],
+        textposition="top center",
+    )
 
 
 def round_length(most: float) -> float:
@@ -63,23 +64,11 @@ def round_length(most: float) -> float:
     return next(k * power for k in (5.0, 2.0, 1.0) if k * power <= most)
 
 
-def north_arrow() -> dict[str, Any]:
-    """An arrow to the top of the map, which is north."""
-    return {
-        "xref": "paper",
-        "yref": "paper",
-        "x": 0.97,
-        "y": 0.98,
-        "ax": 0,
-        "ay": 34,
-        "text": "<b>N</b>",
-        "showarrow": True,
-        "arrowhead": 2,
-        "arrowwidth": 2,
-        "arrowcolor": INK,
-        "yanchor": "top",
-    }
-
+NORTH_ARROW = {
+    "xref": "paper", "yref": "paper", "x": 0.97, "y": 0.98, "ax": 0, "ay": 34, "text": "<b>N</b>",
+    "showarrow": True, "arrowhead": 2, "arrowwidth": 2, "arrowcolor": INK, "yanchor": "top",
+}  # fmt: skip
+"""An arrow to the top of the map, which is north."""
 
 TO_LIGHT = np.array([-0.5, 0.5, np.sqrt(0.5)])
 """East, north, up: from the north-west, 45° high."""
@@ -101,15 +90,8 @@ def hillshade(elevation_m: NDArray[np.float32], cell_m: float) -> bytes:
     shade[np.isnan(ground)] = np.nan
     picture = BytesIO()
     # Nothing of the day or of the machine: equal grounds make equal pictures.
-    imsave(
-        picture,
-        np.round(shade, 2),
-        cmap="gray",
-        vmin=0.0,
-        vmax=1.0,
-        format="png",
-        metadata={"Software": ""},
-    )
+    look: dict[str, Any] = {"cmap": "gray", "vmin": 0.0, "vmax": 1.0, "format": "png"}
+    imsave(picture, np.round(shade, 2), metadata={"Software": ""}, **look)
     return picture.getvalue()
 
 
@@ -126,63 +108,29 @@ def map_figure(k: int, view: PathView, language: Language = ENGLISH) -> Figure |
         return None
     say = language.say
     degrees = plan.crs is None
-    data: list[Trace] = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": say("path"),
-            "x": plan.east,
-            "y": plan.north,
-            "line": {"color": INK, "width": 1.6},
-            "hoverinfo": "skip",
-        }
-    ]
-    zones = view.zones.zones if view.zones else ()
-    for zone in (zone for zone in zones if zone.to_x_m > zone.from_x_m):
-        east, north = _along(plan, zone.from_x_m, zone.to_x_m)
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": label(say("zone: {zone}", zone=say(zone.zone))),
-                "x": east,
-                "y": north,
-                "line": {"color": zone.color, "width": 12},
-                "opacity": 0.5,
-                "hoverinfo": "name",
-            }
-        )
+    data: list[Trace] = [line(plan.east, plan.north, INK, 1.6, name=say("path"))]
+    for zone in view.zones.zones if view.zones else ():
+        if zone.to_x_m > zone.from_x_m:
+            name = label(say("zone: {zone}", zone=say(zone.zone)))
+            ends = _along(plan, zone.from_x_m, zone.to_x_m)
+            data.append(line(*ends, zone.color, 12.0, "%{fullData.name}", name=name, opacity=0.5))
     for number, row in enumerate(view.rows[: len(ROW_COLORS)]):
         data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number, language)
     stops = [e for e in view.events if e.stop_x_m is not None]
     if stops:
         names = {view.path.path_id: view.name}
-        east, north = _at(plan, np.array([e.stop_x_m for e in stops], dtype=np.float64))
         data.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": say("recorded stops"),
-                "x": east,
-                "y": north,
-                "text": [label(event_words(e, names, language)) for e in stops],
-                "hovertemplate": "%{text}<extra></extra>",
-                "marker": {"symbol": "circle-open", "size": 7, "color": INK,
-                           "line": {"width": 1.2}},
-            }
-        )  # fmt: skip
-    east, north = _at(plan, np.array([view.release_x]))
-    data.append(
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "name": say("release"),
-            "x": east,
-            "y": north,
-            "marker": {"symbol": "triangle-down", "size": 11, "color": BLACK},
-            "hovertemplate": say("release") + "<extra></extra>",
-        }
-    )
+            marks(
+                *_at(plan, np.array([e.stop_x_m for e in stops], dtype=np.float64)),
+                {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}},
+                "%{text}",
+                name=say("recorded stops"),
+                text=[label(event_words(e, names, language)) for e in stops],
+            )
+        )
+    look = {"symbol": "triangle-down", "size": 11, "color": BLACK}
+    release = _at(plan, np.array([view.release_x]))
+    data.append(marks(*release, look, say("release"), name=say("release")))
     shown_east, shown_north, _ = _ranges(plan)
     data.append(scale_bar(shown_east, shown_north, degrees, language))
     return Figure(
@@ -210,7 +158,7 @@ def _layout(plan: PlanView, degrees: bool, language: Language) -> dict[str, Any]
              scaleanchor="x", scaleratio=ratio),
         height=520,
         margin=MARGIN,
-        annotations=[north_arrow()],
+        annotations=[NORTH_ARROW],
     )  # fmt: skip
     if plan.ground is not None:
         ground = plan.ground
@@ -218,19 +166,11 @@ def _layout(plan: PlanView, degrees: bool, language: Language) -> dict[str, Any]
         shade = hillshade(ground.elevation_m, ground.cell_m)
         picture = base64.b64encode(shade).decode("ascii")
         places["images"] = [
-            {
-                "source": f"data:image/png;base64,{picture}",
-                "xref": "x",
-                "yref": "y",
-                "x": ground.west_m,
-                "y": ground.north_m,
-                "sizex": n_columns * ground.cell_m,
-                "sizey": n_rows * ground.cell_m,
-                "sizing": "stretch",
-                "layer": "below",
-                "opacity": 0.85,
-            }
-        ]
+            {"source": f"data:image/png;base64,{picture}", "xref": "x", "yref": "y",
+             "x": ground.west_m, "y": ground.north_m, "sizex": n_columns * ground.cell_m,
+             "sizey": n_rows * ground.cell_m, "sizing": "stretch", "layer": "below",
+             "opacity": 0.85}
+        ]  # fmt: skip
     return places
 
 
@@ -268,39 +208,31 @@ def _runout(
     if spread.q05 is None:
         return []
     end = float(plan.x[-1]) if spread.q95 is None else float(spread.q95)
-    east, north = _along(plan, float(spread.q05), end)
     group = f"row {of}"
-    traces: list[Trace] = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": name,
-            "legendgroup": group,
-            "x": east,
-            "y": north,
-            "line": {"color": color, "width": max(width, 3.0)},
-            "opacity": 0.65,
-            "text": [f"{name}: x {interval(spread, language)}"] * BAR_PLACES,
-            "hovertemplate": "%{text}<extra></extra>",
-        }
+    hover = f"{name}: x {interval(spread, language)}"
+    traces = [
+        line(
+            *_along(plan, float(spread.q05), end),
+            color,
+            max(width, 3.0),
+            "%{text}",
+            name=name,
+            legendgroup=group,
+            opacity=0.65,
+            text=[hover] * BAR_PLACES,
+        )
     ]
     if spread.q50 is not None:
-        east, north = _at(plan, np.array([spread.q50], dtype=np.float64))
+        x = metres(spread.q50, language)
         traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "legendgroup": group,
-                "showlegend": False,
-                "x": east,
-                "y": north,
-                "marker": {"symbol": "diamond", "size": 10, "color": color,
-                           "line": {"color": "white", "width": 1}},
-                "hovertemplate": say(
-                    "{name}, median: x {x}", name=name, x=metres(spread.q50, language)
-                )
-                + "<extra></extra>",
-            }
+            marks(
+                *_at(plan, np.array([spread.q50], dtype=np.float64)),
+                {"symbol": "diamond", "size": 10, "color": color,
+                 "line": {"color": "white", "width": 1}},
+                say("{name}, median: x {x}", name=name, x=x),
+                legendgroup=group,
+                showlegend=False,
+            )
         )  # fmt: skip
     return traces
 
@@ -320,8 +252,8 @@ def _caption(plan: PlanView, language: Language) -> str:
         if plan.crs is None
         else say("Coordinates are those of {crs}.", crs=plan.crs),
         say(
-            "The coloured line holds 90 % of what the design runout may be, the diamond is its "
-            "median; for a given volume, of its avalanches."
+            "The coloured line is the 90 % credible interval of the design runout, the diamond its "
+            "median; for a given volume, 90 % of its avalanches."
         ),
     ]
     if plan.ground:

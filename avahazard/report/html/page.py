@@ -26,9 +26,11 @@ from avahazard.report.html.model_figures import (
 )
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.html.record_figures import (
+    failed_figure,
     predicted_figures,
     record_figure,
     residuals_figure,
+    suspect_figure,
 )
 from avahazard.report.html.score_figures import (
     budget_figure,
@@ -118,13 +120,10 @@ def _language(language: Language) -> dict[str, Any]:
         "decimal": language.decimal,
         "group": language.group,
         "separators": language.separators,
-        "shown": say(
-            "Shown: {model}. Error on all records of the calibration {crps} (CRPS; root mean "
-            "square {rmse})."
-        ),
+        "shown": say("Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}."),
         "shown_held_out": say(
-            "Shown: {model}. Error on all records of the calibration {crps} (CRPS; root mean "
-            "square {rmse}), on what was kept back {held_out}."
+            "Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}; held-out "
+            "{held_out}."
         ),
         "times": say("{strength} × that of {model}"),
         "stops": say("With μ = {friction} the block stops at x = {x} m, {y} m above sea level."),
@@ -173,14 +172,20 @@ def render(content: ReportContent) -> str:
     folder = files("avahazard.report.html") / "templates"
     language, model = content.language, content.model
     n_paths = len({e.path_id for e in content.events if e.path_id is not None})
+    cards, common = brief.path_cards(content)
+    period = brief.shown_period(content)
+    shown = [row for row in content.rows if row.return_period_years == period]
     values = {
         "content": content,
         "brief": brief,
         "by_words": _by_words(content),
         "conclusion": brief.conclusion(content),
         "map": brief.overview_map(content),
-        "cards": brief.path_cards(content),
-        "period": brief.shown_period(content),
+        "cards": cards,
+        "common": common,
+        "zoned": any(view.zones and view.zones.zones for view in content.paths),
+        "period": period,
+        "design": design_table(shown, language, content.names),
         "model_words": model_words(model, n_paths, language),
         "why_words": why_words(model.model, list(content.ladder), language),
         "error_words": []
@@ -252,6 +257,10 @@ def _figures(content: ReportContent, names: dict[str, str]) -> dict[str, Figure 
         else friction_figure(friction, content.events, names, language),
         "density": density_figure(content.densities, names, language),
         "residuals": residuals_figure(content.events, names, content.loop, language),
+        "failed": failed_figure(content.events, names, content.loop, language),
+        "suspect": suspect_figure(
+            content.events, names, content.loop, content.loop.suspect, language
+        ),
         "budget": budget_figure(content.ladder, content.loop.comparisons, language),
         "effects": None if diagnosis is None else effects_figure(diagnosis, language),
         "offsets": offsets_figure(content.model.parameters, names, language),

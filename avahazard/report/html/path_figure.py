@@ -23,9 +23,13 @@ from avahazard.report.html.figure import (
     Figure,
     States,
     Trace,
+    area,
     axis,
+    error_bar,
     label,
     layout,
+    line,
+    marks,
 )
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.words import case, event_words, integer, interval, metres, volume_words, years
@@ -53,36 +57,14 @@ def place_traces(
             parts = [np.arange(a, b, TREES_EVERY * length) for a, b in place.stretches]
             x = np.concatenate(parts)
             drop = float(np.ptp(smooth.height(np.linspace(smooth.x_min, smooth.x_max, 100))))
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "markers",
-                    "name": name,
-                    "x": x,
-                    "y": smooth.height(x) + ABOVE * drop,
-                    "marker": {"symbol": "triangle-up", "size": 9, "color": GREEN},
-                    "hovertemplate": label(effect) + ": x %{x:.0f} m<extra></extra>",
-                }
-            )
+            look = {"symbol": "triangle-up", "size": 9, "color": GREEN}
+            hover = label(effect) + ": x %{x:.0f} m"
+            traces.append(marks(x, smooth.height(x) + ABOVE * drop, look, hover, name=name))
             continue
-        xs: list[float | None] = []
-        ys: list[float | None] = []
-        for a, b in place.stretches:
-            x = np.linspace(a, b, POINTS)
-            xs += [*x.tolist(), None]
-            ys += [*smooth.height(x).tolist(), None]
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": name,
-                "x": xs,
-                "y": ys,
-                "line": {"width": 7, "color": ORANGE},
-                "opacity": 0.55,
-                "hoverinfo": "name",
-            }
-        )
+        parts = [np.append(np.linspace(a, b, POINTS), np.nan) for a, b in place.stretches]
+        x = np.concatenate(parts)
+        y = np.where(np.isfinite(x), smooth.height(np.nan_to_num(x)), np.nan)
+        traces.append(line(x, y, ORANGE, 7.0, "%{fullData.name}", name=name, opacity=0.55))
     return traces
 
 
@@ -145,37 +127,16 @@ def _bar(
         interval=interval(found, language),
         median=metres(found.q50, language),
     )
-    traces: list[Trace] = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": name,
-            "legendgroup": group,
-            "showlegend": legend,
-            "x": x,
-            "y": smooth.height(x) + above,
-            "line": {"color": color, "width": width},
-            "opacity": 0.8,
-            "text": [words] * BAR_PLACES,
-            "hovertemplate": "%{text}<extra></extra>",
-        }
-    ]
+    y = smooth.height(x) + above
+    own = {"legendgroup": group, "text": [words] * BAR_PLACES, "opacity": 0.8}
+    traces = [line(x, y, color, width, "%{text}", name=name, showlegend=legend, **own)]
     middle = found.q50
     if middle is not None:
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "legendgroup": group,
-                "showlegend": False,
-                "x": [middle],
-                "y": [float(smooth.height(middle)) + above],
-                "marker": {"symbol": "line-ns-open", "size": 9 + width, "color": color,
-                           "line": {"width": 1.0 + width / 3.0, "color": color}},
-                "hovertemplate": language.say("{name}, median: x {x} m", name=name, x="%{x:.0f}")
-                + "<extra></extra>",
-            }
-        )  # fmt: skip
+        look = {"symbol": "line-ns-open", "size": 9 + width, "color": color,
+                "line": {"width": 1.0 + width / 3.0, "color": color}}  # fmt: skip
+        hover = language.say("{name}, median: x {x} m", name=name, x="%{x:.0f}")
+        place = [float(smooth.height(middle)) + above]
+        traces.append(marks([middle], place, look, hover, legendgroup=group, showlegend=False))
     return traces
 
 
@@ -191,21 +152,7 @@ def _spread(
     density = np.interp(x, middle, 1.0 / width)
     upper = density / density.max() * HUMP * float(np.ptp(smooth.height(ground_places(smooth))))
     base = smooth.height(x) + above
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "legendgroup": group,
-            "showlegend": False,
-            "x": [*x.tolist(), *x[::-1].tolist()],
-            "y": [*(base + upper).tolist(), *base[::-1].tolist()],
-            "fill": "toself",
-            "fillcolor": color,
-            "opacity": 0.3,
-            "line": {"width": 0, "color": color, "shape": "linear"},
-            "hoverinfo": "skip",
-        }
-    ]
+    return [area(x, base, base + upper, color, legendgroup=group, showlegend=False, opacity=0.3)]
 
 
 def ground_places(smooth: SmoothProfile) -> Floats:
@@ -238,29 +185,10 @@ def profile_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
     y = smooth.height(x)
     drop = float(np.ptp(y))
     foot = float(y.min()) - FOOT * drop
-    traces: list[Trace] = [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": say("ground"),
-            "showlegend": False,
-            "x": [*x.tolist(), float(x[-1]), float(x[0])],
-            "y": [*y.tolist(), foot, foot],
-            "fill": "toself",
-            "fillcolor": GROUND,
-            "line": {"width": 0},
-            "hoverinfo": "skip",
-        },
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": say("profile, smoothed"),
-            "showlegend": False,
-            "x": x,
-            "y": y,
-            "line": {"color": INK, "width": 1.4},
-            "hovertemplate": say("x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}") + "<extra></extra>",
-        },
+    hover = say("x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
+    traces = [
+        area(x, np.full(len(x), foot), y, GROUND, name=say("ground"), showlegend=False),
+        line(x, y, INK, 1.4, hover, name=say("profile, smoothed"), showlegend=False),
     ]
     if view.zones:
         traces += _zones(view.zones, foot, drop, language)
@@ -270,44 +198,26 @@ def profile_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
             smooth, row, ROW_COLORS[level - 1], above, first=level == 1, language=language
         )
     traces += _alpha_beta(view, smooth, 0.5 * STEP * drop, language)
-    traces.append(
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "name": say("release"),
-            "cliponaxis": False,
-            "x": [release],
-            "y": [float(smooth.height(release))],
-            "marker": {"symbol": "triangle-down", "size": 11, "color": BLACK},
-            "hovertemplate": say("release: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
-            + "<extra></extra>",
-        }
-    )
+    look: dict[str, Any] = {"symbol": "triangle-down", "size": 11, "color": BLACK}
+    hover = say("release: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
+    own = {"name": say("release"), "cliponaxis": False}
+    traces.append(marks([release], [float(smooth.height(release))], look, hover, **own))
     stops = [e for e in view.events if e.stop_x_m is not None]
     if stops:
         places = np.array([e.stop_x_m for e in stops], dtype=np.float64)
         names = {view.path.path_id: view.name}
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": say("recorded stops"),
-                "cliponaxis": False,
-                "x": places,
-                "y": smooth.height(np.clip(places, smooth.x_min, smooth.x_max)),
-                "text": [label(event_words(e, names, language)) for e in stops],
-                "hovertemplate": "%{text}<br>"
-                + say("stopped at x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
-                + "<extra></extra>",
-                "marker": {
-                    "symbol": "line-ns-open",
-                    "size": 13,
-                    "color": INK,
-                    "line": {"width": 1.3, "color": INK},
-                },
-            }
-        )
+        hover = "%{text}<br>" + say("stopped at x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
+        text = [label(event_words(e, names, language)) for e in stops]
+        own = {"name": say("recorded stops"), "cliponaxis": False, "text": text}
+        y = smooth.height(np.clip(places, smooth.x_min, smooth.x_max))
+        traces.append(marks(places, y, _tick(13, 1.3), hover, **own))
     return traces
+
+
+def _tick(size: float, width: float) -> dict[str, Any]:
+    """A mark that is a line upwards."""
+    return {"symbol": "line-ns-open", "size": size, "color": INK,
+            "line": {"width": width, "color": INK}}  # fmt: skip
 
 
 def _alpha_beta(
@@ -324,30 +234,23 @@ def _alpha_beta(
         low = place if low is None else low
         high = smooth.x_max if high is None else high
         color = ("#6B5400", "#7A3E9D")[number % 2]
+        values = {"coefficients": say(row.coefficients)}
+        hover = say(
+            "α-β, {coefficients}: x {x} m ({low} to {high})",
+            x="%{x:.0f}",
+            low=integer(low, language),
+            high=integer(high, language),
+            **values,
+        )
         traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": say("α-β, {coefficients}", coefficients=say(row.coefficients)),
-                "x": [place],
-                "y": [float(smooth.height(place)) - (1.0 + number) * below],
-                "error_x": {
-                    "type": "data",
-                    "symmetric": False,
-                    "array": [high - place],
-                    "arrayminus": [place - low],
-                    "color": color,
-                },
-                "marker": {"symbol": "star", "size": 12, "color": color},
-                "hovertemplate": say(
-                    "α-β, {coefficients}: x {x} m ({low} to {high})",
-                    coefficients=say(row.coefficients),
-                    x="%{x:.0f}",
-                    low=integer(low, language),
-                    high=integer(high, language),
-                )
-                + "<extra></extra>",
-            }
+            marks(
+                [place],
+                [float(smooth.height(place)) - (1.0 + number) * below],
+                {"symbol": "star", "size": 12, "color": color},
+                hover,
+                name=say("α-β, {coefficients}", **values),
+                error_x=error_bar([low], [place], [high], color),
+            )
         )
     return traces
 
@@ -355,15 +258,14 @@ def _alpha_beta(
 def _zones(zones: ZonedPath, foot: float, drop: float, language: Language) -> list[Trace]:
     """A strip in the colour of each zone at the foot of the panel."""
     return [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": label(language.say("zone: {zone}", zone=language.say(zone.zone))),
-            "x": [zone.from_x_m, zone.to_x_m],
-            "y": [foot + 0.03 * drop] * 2,
-            "line": {"color": zone.color, "width": 10},
-            "hovertemplate": label(language.say(zone.zone)) + ": x %{x:.0f} m<extra></extra>",
-        }
+        line(
+            [zone.from_x_m, zone.to_x_m],
+            [foot + 0.03 * drop] * 2,
+            zone.color,
+            10.0,
+            label(language.say(zone.zone)) + ": x %{x:.0f} m",
+            name=label(language.say("zone: {zone}", zone=language.say(zone.zone))),
+        )
         for zone in zones.zones
         if zone.to_x_m > zone.from_x_m
     ]
@@ -387,31 +289,11 @@ def reach_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
         [max(p or 0.0, LEAST) for p in getattr(reach.p_per_year, key)]
         for key in ("q05", "q50", "q95")
     )
+    name = language.say("chance to be reached in a year")
+    hover = language.say("x {x} m: {chance} a year", x="%{x:.0f}", chance="%{y:.2g}")
     return [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "x": [*x, *x[::-1]],
-            "y": [*high, *low[::-1]],
-            "fill": "toself",
-            "fillcolor": "rgba(0,114,178,0.18)",
-            "line": {"width": 0},
-            "showlegend": False,
-            "hoverinfo": "skip",
-        },
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": language.say("chance to be reached in a year"),
-            "showlegend": False,
-            "x": x,
-            "y": middle,
-            "line": {"color": BLUE, "width": 2},
-            "hovertemplate": language.say(
-                "x {x} m: {chance} a year", x="%{x:.0f}", chance="%{y:.2g}"
-            )
-            + "<extra></extra>",
-        },
+        area(x, low, high, "rgba(0,114,178,0.18)", showlegend=False),
+        line(x, middle, BLUE, 2.0, hover, name=name, showlegend=False),
     ]
 
 
@@ -420,24 +302,20 @@ def speed_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
     if view.zones and view.zones.places:
         return _quantiles(view, language)
     cases = [case(row, language) for row in view.rows]
-    lines = [(case(line.row, language), line) for line in view.speeds]
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": language.say("speed, {case}", case=of),
-            "legendgroup": f"row {of}",
-            "showlegend": False,
-            "x": line.x,
-            "y": line.speed,
-            "line": {"color": ROW_COLORS[cases.index(of) % len(ROW_COLORS)]},
-            "hovertemplate": language.say(
-                "{case}: {speed} m/s at x {x} m", case=of, speed="%{y:.1f}", x="%{x:.0f}"
-            )
-            + "<extra></extra>",
-        }
-        for of, line in lines
-    ]
+    traces = []
+    for found in view.speeds:
+        of = case(found.row, language)
+        hover = language.say(
+            "{case}: {speed} m/s at x {x} m", case=of, speed="%{y:.1f}", x="%{x:.0f}"
+        )
+        color = ROW_COLORS[cases.index(of) % len(ROW_COLORS)]
+        traces.append(line(found.x, found.speed, color, 2.0, hover, **_speed_of(of, language)))
+    return traces
+
+
+def _speed_of(of: str, language: Language) -> dict[str, Any]:
+    name = language.say("speed, {case}", case=of)
+    return {"name": name, "legendgroup": f"row {of}", "showlegend": False}
 
 
 def _quantiles(view: PathView, language: Language) -> list[Trace]:
@@ -452,27 +330,25 @@ def _quantiles(view: PathView, language: Language) -> list[Trace]:
         of = years(period, language)
         entries = [place.by_return_period[k] for place in places]
         for key, width, dash in (("q50", 2.0, "solid"), ("q95", 1.0, "dash"), ("q05", 1.0, "dot")):
+            hover = language.say(
+                "{case}, {share} %: {speed} m/s, {pressure} kPa at x {x} m",
+                case=of,
+                share=str(int(key[1:])),
+                speed="%{y:.1f}",
+                pressure="%{customdata:.0f}",
+                x="%{x:.0f}",
+            )
             traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "name": language.say("speed, {case}", case=of),
-                    "legendgroup": f"row {of}",
-                    "showlegend": False,
-                    "x": [place.x_m for place in places],
-                    "y": _moving([getattr(entry.speed_m_s, key) for entry in entries]),
-                    "customdata": [getattr(entry.pressure_kpa, key) for entry in entries],
-                    "line": {"color": color, "width": width, "dash": dash},
-                    "hovertemplate": language.say(
-                        "{case}, {share} %: {speed} m/s, {pressure} kPa at x {x} m",
-                        case=of,
-                        share=str(int(key[1:])),
-                        speed="%{y:.1f}",
-                        pressure="%{customdata:.0f}",
-                        x="%{x:.0f}",
-                    )
-                    + "<extra></extra>",
-                }
+                line(
+                    [place.x_m for place in places],
+                    _moving([getattr(entry.speed_m_s, key) for entry in entries]),
+                    color,
+                    width,
+                    hover,
+                    dash=dash,
+                    customdata=[getattr(entry.pressure_kpa, key) for entry in entries],
+                    **_speed_of(of, language),
+                )
             )
     return traces
 
@@ -529,33 +405,13 @@ def stops_traces(
     band = len(traces)
     now = say("90 % of the model shown")
     traces.append(_bands(states[name], shown, rows, now, BLUE, 2.4))
-    traces.append(
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "showlegend": False,
-            "x": states[name].x[shown, 1],
-            "y": rows,
-            "marker": {"color": BLUE, "size": 4},
-            "hovertemplate": say("median of the model shown: x {x} m", x="%{x:.0f}")
-            + "<extra></extra>",
-        }
-    )
-    traces.append(
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "showlegend": False,
-            "x": [events[k].stop_x_m for k in shown],
-            "y": rows,
-            "marker": {"symbol": "line-ns-open", "size": 8, "color": INK,
-                       "line": {"width": 1.6, "color": INK}},
-            "text": [label(event_words(events[k], names, language)) for k in shown],
-            "hovertemplate": "%{text}<br>"
-            + say("stopped at x {x} m", x="%{x:.0f}")
-            + "<extra></extra>",
-        }
-    )  # fmt: skip
+    median = say("median of the model shown: x {x} m", x="%{x:.0f}")
+    dot = {"color": BLUE, "size": 4}
+    traces.append(marks(states[name].x[shown, 1], rows, dot, median, showlegend=False))
+    hover = "%{text}<br>" + say("stopped at x {x} m", x="%{x:.0f}")
+    text = [label(event_words(events[k], names, language)) for k in shown]
+    stops = [events[k].stop_x_m for k in shown]
+    traces.append(marks(stops, rows, _tick(8, 1.6), hover, showlegend=False, text=text))
     changes: dict[str, Mapping[int, Trace]] = {
         key: {band: {"x": _ends(state, shown)}, band + 1: {"x": state.x[shown, 1]}}
         for key, state in states.items()
@@ -566,15 +422,8 @@ def stops_traces(
 def _bands(
     state: StateView, shown: Sequence[int], rows: Floats, name: str, color: str, width: float
 ) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": label(name),
-        "x": _ends(state, shown),
-        "y": [v for row in rows.tolist() for v in (row, row, None)],
-        "line": {"color": color, "width": width},
-        "hoverinfo": "skip",
-    }
+    y = [v for row in rows.tolist() for v in (row, row, None)]
+    return line(_ends(state, shown), y, color, width, name=label(name))
 
 
 def _ends(state: StateView, shown: Sequence[int]) -> list[float | None]:
@@ -695,20 +544,19 @@ def shown_end(view: PathView, more: Sequence[float] = ()) -> float:
 def block_trace(view: PathView, language: Language = ENGLISH) -> Trace:
     """The block, on its release until a slider moves it."""
     assert view.smooth is not None
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": language.say("the block"),
-        "meta": "block",
-        "showlegend": False,
-        "cliponaxis": False,
-        "x": [view.release_x],
-        "y": [float(view.smooth.height(view.release_x or 0.0))],
-        "visible": False,
-        "marker": {"symbol": "square", "size": 15, "color": VERMILION,
-                   "line": {"color": "white", "width": 2}},
-        "hovertemplate": language.say(
-            "the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}"
-        )
-        + "<extra></extra>",
-    }  # fmt: skip
+    return marks(
+        [view.release_x],
+        [float(view.smooth.height(view.release_x or 0.0))],
+        {
+            "symbol": "square",
+            "size": 15,
+            "color": VERMILION,
+            "line": {"color": "white", "width": 2},
+        },
+        language.say("the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}"),
+        name=language.say("the block"),
+        meta="block",
+        showlegend=False,
+        cliponaxis=False,
+        visible=False,
+    )

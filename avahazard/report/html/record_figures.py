@@ -1,13 +1,15 @@
-"""Every record against what the model predicts for it."""
+"""Every record against what the model predicts for it, and against what its effects explain."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from avahazard.report.html.content import EventView, LoopView, PathView, StateView
+from avahazard.arrays import Floats
+from avahazard.report.html.content import EventView, LoopView, PathView, StateView, SuspectView
 from avahazard.report.html.figure import (
     BLACK,
     BLUE,
@@ -17,132 +19,130 @@ from avahazard.report.html.figure import (
     Trace,
     axis,
     by_path,
+    error_bar,
+    joined,
     label,
     layout,
+    line,
+    marks,
+    rows_axis,
 )
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.words import event_words
 from avahazard.results.base import RATIO
 
 KINDS = ("elevation", "x", "length", RATIO)
+DASHED = {"color": BLACK, "width": 1.0, "dash": "dash"}
+Names = dict[str, str]
 
 
 def predicted_figures(
-    events: Sequence[EventView],
-    names: dict[str, str],
-    loop: LoopView,
-    language: Language = ENGLISH,
+    events: Sequence[EventView], names: Names, loop: LoopView, language: Language = ENGLISH
 ) -> list[Figure]:
-    """A figure for each coordinate that was recorded: elevation, x, runout length.
+    """A figure for each coordinate that was recorded: elevation, x, runout length, H/L.
 
     The states of the loop are those that the page's switch can show.
     """
-    states = (*loop.models, *loop.swept)
-    place = {e.event_id: k for k, e in enumerate(events)}
     figures = []
     for coordinate in KINDS:
-        mine = [e for e in events if e.coordinate == coordinate and e.predicted is not None]
-        if mine:
-            figures.append(_figure(coordinate, mine, names, states, place, language))
+        rows = [
+            k
+            for k, e in enumerate(events)
+            if e.coordinate == coordinate and e.predicted is not None
+        ]
+        if rows:
+            figures.append(_predicted(coordinate, events, rows, names, loop, language))
     return figures
 
 
-def _figure(
+def _predicted(
     coordinate: str,
-    events: list[EventView],
-    names: dict[str, str],
-    states: Sequence[StateView],
-    place: Mapping[str, int],
+    events: Sequence[EventView],
+    rows: list[int],
+    names: Names,
+    loop: LoopView,
     language: Language,
 ) -> Figure:
     say = language.say
-    titles, predicted, recorded = _titles(coordinate, language)
-    unit = "" if coordinate == RATIO else " m"
-    of = ".4g" if coordinate == RATIO else ".0f"
-    stopped = [e for e in events if e.observed_m is not None]
+    title, predicted, recorded = _titles(coordinate, language)
+    stopped = [k for k in rows if events[k].observed_m is not None]
+    place = {events[k].event_id: k for k in stopped}
+    states = (*loop.models, *loop.swept)
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, mine in by_path(stopped, names, language):
-        rows = [place[e.event_id] for e in mine]
+    for name, color, symbol, mine in by_path([events[k] for k in stopped], names, language):
+        members = [place[e.event_id] for e in mine]
         for state in states:
-            low, middle, high = state.predicted[rows].T
+            low, middle, high = state.predicted[members].T
             bars = {"error_x.array": high - middle, "error_x.arrayminus": middle - low}
             changes[state.key][len(data)] = {"x": middle, **bars}
-        low, middle, high = np.array([e.predicted for e in mine]).T
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": label(name),
-                "x": middle,
-                "y": [e.observed_m for e in mine],
-                "error_x": {
-                    "type": "data",
-                    "symmetric": False,
-                    "array": high - middle,
-                    "arrayminus": middle - low,
-                    "color": color,
-                    "thickness": 0.7,
-                    "width": 0,
-                },
-                "marker": {"color": color, "symbol": symbol, "size": 7},
-                "opacity": 0.8,
-                "text": [label(event_words(e, names, language)) for e in mine],
-                "hovertemplate": "%{text}<br>"
-                + say(
-                    "predicted {predicted}, recorded {recorded}",
-                    predicted=f"%{{x:{of}}}{unit}",
-                    recorded=f"%{{y:{of}}}{unit}",
-                )
-                + "<extra></extra>",
-            }
-        )
-    inside = sum(_inside(e) for e in stopped)
-    if stopped:
-        ends = [e.observed_m for e in stopped] + [e.predicted[1] for e in stopped if e.predicted]
-        line = [min(v for v in ends if v is not None), max(v for v in ends if v is not None)]
-        data.append(
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": say("predicted = recorded"),
-                "x": line,
-                "y": line,
-                "line": {"color": BLACK, "width": 1, "dash": "dash"},
-                "hoverinfo": "skip",
-            }
-        )
-    left = len(events) - len(stopped)
+        marker = {"color": color, "symbol": symbol, "size": 7}
+        expected = np.array([e.predicted for e in mine])
+        shown = _against(expected, mine, marker, names, language)
+        data.append({**shown, "name": label(name), "opacity": 0.8})
+    ends = [v for k in stopped for v in (events[k].observed_m, _middle(events[k])) if v is not None]
+    if ends:
+        data.append(_equal(min(ends), max(ends), language))
+    left, inside = len(rows) - len(stopped), sum(_inside(events[k]) for k in stopped)
     return Figure(
         f"predicted-{coordinate}",
-        titles,
+        title,
         say(
             "{title}, of {n} events; {inside} of the records lie in their 90 % interval.",
-            title=titles,
+            title=title,
             n=len(stopped),
             inside=inside,
         ),
-        say(
-            "Each mark is an event: the predicted median across, the record upwards; the bar "
-            "holds 90 % of what the model expects to be recorded. {inside} of {n} records lie "
-            "within their bar. These records were used in the calibration.",
-            n=len(stopped),
-            inside=inside,
-        )
-        + (
-            " "
-            + language.plural(
-                "{n} event that left its profile has no stop to show.",
-                "{n} events that left their profile have no stop to show.",
+        joined(
+            say(
+                "Each mark is an event: the predicted median across, the record upwards; the bar "
+                "is its 90 % interval. {inside} of {n} records lie within their bar (in-sample).",
+                n=len(stopped),
+                inside=inside,
+            ),
+            left
+            and language.plural(
+                "{n} event ran beyond its profile and has no stop to show.",
+                "{n} events ran beyond their profile and have no stop to show.",
                 left,
-            )
-            if left
-            else ""
+            ),
         ),
         data,
-        layout(axis(predicted, **_range(stopped, states, place)), axis(recorded), height=520),
+        layout(axis(predicted, **_range(stopped, states)), axis(recorded), height=520),
         states=changes,
-    )  # fmt: skip
+    )
+
+
+def _against(
+    expected: Floats,
+    events: Sequence[EventView],
+    marker: dict[str, Any],
+    names: Names,
+    language: Language,
+    recorded: Sequence[float | None] | None = None,
+) -> Trace:
+    """Records upwards, their 5, 50 and 95 % `expected` `[n_events, 3]` across."""
+    ratio = events[0].coordinate == RATIO and recorded is None
+    form, unit = (".4g", "") if ratio else (".0f", " m")
+    low, middle, high = expected.T
+    hover = language.say(
+        "predicted {predicted}, recorded {recorded}",
+        predicted=f"%{{x:{form}}}{unit}",
+        recorded=f"%{{y:{form}}}{unit}",
+    )
+    return marks(
+        middle,
+        [e.observed_m for e in events] if recorded is None else recorded,
+        marker,
+        "%{text}<br>" + hover,
+        error_x=error_bar(low, middle, high, marker["color"], thickness=0.7, width=0),
+        text=[label(event_words(e, names, language)) for e in events],
+    )
+
+
+def _equal(low: float, high: float, language: Language) -> Trace:
+    name = language.say("predicted = recorded")
+    return line([low, high], [low, high], BLACK, 1.0, dash="dash", name=name)
 
 
 def _titles(coordinate: str, language: Language) -> tuple[str, str, str]:
@@ -150,38 +150,39 @@ def _titles(coordinate: str, language: Language) -> tuple[str, str, str]:
     say = language.say
     return {
         "elevation": (
-            say("Elevations of the stops: measured against predicted"),
+            say("Elevations of the stops: recorded against predicted"),
             say("predicted elevation of the stop (m)"),
             say("recorded elevation of the stop (m)"),
         ),
         "x": (
-            say("Places of the stops along the path: measured against predicted"),
+            say("Places of the stops along the path: recorded against predicted"),
             say("predicted distance x of the stop (m)"),
             say("recorded distance x of the stop (m)"),
         ),
         "length": (
-            say("Runout lengths: measured against predicted"),
+            say("Runout lengths: recorded against predicted"),
             say("predicted runout length (m)"),
             say("recorded runout length (m)"),
         ),
         RATIO: (
-            say("H over L: measured against predicted"),
+            say("H/L: recorded against predicted"),
             say("predicted H/L"),
             say("recorded H/L"),
         ),
     }[coordinate]
 
 
-def _range(
-    events: Sequence[EventView], states: Sequence[StateView], place: Mapping[str, int]
-) -> dict[str, list[float]]:
+def _range(rows: Sequence[int], states: Sequence[StateView]) -> dict[str, list[float]]:
     """One range for all states, so that it is the marks that move."""
-    if not states or not events:
+    if not states or not rows:
         return {}
-    rows = [place[e.event_id] for e in events]
     values = np.concatenate([state.predicted[rows].ravel() for state in states])
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     return {"range": [low - 0.03 * (high - low), high + 0.03 * (high - low)]}
+
+
+def _middle(event: EventView) -> float | None:
+    return None if event.predicted is None else event.predicted[1]
 
 
 def _inside(event: EventView) -> bool:
@@ -194,10 +195,7 @@ ROOM = 1.08
 
 
 def residuals_figure(
-    events: Sequence[EventView],
-    names: dict[str, str],
-    loop: LoopView,
-    language: Language = ENGLISH,
+    events: Sequence[EventView], names: Names, loop: LoopView, language: Language = ENGLISH
 ) -> Figure | None:
     """Predicted mean less record of every event with a volume; None where there are none."""
     say = language.say
@@ -208,7 +206,7 @@ def residuals_figure(
         return None
     place = {e.event_id: k for k, e in enumerate(events)}
     ratio = {e.coordinate for e in events} == {RATIO}
-    shape = "%{y:.4f}" if ratio else "%{y:.0f} m"
+    hover = say("predicted less recorded: {error}", error="%{y:.4f}" if ratio else "%{y:.0f} m")
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
     for name, color, symbol, mine in by_path(with_volume, names, language):
@@ -216,54 +214,155 @@ def residuals_figure(
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
         data.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": label(name),
-                "x": [e.volume_m3 for e in mine],
-                "y": own.error[rows],
-                "marker": {"color": color, "symbol": symbol, "size": 7},
-                "opacity": 0.8,
-                "text": [label(event_words(e, names, language)) for e in mine],
-                "hovertemplate": "%{text}<br>"
-                + say("predicted less recorded: {error}", error=shape)
-                + "<extra></extra>",
-            }
+            marks(
+                [e.volume_m3 for e in mine],
+                own.error[rows],
+                {"color": color, "symbol": symbol, "size": 7},
+                "%{text}<br>" + hover,
+                name=label(name),
+                opacity=0.8,
+                text=[label(event_words(e, names, language)) for e in mine],
+            )
         )
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
-    line = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0}
     lost = len(events) - len(with_volume)
-    places = layout(
-        axis(say("volume (m³)"), type="log", dtick=1),
-        axis(
-            say("predicted less recorded ({unit})", unit="H/L" if ratio else "m"),
-            range=[-most, most],
-        ),
-        height=420,
-        shapes=[{**line, "line": {"color": BLACK, "width": 1, "dash": "dash"}}],
-    )
+    upwards = say("predicted less recorded ({unit})", unit="H/L" if ratio else "m")
     return Figure(
         "residuals",
         say("What the model misses"),
         say("Predicted mean less record of {n} events over their volume.", n=len(with_volume)),
-        say(
-            "Each mark is an event: the mean of what the model expects less the record, in the "
-            "unit of what was recorded. A model that lacks nothing scatters evenly about the "
-            "dashed line."
-        )
-        + (
-            " "
-            + language.plural(
+        joined(
+            say(
+                "Each mark is an event: the predicted mean less the record, in the unit of the "
+                "record. A model that lacks nothing scatters evenly about the dashed line."
+            ),
+            lost
+            and language.plural(
                 "{n} event without a volume is left out.",
                 "{n} events without a volume are left out.",
                 lost,
-            )
-            if lost
-            else ""
+            ),
         ),
         data,
-        places,
+        layout(
+            axis(say("volume (m³)"), type="log", dtick=1),
+            axis(upwards, range=[-most, most]),
+            height=420,
+            shapes=[{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0,
+                     "line": DASHED}],
+        ),
         states=changes,
+    )  # fmt: skip
+
+
+def failed_figure(
+    events: Sequence[EventView], names: Names, loop: LoopView, language: Language = ENGLISH
+) -> Figure | None:
+    """Recorded against predicted place by the model before the last step, failing levels in colour.
+
+    Of a model without a parent, that model. None where no event has a place on a profile.
+    """
+    say = language.say
+    before = loop.before
+    if before is None:
+        return None
+    known = [k for k, e in enumerate(events) if e.stop_x_m is not None]
+    known = [k for k in known if np.isfinite(before.x[k]).all()]
+    if not known:
+        return None
+    data: list[Trace] = []
+    for name, color, fails in _kinds(before, language):
+        rows = [k for k in known if bool(before.failed[k]) is fails]
+        if rows:
+            mine, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
+            shown = _against(
+                before.x[rows], mine, {"color": color, "size": 7}, names, language, places
+            )
+            data.append({**shown, "name": name, "opacity": 0.8})
+    ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
+    data.append(_equal(min(ends), max(ends), language))
+    n = int(before.failed[known].sum())
+    return Figure(
+        "failed",
+        say("Where “{model}” failed: recorded against predicted", model=before.key),
+        say("Recorded against predicted places of {n} stops, {k} of them where the model fails.",
+            n=len(known), k=n),
+        say(
+            "Each mark is an event: the predicted median across with its 90 % interval, the record "
+            "upwards. Under the line the model overshoots. Orange-red: events of the levels (path, "
+            "volume, column) where it fails beyond chance."
+        ),
+        data,
+        layout(
+            axis(say("predicted distance x of the stop (m)")),
+            axis(say("recorded distance x of the stop (m)")),
+            height=460,
+        ),
+    )  # fmt: skip
+
+
+def _kinds(state: StateView, language: Language) -> list[tuple[str, str, bool]]:
+    """The events where the model holds and those where it fails: words, colour, which."""
+    fails = language.say("where “{model}” fails", model=state.key)
+    return [(language.say("elsewhere"), BLUE, False), (fails, VERMILION, True)]
+
+
+def suspect_figure(
+    events: Sequence[EventView],
+    names: Names,
+    loop: LoopView,
+    found: SuspectView | None,
+    language: Language = ENGLISH,
+) -> Figure | None:
+    """Partial residuals of the added effects, over what they go by."""
+    say, before = language.say, loop.before
+    if found is None or before is None:
+        return None
+    effects = language.listed([language.effect(key) for key in found.effects])
+    explained = say("explained by {effect}", effect=effects)
+    values: Any = found.explained if found.column is None else found.values
+    known = np.isfinite(found.missed) & np.isfinite(found.explained)
+    data: list[Trace] = []
+    for name, color, fails in _kinds(before, language):
+        rows = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
+        if rows:
+            x, y = [values[k] for k in rows], found.missed[rows]
+            text = [label(event_words(events[k], names, language)) for k in rows]
+            look = {"color": color, "size": 7, "opacity": 0.8}
+            data.append(marks(x, y, look, "%{text}<br>%{y:+.2f}", name=name, text=text))
+    rows = np.flatnonzero(known).tolist()
+    x, y = [values[k] for k in rows], found.explained[rows]
+    if found.column is None:
+        ends = [min(x), max(x)]
+        data.append(line(ends, ends, ORANGE, 2.5, name=explained))
+    else:
+        look = {"color": ORANGE, "size": 9, "symbol": "line-ew-open", "line": {"width": 2.5}}
+        data.append(marks(x, y, look, name=explained))
+    across = say("{effects}: what it adds to log friction", effects=effects)
+    if found.column is not None:
+        across = label(found.column.removesuffix("_m").replace("_", " "))
+    texts = any(isinstance(v, str) for v in x)
+    return Figure(
+        "suspect",
+        say("The suspect: {effects}", effects=effects),
+        say(
+            "Log friction of {n} records beyond the law, over what {effects} adds to it.",
+            n=len(rows),
+            effects=effects,
+        ),
+        say(
+            "Each mark is an event; upwards: the log friction that it needs without the effect, "
+            "less the law (0.1 is about 10 %). Orange: what the effect, as fitted, adds. Marks "
+            "that follow it speak for the effect; their scatter about it is left to explain."
+        ),
+        data,
+        layout(
+            axis(across, type="category", categoryorder="category ascending")
+            if texts
+            else axis(across),
+            axis(say("log friction beyond the law"), zeroline=True),
+            height=420,
+        ),
     )
 
 
@@ -281,58 +380,34 @@ def record_figure(
         return None
     rows = list(dict.fromkeys(_row(e, names, language) for e in dated))
     rows += [label(view.name) for view in paths if label(view.name) not in rows]
-    kinds = (
-        (
-            say("stopped on the profile"),
-            BLUE,
-            "circle",
-            [e for e in dated if not e.left_profile],
-        ),
-        (
-            say("left the profile"),
-            VERMILION,
-            "diamond-open",
-            [e for e in dated if e.left_profile],
-        ),
-    )
-    data: list[Trace] = [
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "name": name,
-            "x": [e.year for e in mine],
-            "y": [_row(e, names, language) for e in mine],
-            "text": [label(event_words(e, names, language)) for e in mine],
-            "hovertemplate": "%{text}<extra></extra>",
-            "marker": {
-                "color": color,
-                "symbol": symbol,
-                "opacity": 0.65,
-                "size": [_size(e.volume_m3) for e in mine],
-            },
-        }
-        for name, color, symbol, mine in kinds
-        if mine
-    ]
+    data: list[Trace] = []
     spans = [
         (label(v.name), v.path.observed_from, v.path.observed_to)
         for v in paths
         if v.path.observed_from is not None and v.path.observed_to is not None
     ]
     if spans:
-        data.insert(
-            0,
-            {
-                "type": "scatter",
-                "mode": "lines",
-                "name": say("observed years"),
-                "x": [x for _, first, last in spans for x in (first, last, None)],
-                "y": [y for name, _, _ in spans for y in (name, name, None)],
-                "line": {"color": ORANGE, "width": 2},
-                "opacity": 0.6,
-                "hoverinfo": "skip",
-            },
-        )
+        x = [x for _, first, last in spans for x in (first, last, None)]
+        y = [y for name, _, _ in spans for y in (name, name, None)]
+        data.append(line(x, y, ORANGE, 2.0, name=say("observed years"), opacity=0.6))
+    for name, color, symbol, left in (
+        (say("stopped on the profile"), BLUE, "circle", False),
+        (say("beyond the profile"), VERMILION, "diamond-open", True),
+    ):
+        mine = [e for e in dated if e.left_profile is left]
+        size = [_size(e.volume_m3) for e in mine]
+        marker = {"color": color, "symbol": symbol, "opacity": 0.65, "size": size}
+        if mine:
+            data.append(
+                marks(
+                    [e.year for e in mine],
+                    [_row(e, names, language) for e in mine],
+                    marker,
+                    "%{text}",
+                    name=name,
+                    text=[label(event_words(e, names, language)) for e in mine],
+                )
+            )
     undated = len(events) - len(dated)
     return Figure(
         "record",
@@ -343,30 +418,28 @@ def record_figure(
             n=len(dated),
             paths=len(rows),
         ),
-        say(
-            "Each mark is an event; larger marks are larger volumes. Empty stretches are years "
-            "without events, or years in which nobody looked."
-        )
-        + (
-            " "
-            + language.plural(
+        joined(
+            say(
+                "Each mark is an event; larger marks are larger volumes. Empty stretches are years "
+                "without events, or years in which nobody looked."
+            ),
+            undated
+            and language.plural(
                 "{n} event without a date is not shown.",
                 "{n} events without a date are not shown.",
                 undated,
-            )
-            if undated
-            else ""
+            ),
         ),
         data,
         layout(
             axis(say("year")),
-            axis("", type="category", categoryarray=rows[::-1], tickfont={"size": 11}),
+            rows_axis(rows, tickfont={"size": 11}),
             height=130 + ROW_PX * len(rows),
         ),
     )
 
 
-def _row(event: EventView, names: dict[str, str], language: Language) -> str:
+def _row(event: EventView, names: Mapping[str, str], language: Language) -> str:
     if event.path_id is None:
         return language.say("no path")
     return label(names.get(event.path_id, event.path_id))

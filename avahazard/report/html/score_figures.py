@@ -13,10 +13,13 @@ from avahazard.report.html.figure import (
     SYMBOLS,
     VERMILION,
     Figure,
-    Trace,
     axis,
+    bars,
+    joined,
     label,
     layout,
+    marks,
+    rows_axis,
 )
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.words import (
@@ -33,6 +36,7 @@ from avahazard.results.comparison import Comparison, MeasuredForce
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.ladder import Rung
 
+PALE = "#B8B8B8"
 SOURCE_COLORS = {
     "record": "#BBBBBB",
     "volume": "#56B4E9",
@@ -45,7 +49,7 @@ EXPLAINED = ("#009E73", "#66C2A5", "#1B7837", "#A6D96A")
 """Colours of what added effects explain."""
 
 
-def bars(
+def budget_bars(
     names: Sequence[str], comparisons: Mapping[str, Comparison]
 ) -> dict[str, dict[str, float]]:
     """Metres by source of every compared model that has a budget, in the order of `names`."""
@@ -74,56 +78,23 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
         return None
     coordinate = rows[0].coordinate or "mixed"
     of, unit = coordinate_words(coordinate, language), unit_of(coordinate)
-    floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
-    data: list[Trace] = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "x": [row.held_out_crps_m for row in rows],
-            "y": [label(row.model) for row in rows],
-            "text": [_changed(row, rows, language) for row in rows],
-            "textposition": "auto",
-            "marker": {"color": [BLUE if row.model == name else "#B8B8B8" for row in rows]},
-            "hovertemplate": f"%{{y}}: %{{x:.4g}} {unit}<extra></extra>",
-            "showlegend": False,
-        }
-    ]
-    places = layout(
-        axis(
-            say("held-out CRPS ({unit} of {coordinate})", unit=unit, coordinate=of),
-            rangemode="tozero",
-        ),
-        axis("", type="category", autorange="reversed"),
-        height=120 + 34 * len(rows),
-        bargap=0.35,
+    errors = axis(
+        say("held-out CRPS ({unit} of {coordinate})", unit=unit, coordinate=of), rangemode="tozero"
     )
+    places = layout(errors, rows_axis(), height=120 + 34 * len(rows), bargap=0.35)
+    floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     if floors:
+        floor, size = min(floors), amount(min(floors), coordinate, 0, language)
+        look = {"color": VERMILION, "width": 2, "dash": "dash"}
         places["shapes"] = [
-            {
-                "type": "line",
-                "yref": "paper",
-                "y0": 0,
-                "y1": 1,
-                "x0": min(floors),
-                "x1": min(floors),
-                "line": {"color": VERMILION, "width": 2, "dash": "dash"},
-            }
-        ]
+            {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": floor, "x1": floor,
+             "line": look}
+        ]  # fmt: skip
         places["annotations"] = [
-            {
-                "x": min(floors),
-                "y": 1,
-                "yref": "paper",
-                "yanchor": "bottom",
-                "xanchor": "left",
-                "showarrow": False,
-                "text": say(
-                    "measurement-error floor: {error}",
-                    error=amount(min(floors), coordinate, 0, language),
-                ),
-                "font": {"color": VERMILION, "size": 12},
-            }
-        ]
+            {"x": floor, "y": 1, "yref": "paper", "yanchor": "bottom", "xanchor": "left",
+             "showarrow": False, "text": say("measurement-error floor: {error}", error=size),
+             "font": {"color": VERMILION, "size": 12}}
+        ]  # fmt: skip
         places["margin"]["t"] = 28
     lost = len(ladder) - len(rows)
     return Figure(
@@ -134,25 +105,29 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
             "Bars of the held-out CRPS of {n} models, with the measurement-error floor.",
             len(rows),
         ),
-        say(
-            "Held-out CRPS. The dashed line is the measurement-error floor (errors of recorded "
-            "runout, volume and release); natural variability comes on top for every model."
-        )
-        + (
-            " "
-            + language.plural(
+        joined(
+            say(
+                "Held-out CRPS. The dashed line is the measurement-error floor (errors of recorded "
+                "runout, volume and release); natural variability comes on top for every model."
+            ),
+            lost
+            and language.plural(
                 "Left out: {n} model never compared.", "Left out: {n} models never compared.", lost
-            )
-            if lost
-            else ""
+            ),
         ),
-        data,
+        [
+            bars(
+                [row.held_out_crps_m for row in rows],
+                [label(row.model) for row in rows],
+                [BLUE if row.model == name else PALE for row in rows],
+                f"%{{y}}: %{{x:.4g}} {unit}",
+                text=[_changed(row, rows, language) for row in rows],
+                textposition="auto",
+                showlegend=False,
+            )
+        ],
         places,
     )
-
-
-LEAST_SHARE = 0.06
-"""Of the longest bar: shorter segments have their metres on hover only."""
 
 
 def _changed(row: Rung, rows: Sequence[Rung], language: Language) -> str:
@@ -166,41 +141,43 @@ def _changed(row: Rung, rows: Sequence[Rung], language: Language) -> str:
     return f"{words} ({language.number(f'{now / before - 1.0:+.0%}'.replace('%', ' %'))})"
 
 
+LEAST_SHARE = 0.06
+"""Of the longest bar: shorter segments have their metres on hover only."""
+
+
 def budget_figure(
     ladder: Sequence[Rung], comparisons: Mapping[str, Comparison], language: Language = ENGLISH
 ) -> Figure | None:
     """A bar for every compared model with a budget; None where there is none."""
     say = language.say
-    found = bars([row.model for row in ladder], comparisons)
+    found = budget_bars([row.model for row in ladder], comparisons)
     if not found:
         return None
     coordinate = next(iter(comparisons.values())).coordinate
-    unit = unit_of(coordinate)
+    ratio, unit = coordinate == RATIO, unit_of(coordinate)
     longest = max(sum(v * v for v in bar.values()) for bar in found.values())
-    models = [label(name) for name in found]
-    data: list[Trace] = []
+    data = []
     for source, color in parts_in_order(found).items():
         metres = [bar.get(source, 0.0) for bar in found.values()]
+        size = f"%{{customdata:{'.4f' if ratio else '.1f'}}} {unit}"
         data.append(
-            {
-                "type": "bar",
-                "orientation": "h",
-                "name": label(part_words(source, language)),
-                "x": [v * v for v in metres],
-                "y": models,
-                "text": [
+            bars(
+                [v * v for v in metres],
+                [label(name) for name in found],
+                color,
+                f"%{{y}}, %{{fullData.name}}: {size}",
+                name=label(part_words(source, language)),
+                text=[
                     amount(v, coordinate, 0, language) if v * v >= LEAST_SHARE * longest else ""
                     for v in metres
                 ],
-                "textposition": "inside",
-                "insidetextanchor": "middle",
-                "textangle": 0,
-                "customdata": metres,
-                "marker": {"color": color},
-                "hovertemplate": "%{y}, %{fullData.name}: "
-                f"%{{customdata:{'.4f' if coordinate == RATIO else '.1f'}}} {unit}<extra></extra>",
-            }
+                textposition="inside",
+                insidetextanchor="middle",
+                textangle=0,
+                customdata=metres,
+            )
         )
+    squares = say("square of the error") + ("" if ratio else " (m²)")
     return Figure(
         "budget",
         say("Where the error comes from"),
@@ -214,16 +191,12 @@ def budget_figure(
             "them are {unit}, in-sample. Errors of the records are no fault of the model. Scatter "
             "is what varies between avalanches of one volume: it may be natural, or missing in "
             "the model.",
-            unit="H/L" if coordinate == RATIO else say("metres"),
+            unit="H/L" if ratio else say("metres"),
         ),
         data,
         layout(
-            axis(
-                say("square of the error") + ("" if coordinate == RATIO else " (m²)"),
-                rangemode="tozero",
-                nticks=5,
-            ),
-            axis("", type="category", autorange="reversed"),
+            axis(squares, rangemode="tozero", nticks=5),
+            rows_axis(),
             height=150 + 40 * len(found),
             barmode="stack",
             bargap=0.35,
@@ -239,18 +212,15 @@ def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure
     say, rows = language.say, diagnosis.candidates[:MOST_ROWS]
     if not rows:
         return None
-    named = set(diagnosis.missing)
     names = [label(language.effect(row.effect)) for row in rows]
     floor = 1.0 / (diagnosis.n_worlds + 1)
-    gain = [max(row.screened_gain, 0.0) for row in rows]
-    alone = [row.chance_gain for row in rows]
-    cut = len(diagnosis.candidates) - len(rows)
     colors = [
-        VERMILION if row.effect in named
+        VERMILION if row.effect in diagnosis.missing
         else ORANGE if row.p_value <= LEVEL
         else BLUE
         for row in rows
     ]  # fmt: skip
+    cut = len(diagnosis.candidates) - len(rows)
     return Figure(
         "effects",
         say("Candidate effects"),
@@ -258,46 +228,35 @@ def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure
             "Gain in log likelihood of {n} candidate effects, beside what chance alone reaches.",
             n=len(rows),
         ),
-        say(
-            "Gain in log likelihood with the effect. The grey bar is what chance alone reaches 19 "
-            "times in 20 in a dataset that lacks nothing; among many candidates some pass it, and "
-            "the p-value allows for that. Orange-red: named as missing; orange: significant, but "
-            "not named."
-        )
-        + (
-            " " + say("{n} more candidates, weaker than these, are in the table alone.", n=cut)
-            if cut
-            else ""
+        joined(
+            say(
+                "Gain in log likelihood with the effect. The grey bar is what chance alone reaches "
+                "19 times in 20 in a dataset that lacks nothing; among many candidates some pass "
+                "it, and the p-value allows for that. Orange-red: named as missing; orange: "
+                "significant, but not named."
+            ),
+            cut and say("{n} more candidates, weaker than these, are in the table alone.", n=cut),
         ),
         [
-            {
-                "type": "bar",
-                "orientation": "h",
-                "name": say("chance alone"),
-                "x": alone,
-                "y": names,
-                "marker": {"color": "#CFCFCF"},
-                "hoverinfo": "skip",
-            },
-            {
-                "type": "scatter",
-                "mode": "markers+text",
-                "textposition": "middle right",
-                "cliponaxis": False,
-                "name": say("with the effect"),
-                "x": gain,
-                "y": names,
-                "text": [label(f"p {chance(row.p_value, floor, language)}") for row in rows],
-                "marker": {"color": colors, "size": 11, "symbol": "diamond"},
-                "hovertemplate": "%{y}: %{x:.1f} nats, %{text}<extra></extra>",
-            },
+            bars([row.chance_gain for row in rows], names, "#CFCFCF", name=say("chance alone")),
+            marks(
+                [max(row.screened_gain, 0.0) for row in rows],
+                names,
+                {"color": colors, "size": 11, "symbol": "diamond"},
+                "%{y}: %{x:.1f} nats, %{text}",
+                mode="markers+text",
+                textposition="middle right",
+                cliponaxis=False,
+                name=say("with the effect"),
+                text=[label(f"p {chance(row.p_value, floor, language)}") for row in rows],
+            ),
         ],
         layout(
             axis(say("gain in log likelihood (nats)"), rangemode="tozero"),
-            axis("", type="category", autorange="reversed"),
+            rows_axis(),
             height=120 + 28 * len(rows),
         ),
-    )  # fmt: skip
+    )
 
 
 def bias_figure(found: Comparison) -> Figure | None:
@@ -310,24 +269,15 @@ def bias_figure(found: Comparison) -> Figure | None:
     if not rows:
         return None
     names = [label(f"{axis_words(r.axis)}: {level_words(r.level)} ({r.n})") for r in rows]
-    certain = [row.p_value < SIGNIFICANT for row in rows]
-    fails = (("beyond chance", VERMILION, True), ("may be chance", "#B8B8B8", False))
-    data: list[Trace] = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "name": name,
-            "x": [row.bias_m for row, yes in zip(rows, certain, strict=True) if yes is which],
-            "y": [name for name, yes in zip(names, certain, strict=True) if yes is which],
-            "marker": {"color": color},
-            "hovertemplate": f"%{{y}}: %{{x:+.4g}} {unit}<extra></extra>",
-        }
-        for name, color, which in fails
-        if which in certain
-    ]
+    data = []
+    for name, color, fails in (("beyond chance", VERMILION, True), ("may be chance", PALE, False)):
+        mine = [k for k, row in enumerate(rows) if (row.p_value < SIGNIFICANT) is fails]
+        if mine:
+            x, y = [rows[k].bias_m for k in mine], [names[k] for k in mine]
+            data.append(bars(x, y, color, f"%{{y}}: %{{x:+.4g}} {unit}", name=name))
     places = layout(
         axis(f"predicted less recorded ({unit})", zeroline=True),
-        axis("", type="category", categoryorder="array", categoryarray=names[::-1]),
+        rows_axis(names, categoryorder="array"),
         height=130 + 24 * len(rows),
         barmode="overlay",
     )
@@ -341,28 +291,19 @@ def force_figure(force: Sequence[MeasuredForce], language: Language = ENGLISH) -
     data = []
     for k, event in enumerate(events):
         mine = [row for row in force if row.event_id == event]
+        color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
         data.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": label(event),
-                "showlegend": len(events) <= len(COLORS),
-                "x": [row.speed_m_s for row in mine],
-                "y": [row.force_m_s2 for row in mine],
-                "error_y": {
-                    "type": "data",
-                    "array": [row.sd_m_s2 for row in mine],
-                    "thickness": 0.7,
-                    "width": 0,
-                },
-                "marker": {
-                    "color": COLORS[k % len(COLORS)],
-                    "symbol": SYMBOLS[k % len(SYMBOLS)],
-                    "size": 6,
-                },
-                "hovertemplate": "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²<extra></extra>",
-            }
-        )
+            marks(
+                [row.speed_m_s for row in mine],
+                [row.force_m_s2 for row in mine],
+                {"color": color, "symbol": symbol, "size": 6},
+                "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²",
+                name=label(event),
+                showlegend=len(events) <= len(COLORS),
+                error_y={"type": "data", "array": [row.sd_m_s2 for row in mine],
+                         "thickness": 0.7, "width": 0},
+            )
+        )  # fmt: skip
     return Figure(
         "force",
         say("Force measured along the tracks"),

@@ -124,7 +124,7 @@ def test_what_the_script_says_is_in_the_language(desk: Seen) -> None:
     assert "0,345" in desk.page.locator("[data-block=mu] + output").first.inner_text()
 
 
-def test_on_paper_nothing_is_cut_and_every_path_fills_a_sheet_at_the_end(desk: Seen) -> None:
+def test_on_paper_nothing_is_cut_and_every_path_fills_a_sheet_after_the_brief(desk: Seen) -> None:
     page = desk.page
     order = page.evaluate(ORDER)
     for event in ("beforeprint", "afterprint"):
@@ -138,7 +138,8 @@ def test_on_paper_nothing_is_cut_and_every_path_fills_a_sheet_at_the_end(desk: S
     assert page.evaluate(WIDE) == []
     assert page.evaluate(OVERLAPS) == []
     assert page.evaluate(CUT) == []
-    assert page.evaluate(ORDER) == [name for name in order if name != "paths"] + ["paths"]
+    rest = [name for name in order if name not in ("brief", "paths")]
+    assert page.evaluate(ORDER) == ["brief", "paths", *rest]
     sheets = page.evaluate(PAGES, [PAPER, HIGH, GAP])
     assert len(sheets) == 3
     for k, sheet in enumerate(sheets):

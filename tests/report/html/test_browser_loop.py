@@ -67,7 +67,7 @@ def seen(request: pytest.FixtureRequest, browser: Any, loop_file: Path) -> Itera
 
 def shown_error(seen: Seen) -> float:
     """The first figure of the words beside the switch: the error on all records."""
-    words = seen.page.locator("#loop .shown-error").inner_text()
+    words = seen.page.locator("#check .shown-error").inner_text()
     return float(re.findall(r"(\d+\.\d) m", words)[0])
 
 
@@ -96,18 +96,18 @@ def test_the_switch_redraws_and_shows_the_error_of_compare(
 ) -> None:
     drawn = {}
     for name in ("base", "child"):
-        seen.page.locator(f"#loop input[value={name}]").click()
+        seen.page.locator(f"#check input[value={name}]").click()
         drawn[name] = drawn_middles(seen)
         error = loop_content.loop.comparisons[name].scores.runout.crps_m
         assert shown_error(seen) == pytest.approx(error, rel=0.01)
         held_out = loop_content.loop.comparisons[name].held_out.runout.crps_m
-        words = seen.page.locator("#loop .shown-error").inner_text()
-        assert f"kept back {held_out:.1f} m" in words
+        words = seen.page.locator("#check .shown-error").inner_text()
+        assert f"held-out {held_out:.1f} m" in words
     assert drawn["base"] != drawn["child"]
 
 
 def test_the_error_falls_under_the_finger(seen: Seen) -> None:
-    slider = seen.page.locator("#loop [data-sweep]")
+    slider = seen.page.locator("#check [data-sweep]")
     errors = []
     for place in (0, 1, 2):
         slider.evaluate(MOVE, place)

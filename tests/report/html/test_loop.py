@@ -11,7 +11,12 @@ from avahazard.report.html.brief import chapters, path_cards
 from avahazard.report.html.content import Cover, PlaceView, ReportContent
 from avahazard.report.html.page import render
 from avahazard.report.html.path_figure import place_traces, stops_of, stops_traces
-from avahazard.report.html.record_figures import predicted_figures, residuals_figure
+from avahazard.report.html.record_figures import (
+    failed_figure,
+    predicted_figures,
+    residuals_figure,
+    suspect_figure,
+)
 from avahazard.report.html.score_figures import budget_figure
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart
@@ -58,6 +63,28 @@ def test_the_story_has_failure_evidence_fall_and_what_is_left(loop_content: Repo
     )
     text = " ".join(child.sentences)
     assert untold(text, f"from {before:.1f} m to {after:.1f} m") == []
+
+
+def test_the_story_has_its_pictures(loop_content: ReportContent) -> None:
+    names, loop = loop_content.names, loop_content.loop
+    failed = failed_figure(loop_content.events, names, loop)
+    assert failed is not None
+    assert loop.before is loop.models[0]
+    drawn = sum(len(trace["x"]) for trace in failed.data if trace["mode"] == "markers")
+    assert drawn == sum(e.stop_x_m is not None for e in loop_content.events)
+    assert loop.suspect is not None
+    assert loop.suspect.effects == ("snow-type",)
+    assert loop.suspect.column == "snow_type"
+    # The effect adds as much to every event of one kind of snow.
+    by_kind: dict[str, list[float]] = {}
+    for kind, added in zip(loop.suspect.values or (), loop.suspect.explained, strict=True):
+        if np.isfinite(added):
+            by_kind.setdefault(str(kind), []).append(float(added))
+    assert len(by_kind) > 1
+    assert all(np.ptp(added) < 1e-6 for added in by_kind.values())
+    suspect = suspect_figure(loop_content.events, names, loop, loop.suspect)
+    assert suspect is not None
+    assert set(suspect.data[-1]["x"]) == set(by_kind)
 
 
 def test_states_change_the_traces_that_they_name(loop_content: ReportContent) -> None:
@@ -116,12 +143,12 @@ def test_the_budget_is_one_bar_a_model_whose_squares_add_up(loop_content: Report
 
 
 def test_the_brief_answers_for_every_path(loop_content: ReportContent) -> None:
-    cards = path_cards(loop_content)
+    cards, _ = path_cards(loop_content)
     assert [card.name for card in cards] == [view.name for view in loop_content.paths]
     for card in cards:
-        ((period, runout, _),) = card.lines
+        ((period, _, interval, _),) = card.lines
         assert period.rstrip("*") == "100"
-        assert "(" in runout
+        assert "–" in interval
 
 
 def test_the_cover_leads_the_page(loop_content: ReportContent) -> None:

@@ -169,11 +169,11 @@
     });
     sheets();
   });
-  // On paper the paths come last, a sheet each: the panels have what its words leave of the page.
+  // On paper the paths follow the brief, a sheet each: the panels have what its words leave of the page.
   // The first shares its sheet with what is said of all, where that leaves enough.
   var paths = document.getElementById("paths"), after = paths.nextElementSibling;
   function sheets() {
-    paths.parentNode.appendChild(paths);
+    paths.parentNode.insertBefore(paths, document.getElementById("brief").nextSibling);
     var rules = Array.prototype.filter.call(document.styleSheets[0].cssRules, function (rule) {
       return rule.media && rule.media.mediaText === "print";
     });
