@@ -53,7 +53,7 @@ def _scores(found: dict[str, Line]) -> str:
     head = ("model", "speeds", "RMSE m/s", "bias m/s", "CRPS m/s", "within 50 %", "within 90 %",
             "runout RMSE m", "runout CRPS m")  # fmt: skip
     rows = []
-    for part, words in (("scores", "calibrated on all"), ("held_out", "path held out")):
+    for part, words in (("scores", "in-sample"), ("held_out", "held-out path")):
         for model, document in found.items():
             speed, runout = document[part]["speed"], document[part]["runout"]
             rows.append(

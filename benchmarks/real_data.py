@@ -235,7 +235,7 @@ def _speeds(names: list[str], rounds: list[Line]) -> list[str]:
         speed, runout = one["held_out"]["speed"], one["held_out"]["runout"]
         rows.append((name, f"{speed['crps_m_s']:.1f}", f"{speed['coverage_90']:.0%}",
                      f"{runout['crps_m']:.0f}", f"{runout['coverage_90']:.0%}"))  # fmt: skip
-    head = ("each path held out", "CRPS of speed, m/s", "in 90 %", "CRPS of runout, m", "in 90 %")
+    head = ("each held-out path", "CRPS of speed, m/s", "in 90 %", "CRPS of runout, m", "in 90 %")
     force = [
         f"{c['effect']} {c['force_witness']['value']:.2g} ± {c['force_witness']['se']:.2g}"
         for c in rounds[0]["candidates"]

@@ -296,9 +296,9 @@ def synth(
             help="Share of events with measured speeds; by itself only where an effect needs them.",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, another world.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, another dataset.")] = 0,
 ) -> None:
-    """Make a world with known hidden effects, to try the program on.
+    """Make a synthetic dataset with known hidden effects, to try the program on.
 
     \b
     Examples:

@@ -177,7 +177,7 @@ COMMANDS: tuple[Entry, ...] = (
         "Do the main job on the bundled data, a twin of the paper's seven paths; "
         "find what is hidden.",
     ),
-    Entry("synth", "files", "Make a world with known hidden effects, to try the program on."),
+    Entry("synth", "files", "Make a synthetic dataset with known hidden effects."),
 )
 
 

@@ -37,7 +37,7 @@ def calibrate(
       avahazard calibrate voellmy --with turbulent-drag
       avahazard calibrate paper --method metropolis --path P01 --draws 10000
       avahazard calibrate here --path P01 --prior-from elsewhere
-      avahazard calibrate told --prior a=0.5,0.05 --prior n=2e-6,1e-6
+      avahazard calibrate informed --prior a=0.5,0.05 --prior n=2e-6,1e-6
     """
     from avahazard.workflow.calibrate import calibrate as run  # noqa: PLC0415
 

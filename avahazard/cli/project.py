@@ -66,7 +66,7 @@ def demo(
 ) -> None:
     """Do the main job on the bundled data, a twin of the paper's seven paths; find what is hidden.
 
-    The second part makes a world with one effect that its model is not told of, lets diagnose
+    The second part makes a synthetic dataset with one effect that its model lacks, lets diagnose
     name what is missing, adds that, and says how far the error falls.
 
     \b
@@ -99,7 +99,7 @@ def _show_demo(console: Console, found: Demo) -> None:
         ("picture of them", picture),
         ("report, for a browser", report),
         ("the twin itself", str(Path(data[0]).parent)),
-        ("database of the made world", found.loop.database),
+        ("database of the synthetic dataset", found.loop.database),
         ("its records", str(Path(found.loop.files[-1]).parent)),
     ):
         console.print(f"  {words}: {file}", soft_wrap=True)
@@ -115,16 +115,16 @@ def _show_demo(console: Console, found: Demo) -> None:
         console.print(f"  {program} --db {file} {words}", soft_wrap=True)
     console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
     console.print(
-        f"It is the report of the model “{last_model(found.loop)}” of the made world: where it "
-        "fails, what was found, and the error that is left."
+        f"It is the report of the model “{last_model(found.loop)}” of the synthetic dataset: where "
+        "it fails, what was found, and the error that is left."
     )
 
 
 def show_loop(console: Console, found: HiddenEffect) -> None:
     """Print the loop as it went, whatever came out."""
     console.print(
-        f"\nA made world: {found.model.n_events} events on {found.n_paths} paths, with an effect "
-        "that its first model is not told of."
+        f"\nA synthetic dataset: {found.model.n_events} events on {found.n_paths} paths, with an "
+        "effect that its first model lacks."
     )
     for k, line in enumerate(_story(found), 1):
         console.print(Padding(f"{k}. {line}", (0, 0, 0, 2), expand=False))
@@ -138,7 +138,7 @@ def last_model(found: HiddenEffect) -> str:
 def _story(found: HiddenEffect) -> Iterator[str]:
     model, by = found.model.model, "paths" if found.held_out.by == "path" else "folds"
     yield (
-        f"“{model}” is calibrated without it. Its error, on {by} held out: "
+        f"“{model}” is calibrated without it. Its error, on held-out {by}: "
         f"{found.held_out.runout.crps_m:.1f} m (CRPS of {coordinate_words(found.coordinate)})."
     )
     told = replace(found.diagnosis, where=())
@@ -155,11 +155,11 @@ def _story(found: HiddenEffect) -> Iterator[str]:
     named = set(found.diagnosis.missing)
     right = found.diagnosis.verdict == "missing-effect" and named == set(found.hidden)
     if right:
-        yield f"The world was made with {hidden}: the diagnosis is right."
+        yield f"The dataset was made with {hidden}: the diagnosis is right."
     elif named & set(found.hidden):
-        yield f"The world was made with {hidden}: it is among what was named, not alone."
+        yield f"The dataset was made with {hidden}: it is among what was named, not alone."
     else:
-        yield f"The world was made with {hidden}: the diagnosis did not find it."
+        yield f"The dataset was made with {hidden}: the diagnosis did not find it."
 
 
 def _evidence(diagnosis: Diagnosis) -> str:
@@ -170,4 +170,5 @@ def _evidence(diagnosis: Diagnosis) -> str:
     p = f"p = {best.p_value:.2f}"
     if best.p_value <= floor:
         p = f"p < 1/{diagnosis.n_worlds + 1}"
-    return f" By chance: {p}, from {diagnosis.n_worlds} worlds in which nothing is missing."
+    n = diagnosis.n_worlds
+    return f" By chance: {p}, from {n} simulated datasets in which nothing is missing."

@@ -62,7 +62,7 @@ def import_(
     unusual: Annotated[
         bool,
         typer.Option(
-            "--unusual", help="Numbers beyond those of snow avalanches are meant so: no note."
+            "--unusual", help="Suppress the notes on values beyond the range of snow avalanches."
         ),
     ] = False,
     decimal: Annotated[

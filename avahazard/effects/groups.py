@@ -58,7 +58,7 @@ def _one_path(columns: EventColumns, _sites: Sites) -> str | None:
 
 PATH_EFFECT = Definition(
     key="path-effect",
-    meaning="Each path has a friction of its own, for a reason that no column tells (roughness, "
+    meaning="Each path has a friction of its own, for a reason that no column records (roughness, "
     "exposure, climate). Its spread between paths is τ, on log friction.",
     needs=f">= {MIN_PATHS} paths",
     build=lambda _: GroupEffect("path-effect", _spread("tau"), _by_path),
@@ -98,7 +98,7 @@ def _winter_effect(facts: Facts) -> GroupEffect:
 WINTER_EFFECT = Definition(
     key="winter-effect",
     meaning="Avalanches of one winter (October to September) share something that no column "
-    "tells, such as its weather or its observer. The spread between winters is τ, on log friction.",
+    "records, such as its weather or its observer. The spread between winters is τ, on log friction.",
     needs="date",
     build=_winter_effect,
     lacking=_few_winters,
@@ -149,7 +149,7 @@ def _storm_effect(facts: Facts) -> GroupEffect:
 STORM_EFFECT = Definition(
     key="storm-effect",
     meaning=f"Avalanches that fall within {DAYS} days at one location share their snow, in a way "
-    "that no column tells. The spread between storms is τ, on log friction.",
+    "that no column records. The spread between storms is τ, on log friction.",
     needs="date",
     build=_storm_effect,
     lacking=_few_storms,

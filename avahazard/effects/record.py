@@ -185,7 +185,7 @@ RECORD_ERROR = Definition(
     key="record-error",
     meaning="The stated errors of the records are too small or too large, all by one factor. "
     "Such an error moves the friction that a record asks for more on some ground than on other, "
-    "natural scatter does so alike, which tells them apart.",
+    "natural scatter does so alike, so the two can be distinguished.",
     needs=f"{4 * MIN_LEVEL} events",
     build=lambda _: RecordErrorEffect("record-error", _log_factor(), _factor),
     lacking=_few_records,

@@ -243,8 +243,8 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Tabl
         (say("effect"), lambda c: language.effect(c.effect)),
         (">" + say("gain, nats"), lambda c: language.number(f"{c.screened_gain:.1f}")),
         (">p", lambda c: chance(c.p_value, floor, language)),
-        (">" + say("CRPS before, {unit}", unit=unit), error("error_before_m")),
-        (">" + say("after"), error("error_after_m")),
+        (">" + say("in-sample CRPS, {unit}", unit=unit), error("error_before_m")),
+        (">" + say("with the effect"), error("error_after_m")),
         (say("confounded with"),
          lambda c: ", ".join(language.effect(key) for key in c.confounded_with) or None),
     )  # fmt: skip
@@ -252,7 +252,8 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Tabl
         say(
             "gain: log likelihood with the effect less that without (2.3 nats: the records are 10 "
             "times likelier with it, 4.6 nats: 100 times). p: chance of such a gain among all "
-            "candidates if nothing is missing. CRPS: in-sample, at the best fit."
+            "candidates if nothing is missing. CRPS: at the mode of the "
+            "parameters, not over their posterior."
         )
     ]
     shown = sum(c.effect in named or c.p_value <= LEVEL for c in diagnosis.candidates)

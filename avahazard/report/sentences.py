@@ -97,7 +97,7 @@ def why_words(name: str, ladder: list[Rung], language: Language = ENGLISH) -> li
 
 def held_out_words(by: str, language: Language = ENGLISH) -> str:
     """What was held out."""
-    return language.say("paths held out") if by == "path" else language.say("events held out")
+    return language.say("held-out paths") if by == "path" else language.say("held-out events")
 
 
 def error_words(found: Comparison, language: Language = ENGLISH) -> list[str]:

@@ -79,10 +79,10 @@ class CalibrateRequest(Request):
     ] = "lognormal"
     method: Annotated[
         MethodName,
-        Option(help="marginal knows the errors of records; the others are the paper's."),
+        Option(help="marginal accounts for measurement error; the others are the paper's."),
     ] = DEFAULT_METHOD
     tails: Annotated[
-        TailsName, Option(help="student bears wrong records (4 degrees of freedom).")
+        TailsName, Option(help="student is robust to outliers (Student's t, 4 degrees of freedom).")
     ] = "normal"
     with_: Annotated[
         Sequence[str], Option(help="Add an effect; may be given again.", metavar="EFFECT")
@@ -128,7 +128,7 @@ class CalibrateRequest(Request):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnoseRequest(Request):
-    """Which effects are expected beforehand, and by how many worlds chance is told."""
+    """Which effects are expected beforehand, and how many simulated datasets judge chance."""
 
     expect: Annotated[
         Sequence[str],
@@ -140,13 +140,13 @@ class DiagnoseRequest(Request):
     worlds: Annotated[
         int,
         Option(
-            help="Worlds made from the model to tell chance by; fewer than 199 name no "
+            help="Datasets simulated from the model to judge chance by; fewer than 199 name no "
             "hidden pair.",
-            what="number of worlds",
+            what="number of simulated datasets",
             least=39,
         ),
     ] = 199
-    seed: Annotated[int, Option(help="Seed of the made worlds.", least=0)] = 0
+    seed: Annotated[int, Option(help="Seed of the simulated datasets.", least=0)] = 0
     plot: Annotated[Path | None, _picture("Draw the candidates")] = None
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
 

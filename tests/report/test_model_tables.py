@@ -119,7 +119,7 @@ def test_candidates_and_what_to_measure() -> None:
     table = candidates_table(found)
     assert [cells(table, k)["gain, nats"] for k in (0, 2)] == ["9.0", "−0.1"]
     assert [cells(table, k)["p"] for k in (0, 1)] == ["< 1/40", "< 1/40"]
-    assert cells(table, 2)["after"] == "–"
+    assert cells(table, 2)["with the effect"] == "–"
     assert table.shown == 2
     assert cells(measure_table(found))["expected gain, nats"] == "6.0"
     assert measure_table(DIAGNOSIS) is None

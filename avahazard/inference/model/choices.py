@@ -28,7 +28,7 @@ class Method(NamedTuple):
 # The draws of the marginal method are nearly independent.
 METHODS: Mapping[str, Method] = {
     "marginal": Method(
-        "the marginal likelihood, which knows the errors of the records",
+        "the marginal likelihood, which accounts for measurement error",
         n_draws=1000,
         knows_errors=True,
     ),

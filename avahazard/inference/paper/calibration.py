@@ -103,7 +103,7 @@ def calibrate_paper(
         raise AvahazardError(
             "One friction law stops every block exactly where its record says, which leaves no "
             f"scatter for method {method}.",
-            "Take --method marginal, which knows the errors of the records.",
+            "Take --method marginal, which accounts for measurement error.",
         )
     notes = []
     if left_out:

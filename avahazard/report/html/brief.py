@@ -440,7 +440,7 @@ def chapters(content: ReportContent) -> list[Chapter]:
         if compared is not None and not (diagnosis and diagnosis.where):
             words.append(failure_words(compared, language))
         if diagnosis is not None:
-            words.append(verdict_words(diagnosis, quoted, language))
+            words.append(verdict_words(diagnosis, language=language))
         if name == loop.lineage[-1]:
             words += _unexplained(compared, language)
         heading = quoted

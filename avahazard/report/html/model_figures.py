@@ -126,7 +126,7 @@ def density_figure(
     if not densities:
         return None
     say = language.say
-    many = len(densities) > len(COLORS)
+    many, all_events = len(densities) > len(COLORS), say("all events")
     span = np.asarray(densities[0].mu)
     data: list[Trace] = []
     for k, density in enumerate(densities):
@@ -138,7 +138,7 @@ def density_figure(
         common: Trace = {
             "legendgroup": of,
             "visible": True if whole or not many else "legendonly",
-            "name": label(f"{say('all events') if whole else names.get(of, of)} ({density.n})"),
+            "name": label(f"{all_events if whole else names.get(of, of)} ({density.n})"),
         }
         dash, width = ("solid", 3.0) if whole else (DASHES[place % len(DASHES)], 1.6)
         hover = "μ = %{x:.3f}<extra>%{fullData.name}</extra>"

@@ -56,7 +56,9 @@ def test_a_block_of_more_friction_stops_earlier(loop_content: ReportContent) -> 
 def test_the_story_has_failure_evidence_fall_and_what_is_left(loop_content: ReportContent) -> None:
     base, child = chapters(loop_content)
     text = " ".join(base.sentences)
-    assert untold(text, "Held-out CRPS", "“base” lacks an effect: snow-type", "P01 has snow") == []
+    assert (
+        untold(text, "Held-out CRPS", "The model lacks an effect: snow-type", "P01 has snow") == []
+    )
     assert "snow-type" in child.heading
     before, after = (
         loop_content.loop.comparisons[k].held_out.runout.crps_m for k in ("base", "child")
@@ -75,9 +77,10 @@ def test_the_story_has_its_pictures(loop_content: ReportContent) -> None:
     assert loop.suspect is not None
     assert loop.suspect.effects == ("snow-type",)
     assert loop.suspect.column == "snow_type"
+    assert loop.suspect.values is not None
     # The effect adds as much to every event of one kind of snow.
     by_kind: dict[str, list[float]] = {}
-    for kind, added in zip(loop.suspect.values or (), loop.suspect.explained, strict=True):
+    for kind, added in zip(loop.suspect.values, loop.suspect.explained, strict=True):
         if np.isfinite(added):
             by_kind.setdefault(str(kind), []).append(float(added))
     assert len(by_kind) > 1
@@ -121,7 +124,8 @@ def test_forest_is_drawn_as_trees_and_other_places_as_a_band(loop_content: Repor
     for trees, mode in ((True, "markers"), (False, "lines")):
         (trace,) = place_traces([PlaceView("own", "P01", stretches, trees)], smooth, 4000.0)
         assert trace["mode"] == mode
-        x = np.array([v for v in trace["x"] if v is not None])
+        x = np.array(trace["x"])
+        x = x[np.isfinite(x)]
         assert all(any(a <= v <= b for a, b in stretches) for v in x)
 
 
