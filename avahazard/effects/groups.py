@@ -98,7 +98,8 @@ def _winter_effect(facts: Facts) -> GroupEffect:
 WINTER_EFFECT = Definition(
     key="winter-effect",
     meaning="Avalanches of one winter (October to September) share something that no column "
-    "records, such as its weather or its observer. The spread between winters is τ, on log friction.",
+    "records, such as its weather or its observer. The spread between winters is τ, on log "
+    "friction.",
     needs="date",
     build=_winter_effect,
     lacking=_few_winters,
