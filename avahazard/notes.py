@@ -66,6 +66,8 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
         "{n} records stop above observed_below_m ({limit:g} m), where none is said to be seen: "
         "events {events:few}, up to {elevation:.0f} m. Correct the limit, or these records.",
     ),
+    "outcome_column": "{column} orders the events as their stops do (rank correlation {rank:+.3f}, "
+    "given the path): it is the runout in another form, and no effect may use it.",
     "recorded_twice": "alike in path, day and stop, or in all columns: is that one avalanche "
     "recorded twice? It would count twice: keep one row of it.",
     # A path and its profile

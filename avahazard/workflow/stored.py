@@ -316,7 +316,12 @@ def calibration_result(
         each = zip(law.coordinates, told.mean, told.sd.tolist(), strict=True)
         prior = PriorTold(told.source, {name: PriorCoordinate(m, s) for name, m, s in each})
     notes += prior_notes(name, given, prior, dominated)
-    of_records = (*record_notes(records, found.observations.sites), *volume_notes(found, name))
+    outcomes = found.observations.outcomes.items()
+    of_records = (
+        *record_notes(records, found.observations.sites),
+        *volume_notes(found, name),
+        *(Note("outcome_column", column=column, rank=rank) for column, rank in outcomes),
+    )
     notes += of_records
     spread = tails = None
     if (differ := paths_differ(found)) is not None and differ.evidence >= WORTH_A_NOTE:

@@ -13,6 +13,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.friction import fit_laws
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
@@ -49,3 +50,22 @@ def test_laws_are_fitted_and_calibrated(wild_database: str) -> None:
 def test_they_are_diagnosed(wild_database: str) -> None:
     calibrate(wild_database, "power", CalibrateRequest(law="power", chains=2, draws=50))
     assert diagnose_model(wild_database, "power", DiagnoseRequest(worlds=39)).candidates
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("largest", [1e-3, 1e3, 1e8, 1e14])
+def test_the_unit_of_volume_does_not_matter(database: str, largest: float) -> None:
+    records = lengths(24)
+    most = max(event.volume_m3 or 0.0 for event in records.events)
+    events = [
+        replace(event, volume_m3=(event.volume_m3 or most) * largest / most)
+        for event in records.events
+    ]
+    with writing(database) as session:
+        save_records(session, Records(events=tuple(events)))
+    request = CalibrateRequest(chains=2, draws=100, seed=1)
+    found = calibrate(database, "base", request)
+    assert all(np.isfinite([p.mean, p.sd]).all() for p in found.parameters.values())
+    compared = compare(database, "base")
+    assert compared.held_out is not None
+    assert np.isfinite(compared.scores.elpd_loo)

@@ -96,26 +96,25 @@ def _near_draws(
     chosen = np.linspace(0, len(around) - 1, N_CENTRES).round().astype(np.int64)
     centres = np.concatenate([around[chosen], around[chosen] + mode.u - start])
     at_mode = _bounded_covariance(posterior, mode)
-    spread = np.atleast_2d(np.cov(around.T)) + 1e-10 * np.diag(units(posterior) ** 2)
-    narrow, longest = np.linalg.eigvalsh(spread)[[0, -1]]
+    unit = units(posterior)
+    spread = np.atleast_2d(np.cov(around.T)) + 1e-10 * np.diag(unit**2)
+    narrow, longest = np.linalg.eigvalsh(spread / np.outer(unit, unit))[[0, -1]]
     if narrow < FLAT * longest:
         spread = spread + FLAT_SHARE * at_mode
-    kernel = _student(np.zeros(len(mode.u)), CENTRE_WIDTH**2 * spread)
-    wide = _student(mode.u, FIRST_WIDTH**2 * at_mode)
+    kernel = _student(np.zeros(len(mode.u)), CENTRE_WIDTH**2 * spread, unit)
+    wide = _student(mode.u, FIRST_WIDTH**2 * at_mode, unit)
     rng = generator(0, "fit draws", key)
     n_wide = int(MODE_SHARE * n_draws)
     n_near = n_draws - n_wide
     picked = centres[rng.permutation(np.arange(n_near) % len(centres))]
-    u = np.concatenate([picked + _rows(kernel, n_near, rng), _rows(wide, n_wide, rng)])
+    u = np.concatenate([picked + kernel.rows(n_near, rng), wide.rows(n_wide, rng)])
     log_density = np.array([log_density_at(v) for v in u])
     inside = np.isfinite(log_density)
     if not np.any(inside):
         return mode.u[None, :], np.zeros(1)
     u, log_density = u[inside], log_density[inside]
     near = logsumexp(kernel.logpdf(u[:, None, :] - centres), axis=1) - np.log(len(centres))
-    log_q = np.logaddexp(
-        np.log(1.0 - MODE_SHARE) + near, np.log(MODE_SHARE) + np.atleast_1d(wide.logpdf(u))
-    )
+    log_q = np.logaddexp(np.log(1.0 - MODE_SHARE) + near, np.log(MODE_SHARE) + wide.logpdf(u))
     return u, _cut(log_density - log_q)
 
 
@@ -128,20 +127,21 @@ def _about_the_mode(
     further one with the moments of what was found so far.
     """
     covariance = FIRST_WIDTH**2 * _bounded_covariance(posterior, mode)
-    proposals = [_student(mode.u, covariance)]
+    unit = units(posterior)
+    proposals = [_student(mode.u, covariance, unit)]
     u = np.empty((0, len(mode.u)))
     log_density = np.empty(0)
     for stage in range(STAGES):
         rng = generator(0, "fit draws", key, stage)
         n = n_draws // STAGES
-        drawn = _rows(proposals[-1], n, rng)
+        drawn = proposals[-1].rows(n, rng)
         values = np.array([log_density_at(v) for v in drawn])
         inside = np.isfinite(values)
         u = np.concatenate([u, drawn[inside]])
         log_density = np.concatenate([log_density, values[inside]])
         if len(u) == 0:
             u, log_density = mode.u[None, :], np.array([mode.log_density])
-        log_q = np.column_stack([np.atleast_1d(q.logpdf(u)) for q in proposals])
+        log_q = np.column_stack([q.logpdf(u) for q in proposals])
         log_weight = _cut(log_density - logsumexp(log_q, axis=1))
         weight = np.exp(log_weight)
         centre = weight @ u
@@ -149,7 +149,7 @@ def _about_the_mode(
         # Few draws say little about a covariance: the one before has its share.
         share = 1.0 / (1.0 + 2.0 * len(mode.u) * np.sum(weight**2))
         covariance = share * moved.T @ moved + (1.0 - share) * covariance
-        proposals.append(_student(centre, covariance))
+        proposals.append(_student(centre, covariance, unit))
     return u, log_weight
 
 
@@ -174,14 +174,26 @@ def _bounded_covariance(posterior: Posterior, mode: Mode) -> Floats:
     return np.linalg.inv(precision)
 
 
-def _student(centre: Floats, covariance: Floats) -> Any:
-    """The multivariate Student distribution of this centre and shape."""
-    return multivariate_t(centre, covariance, FREEDOM)
+class _Student(NamedTuple):
+    """A multivariate Student distribution, held in units: its coordinates are of order one."""
+
+    in_units: Any
+    unit: Floats
+
+    def rows(self, n: int, rng: np.random.Generator) -> Floats:
+        """`n` draws `[n, n_slots]`."""
+        drawn = np.asarray(self.in_units.rvs(n, random_state=rng), np.float64)
+        return np.asarray(self.unit * drawn.reshape(n, -1))
+
+    def logpdf(self, u: Floats) -> Floats:
+        """The log density at `u` `[..., n_slots]`."""
+        values = np.atleast_1d(self.in_units.logpdf(u / self.unit))
+        return np.asarray(values - np.sum(np.log(self.unit)))
 
 
-def _rows(distribution: Any, n: int, rng: np.random.Generator) -> Floats:
-    """`n` draws `[n, n_slots]`."""
-    return np.asarray(distribution.rvs(n, random_state=rng)).reshape(n, -1)
+def _student(centre: Floats, covariance: Floats, unit: Floats) -> _Student:
+    shape = covariance / np.outer(unit, unit)
+    return _Student(multivariate_t(centre / unit, shape, FREEDOM), unit)
 
 
 def evenly_weighted(draws: FitDraws, n: int) -> FitDraws:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import rankdata
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns
@@ -289,7 +290,8 @@ class Observations:
     the friction under which the block leaves. `release` indexes `site.release_x` of the event's
     site; `fall_height` (m) is set for events without a profile. Where H/L is all that is known
     (`in_ratio`) the fall is 1, and `observed` is L/H. `limit` (m) is the elevation above which a
-    stop is not seen, nan where all are.
+    stop is not seen, nan where all are. `outcomes` are columns that are the stop in another form,
+    with their rank correlation; `columns` has none of them.
     """
 
     sites: tuple[Site, ...]
@@ -305,6 +307,7 @@ class Observations:
     volumes: VolumeNodes
     speeds: tuple[SpeedRecord, ...]
     in_ratio: bool = False
+    outcomes: Mapping[str, float] = field(default_factory=dict)
 
     def as_recorded(self, record: Floats) -> Floats:
         """Records `[n_events, …]` in their own unit: m, or H/L instead of the L/H held here."""
@@ -359,6 +362,44 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
     return _arranged(records, prior, tuple(sites), release, elevation)
 
 
+LIKE_THE_STOP, FEWEST_LIKE_IT = 0.98, 10
+"""Rank correlation with the stop above which a column is the stop, and events that show it."""
+
+
+def outcome_columns(columns: EventColumns, kind: Ints, observed: Floats) -> dict[str, float]:
+    """Columns that order events as their stops do, given the path, with their rank correlation.
+
+    Such a column (H/L, angle of reach, distance travelled) explains every runout and tells nothing.
+    What is `observed` `[n_events]` is compared, and H/L, each among events of one path and `kind`.
+    """
+    group = 10 * columns.path_index + kind
+    found = {}
+    for name, values in columns.numbers.items():
+        if name == "fall_height_m":  # what an event without a profile has in the place of a path
+            continue
+        stops = observed, columns.height_over_length
+        ranks = [_rank_correlation(values, stop, group) for stop in stops]
+        strongest = max(ranks, key=abs)
+        if abs(strongest) >= LIKE_THE_STOP:
+            found[name] = strongest
+    return found
+
+
+def _rank_correlation(values: Floats, stop: Floats, group: Ints) -> float:
+    """Spearman's, of ranks within groups; 0 where too few events show it."""
+    known = np.flatnonzero(np.isfinite(values) & np.isfinite(stop))
+    parts = [known[group[known] == g] for g in np.unique(group[known])]
+    parts = [part for part in parts if len(part) >= 3]
+    if sum(map(len, parts)) < FEWEST_LIKE_IT:
+        return 0.0
+    x, y = (
+        np.concatenate([r - r.mean() for r in (rankdata(v[part]) for part in parts)])
+        for v in (values, stop)
+    )
+    spread = float(np.sqrt(np.sum(x**2) * np.sum(y**2)))
+    return float(np.sum(x * y)) / spread if spread > 0.0 else 0.0
+
+
 def require_profiles(lacking: Iterable[str]) -> None:
     """Raise `AvahazardError` where paths lack the profile that their events need."""
     names = ", ".join(lacking)
@@ -400,6 +441,10 @@ def _arranged(
     kinds = [_observation(e) for e in events]
     kind = np.array([k for k, _ in kinds], dtype=np.int64)
     observed = np.array([v for _, v in kinds])
+    # Few events that are to be predicted may follow their stops by chance.
+    outcomes = outcome_columns(columns, kind, observed) if prior is None else {}
+    numbers = {name: values for name, values in columns.numbers.items() if name not in outcomes}
+    columns = replace(columns, numbers=numbers)
     fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
     released = carried_error(
         stated_release_sigma(events, paths),
@@ -430,6 +475,7 @@ def _arranged(
             records.speeds, index, events, {s.path.path_id: s for s in sites}, release
         ),
         in_ratio=in_ratio,
+        outcomes=outcomes,
     )
 
 

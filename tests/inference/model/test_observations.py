@@ -263,3 +263,35 @@ def test_where_none_is_stated_nothing_changes_and_it_drives_nothing() -> None:
 def test_what_is_no_error_is_refused(wrong: float | str) -> None:
     with pytest.raises(AvahazardError, match="release_sigma_m of event x"):
         built(with_error(events()[1], wrong))
+
+
+def test_columns_that_are_the_stop_are_no_columns() -> None:
+    rng = np.random.default_rng(2)
+    height, reach = rng.uniform(300.0, 900.0, 30), rng.uniform(700.0, 2500.0, 30)
+    events = tuple(
+        Event(
+            f"e{i}",
+            fall_height_m=h,
+            runout_length_m=length,
+            covariates={"reach_deg": round(np.degrees(np.arctan(h / length)), 1), "slope": s},
+        )
+        for i, (h, length, s) in enumerate(zip(height, reach, rng.normal(size=30), strict=True))
+    )
+    found = build_observations(Records(events=events))
+    assert set(found.outcomes) == {"reach_deg"}
+    assert found.outcomes["reach_deg"] > 0.99
+    assert set(found.columns.numbers) == {"fall_height_m", "slope"}
+    assert build_observations(Records(events=events[:8]), found).outcomes == {}
+
+
+def test_distances_on_each_path_are_the_stop() -> None:
+    rng = np.random.default_rng(3)
+    paths, profiles = (Path("P"), Path("Q")), (_profile("P", 900.0), _profile("Q", 2400.0))
+    x = rng.uniform(900.0, 1700.0, 24)
+    events = tuple(
+        Event(f"e{i}", "PQ"[i % 2], runout_x_m=v, covariates={"distance": v * (1 + i % 2) + 7.0})
+        for i, v in enumerate(x)
+    )
+    found = build_observations(Records(paths, profiles, events))
+    assert set(found.outcomes) == {"distance"}
+    assert found.columns.numbers == {}
